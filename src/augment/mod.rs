@@ -1,0 +1,7 @@
+//! Plant → generalized plant: weights, uncertainty blocks, the augmented system for synthesis.
+
+pub mod generalized;
+pub mod uncertainty;
+
+pub use generalized::GeneralizedPlant;
+pub use uncertainty::Block;

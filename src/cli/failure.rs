@@ -1,0 +1,42 @@
+//! One message for whatever went wrong: what, where, and what to do.
+
+use std::fmt;
+
+/// An error as the user reads it: `error: …`, and after a blank line `hint: …`.
+#[derive(Debug)]
+pub struct Failure {
+    message: String,
+    hint: Option<String>,
+}
+
+impl Failure {
+    /// A failure with its message.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            hint: None,
+        }
+    }
+
+    /// The same failure with advice on the next step.
+    pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "error: {}", self.message)?;
+        match &self.hint {
+            Some(hint) => writeln!(f, "\nhint: {hint}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl From<crate::linalg::NumericError> for Failure {
+    fn from(error: crate::linalg::NumericError) -> Self {
+        Self::new(error.to_string())
+    }
+}

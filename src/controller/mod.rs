@@ -1,0 +1,5 @@
+//! K(s) to firmware: PID, reduction, discretisation, realisation, export.
+
+pub mod law;
+
+pub use law::{ControlLaw, Controller};

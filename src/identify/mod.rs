@@ -1,0 +1,1 @@
+//! Records to frequency responses with covariance; resonances and antiresonances; hammer tests.

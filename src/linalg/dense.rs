@@ -1,0 +1,162 @@
+//! Thin, checked calls into faer: solves, eigenvalues after balancing, singular values.
+//! faer neither balances nor reports singular solves; both are done here.
+
+use super::error::NumericError;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side, c64};
+
+/// X with A X = B by LU with partial pivoting; A is n×n, B n×k.
+///
+/// # Errors
+/// [`NumericError::Singular`] when a pivot falls below n·ε of the largest one.
+pub fn solve(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+    let n = a.nrows();
+    if n == 0 {
+        return Ok(Mat::zeros(0, b.ncols()));
+    }
+    let lu = a.partial_piv_lu();
+    let u = lu.U();
+    let pivots = (0..n).map(|i| u[(i, i)].abs());
+    let (lo, hi) = pivots.fold((f64::INFINITY, 0.0f64), |(lo, hi), p| {
+        (lo.min(p), hi.max(p))
+    });
+    let rcond = if hi > 0.0 { lo / hi } else { 0.0 };
+    let x = lu.solve(b);
+    // Pivots span the rounding level: the solution carries no correct digit.
+    if rcond < f64::EPSILON * 1e-3 || !x.is_all_finite() {
+        return Err(NumericError::Singular {
+            what: "linear solve",
+            rcond,
+        });
+    }
+    Ok(x)
+}
+
+/// X with A X = B for complex matrices; entries are infinite or NaN when A is exactly singular (a pole on the axis).
+pub fn solve_complex(a: &Mat<c64>, b: &Mat<c64>) -> Mat<c64> {
+    a.partial_piv_lu().solve(b)
+}
+
+/// Diagonal similarity scaling (powers of two) that evens out row and column norms: A ↦ D⁻¹AD.
+/// Returns the scaled matrix and the diagonal of D (Parlett and Reinsch 1969; Osborne 1960).
+pub fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
+    let n = a.nrows();
+    let (mut m, mut d) = (a.clone(), vec![1.0; n]);
+    // Ten sweeps settle every pattern met; more would only change factors of two.
+    for _ in 0..10 {
+        let mut changed = false;
+        for i in 0..n {
+            let off = (0..n).filter(|k| *k != i);
+            let (r, c) = off.fold((0.0, 0.0), |(r, c): (f64, f64), k| {
+                (r + m[(i, k)].powi(2), c + m[(k, i)].powi(2))
+            });
+            if r == 0.0 || c == 0.0 {
+                continue;
+            }
+            let f = (0.25 * (r / c).log2()).round().exp2();
+            if f != 1.0 && f.is_finite() {
+                changed = true;
+                d[i] *= f;
+                for k in 0..n {
+                    m[(k, i)] *= f;
+                }
+                for k in 0..n {
+                    m[(i, k)] /= f;
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    (m, d)
+}
+
+/// Eigenvalues of a real square matrix after balancing, sorted by modulus, then real part, then imaginary part.
+///
+/// # Errors
+/// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the QR iteration fails.
+pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
+    if !a.is_all_finite() {
+        return Err(NumericError::NotFinite {
+            what: "eigenvalues",
+        });
+    }
+    if a.nrows() == 0 {
+        return Ok(vec![]);
+    }
+    let (balanced, _) = balance(a);
+    sorted(balanced.eigenvalues().map_err(|_| stuck(a.nrows()))?)
+}
+
+/// Eigenvalues of a complex square matrix, sorted like [`eigenvalues`].
+///
+/// # Errors
+/// As [`eigenvalues`].
+pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
+    if !a.is_all_finite() {
+        return Err(NumericError::NotFinite {
+            what: "eigenvalues",
+        });
+    }
+    if a.nrows() == 0 {
+        return Ok(vec![]);
+    }
+    sorted(a.eigenvalues().map_err(|_| stuck(a.nrows()))?)
+}
+
+fn sorted(mut values: Vec<c64>) -> Result<Vec<c64>, NumericError> {
+    values.sort_by(|x, y| {
+        x.norm()
+            .total_cmp(&y.norm())
+            .then(x.re.total_cmp(&y.re))
+            .then(x.im.total_cmp(&y.im))
+    });
+    Ok(values)
+}
+
+fn stuck(n: usize) -> NumericError {
+    NumericError::NoConvergence {
+        what: "eigenvalue iteration",
+        iterations: n,
+        residual: f64::NAN,
+    }
+}
+
+/// Eigenvalues (ascending) and orthonormal eigenvectors (columns) of a real symmetric matrix; reads the lower triangle.
+///
+/// # Errors
+/// [`NumericError::NoConvergence`] when the iteration fails, [`NumericError::NotFinite`] for bad data.
+pub fn symmetric_eigen(a: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), NumericError> {
+    if !a.is_all_finite() {
+        return Err(NumericError::NotFinite {
+            what: "symmetric eigenvalues",
+        });
+    }
+    let n = a.nrows();
+    let evd = a.self_adjoint_eigen(Side::Lower).map_err(|_| stuck(n))?;
+    let values = (0..n).map(|i| evd.S().column_vector()[i]).collect();
+    Ok((values, evd.U().to_owned()))
+}
+
+/// Largest singular value of a real matrix; 0 for an empty one, NaN when it cannot be computed.
+pub fn max_singular_value(a: &Mat<f64>) -> f64 {
+    if a.nrows() == 0 || a.ncols() == 0 {
+        return 0.0;
+    }
+    if !a.is_all_finite() {
+        return f64::NAN;
+    }
+    a.singular_values().map_or(f64::NAN, |s| s[0])
+}
+
+/// Largest singular value of a complex matrix; 0 for an empty one, NaN when it cannot be computed.
+pub fn max_singular_value_complex(a: &Mat<c64>) -> f64 {
+    if a.nrows() == 0 || a.ncols() == 0 {
+        return 0.0;
+    }
+    if !a.is_all_finite() {
+        return f64::NAN;
+    }
+    a.singular_values().map_or(f64::NAN, |s| s[0])
+}

@@ -1,0 +1,48 @@
+//! What can go wrong in a matrix computation, with the numbers that say how badly.
+
+use thiserror::Error;
+
+/// Failure of a dense computation.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum NumericError {
+    /// Shapes do not fit.
+    #[error("{what}: expected {expected}, found {found}")]
+    Dimension {
+        /// The operation.
+        what: &'static str,
+        /// Shapes that would fit.
+        expected: String,
+        /// Shapes given.
+        found: String,
+    },
+    /// A NaN or an infinity in the data.
+    #[error("{what}: NaN or infinity in the data")]
+    NotFinite {
+        /// The operation.
+        what: &'static str,
+    },
+    /// A matrix that must be inverted is singular to working precision.
+    #[error("{what}: singular to working precision (reciprocal condition about {rcond:.1e})")]
+    Singular {
+        /// The operation.
+        what: &'static str,
+        /// Estimate of the reciprocal condition number.
+        rcond: f64,
+    },
+    /// An algebraic loop without a solution.
+    #[error("{what} is singular: the loop is not well posed")]
+    IllPosed {
+        /// The matrix.
+        what: &'static str,
+    },
+    /// An iteration reached its limit.
+    #[error("{what}: no convergence after {iterations} iterations (residual {residual:.1e})")]
+    NoConvergence {
+        /// The iteration.
+        what: &'static str,
+        /// Limit reached.
+        iterations: usize,
+        /// Last residual.
+        residual: f64,
+    },
+}

@@ -1,0 +1,11 @@
+//! Facts about matrices. The only home of dense algebra: everything above calls these plain `f64`/`c64` functions.
+
+pub mod dense;
+pub mod error;
+
+pub use dense::{
+    eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
+    solve_complex, symmetric_eigen,
+};
+pub use error::NumericError;
+pub use faer::{Mat, MatRef, c64};

@@ -1,0 +1,218 @@
+//! The linear time-invariant system  δx = A x + B u,  y = C x + D u  with its time base in the type.
+//! δ is d/dt for [`Continuous`] and the forward shift for [`Discrete`]; the compiler keeps the two apart.
+//! Symbols: n states, m inputs, p outputs; a is n×n, b n×m, c p×n, d p×m.
+
+use crate::linalg::{Mat, NumericError, c64, eigenvalues, solve_complex};
+
+/// Where a system lives: continuous or sampled time.
+pub trait TimeBase: Copy + std::fmt::Debug + PartialEq + Send + Sync {
+    /// The point of the complex plane (s or z) that belongs to `omega_rad_s`.
+    fn point(&self, omega_rad_s: f64) -> c64;
+    /// Distance of a pole from the stability boundary, negative when stable:
+    /// Re λ (rad/s) in continuous time, (|λ| − 1)/Tₛ in sampled time.
+    fn growth_rate(&self, pole: c64) -> f64;
+}
+
+/// Continuous time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Continuous;
+
+/// Sampled time with a period in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Discrete {
+    /// Sample period, s.
+    pub period_s: f64,
+}
+
+impl TimeBase for Continuous {
+    fn point(&self, omega_rad_s: f64) -> c64 {
+        c64::new(0.0, omega_rad_s)
+    }
+    fn growth_rate(&self, pole: c64) -> f64 {
+        pole.re
+    }
+}
+
+impl TimeBase for Discrete {
+    fn point(&self, omega_rad_s: f64) -> c64 {
+        c64::from_polar(1.0, omega_rad_s * self.period_s)
+    }
+    fn growth_rate(&self, pole: c64) -> f64 {
+        (pole.norm() - 1.0) / self.period_s
+    }
+}
+
+/// A linear time-invariant system in state space.
+#[derive(Clone, Debug)]
+pub struct StateSpace<T: TimeBase> {
+    /// State matrix, n×n.
+    pub a: Mat<f64>,
+    /// Input matrix, n×m.
+    pub b: Mat<f64>,
+    /// Output matrix, p×n.
+    pub c: Mat<f64>,
+    /// Feedthrough, p×m.
+    pub d: Mat<f64>,
+    /// Time base.
+    pub time: T,
+}
+
+impl<T: TimeBase> StateSpace<T> {
+    /// A system from its four matrices.
+    ///
+    /// # Errors
+    /// [`NumericError::Dimension`] when the shapes do not fit, [`NumericError::NotFinite`] for NaN or infinity.
+    pub fn new(
+        a: Mat<f64>,
+        b: Mat<f64>,
+        c: Mat<f64>,
+        d: Mat<f64>,
+        time: T,
+    ) -> Result<Self, NumericError> {
+        let n = a.nrows();
+        if a.ncols() != n
+            || b.nrows() != n
+            || c.ncols() != n
+            || d.nrows() != c.nrows()
+            || d.ncols() != b.ncols()
+        {
+            return Err(NumericError::Dimension {
+                what: "state space",
+                expected: format!("A n×n, B n×m, C p×n, D p×m with n = {n}"),
+                found: format!(
+                    "A {}×{}, B {}×{}, C {}×{}, D {}×{}",
+                    a.nrows(),
+                    a.ncols(),
+                    b.nrows(),
+                    b.ncols(),
+                    c.nrows(),
+                    c.ncols(),
+                    d.nrows(),
+                    d.ncols()
+                ),
+            });
+        }
+        if ![&a, &b, &c, &d].iter().all(|m| m.is_all_finite()) {
+            return Err(NumericError::NotFinite {
+                what: "state space",
+            });
+        }
+        Ok(Self { a, b, c, d, time })
+    }
+
+    /// A memoryless gain, p×m.
+    pub fn gain(d: Mat<f64>, time: T) -> Self {
+        let (p, m) = (d.nrows(), d.ncols());
+        Self {
+            a: Mat::zeros(0, 0),
+            b: Mat::zeros(0, m),
+            c: Mat::zeros(p, 0),
+            d,
+            time,
+        }
+    }
+
+    /// Number of states n.
+    pub fn order(&self) -> usize {
+        self.a.nrows()
+    }
+
+    /// Number of inputs m.
+    pub fn inputs(&self) -> usize {
+        self.d.ncols()
+    }
+
+    /// Number of outputs p.
+    pub fn outputs(&self) -> usize {
+        self.d.nrows()
+    }
+
+    /// Poles: eigenvalues of A, rad/s or in the z plane.
+    ///
+    /// # Errors
+    /// [`NumericError`] when the eigenvalue iteration fails.
+    pub fn poles(&self) -> Result<Vec<c64>, NumericError> {
+        eigenvalues(&self.a)
+    }
+
+    /// Largest growth rate over all poles, 1/s; negative for a stable system, −∞ for a gain.
+    ///
+    /// # Errors
+    /// [`NumericError`] when the eigenvalue iteration fails.
+    pub fn growth_rate(&self) -> Result<f64, NumericError> {
+        Ok(self
+            .poles()?
+            .into_iter()
+            .map(|p| self.time.growth_rate(p))
+            .fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// Transfer matrix C(ζI − A)⁻¹B + D at a point ζ of the s or z plane, p×m.
+    pub fn transfer(&self, point: c64) -> Mat<c64> {
+        let (n, m, p) = (self.order(), self.inputs(), self.outputs());
+        let real = |x: f64| c64::new(x, 0.0);
+        if n == 0 {
+            return Mat::from_fn(p, m, |i, j| real(self.d[(i, j)]));
+        }
+        let pencil = Mat::from_fn(n, n, |i, j| {
+            real(-self.a[(i, j)]) + if i == j { point } else { real(0.0) }
+        });
+        let x = solve_complex(&pencil, &Mat::from_fn(n, m, |i, j| real(self.b[(i, j)])));
+        Mat::from_fn(p, m, |i, j| {
+            (0..n).fold(real(self.d[(i, j)]), |sum, k| {
+                sum + x[(k, j)] * self.c[(i, k)]
+            })
+        })
+    }
+
+    /// The subsystem from the listed inputs to the listed outputs, in the order given.
+    ///
+    /// # Panics
+    /// When an index is out of range.
+    pub fn select(&self, outputs: &[usize], inputs: &[usize]) -> Self {
+        let n = self.order();
+        Self {
+            a: self.a.clone(),
+            b: Mat::from_fn(n, inputs.len(), |i, j| self.b[(i, inputs[j])]),
+            c: Mat::from_fn(outputs.len(), n, |i, j| self.c[(outputs[i], j)]),
+            d: Mat::from_fn(outputs.len(), inputs.len(), |i, j| {
+                self.d[(outputs[i], inputs[j])]
+            }),
+            time: self.time,
+        }
+    }
+
+    /// The system with its outputs multiplied from the left by a constant matrix.
+    pub fn scale_outputs(&self, left: &Mat<f64>) -> Self {
+        Self {
+            a: self.a.clone(),
+            b: self.b.clone(),
+            c: left * &self.c,
+            d: left * &self.d,
+            time: self.time,
+        }
+    }
+
+    /// The system with its inputs multiplied from the right by a constant matrix.
+    pub fn scale_inputs(&self, right: &Mat<f64>) -> Self {
+        Self {
+            a: self.a.clone(),
+            b: &self.b * right,
+            c: self.c.clone(),
+            d: &self.d * right,
+            time: self.time,
+        }
+    }
+
+    /// The same transfer matrix in the coordinates x = diag(scale)·x̃.
+    pub fn scale_states(&self, scale: &[f64]) -> Self {
+        let n = self.order();
+        Self {
+            a: Mat::from_fn(n, n, |i, j| self.a[(i, j)] * scale[j] / scale[i]),
+            b: Mat::from_fn(n, self.inputs(), |i, j| self.b[(i, j)] / scale[i]),
+            c: Mat::from_fn(self.outputs(), n, |i, j| self.c[(i, j)] * scale[j]),
+            d: self.d.clone(),
+            time: self.time,
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Closed loop, dynamic stiffness, sensitivity zones, worst case, time response.

@@ -1,0 +1,3 @@
+//! Files out: results folder, tables, plots, HTML. Gets finished results, never computes.
+
+pub mod atomic;

@@ -1,0 +1,1 @@
+//! The flexible shaft: sections, Timoshenko elements, assembly, modes, reduction with static correction.

@@ -1,0 +1,1 @@
+//! Element moduli from resonances and antiresonances.

@@ -1,0 +1,2 @@
+//! One integration binary: less linking of heavy dependencies.
+mod connections;
