@@ -1,2 +1,4 @@
 //! One integration binary: less linking of heavy dependencies.
 mod connections;
+mod rotor_cases;
+mod rotor_reference;
