@@ -2,6 +2,7 @@
 
 pub mod generalized;
 pub mod uncertainty;
+pub mod weighting;
 
 pub use generalized::GeneralizedPlant;
 pub use uncertainty::Block;
