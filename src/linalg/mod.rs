@@ -2,10 +2,12 @@
 
 pub mod dense;
 pub mod error;
+pub mod exponential;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
     solve_complex, symmetric_eigen,
 };
 pub use error::NumericError;
+pub use exponential::exponential;
 pub use faer::{Mat, MatRef, c64};
