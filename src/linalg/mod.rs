@@ -4,6 +4,7 @@ pub mod dense;
 pub mod doubled;
 pub mod doubling;
 pub mod error;
+pub mod exponential;
 pub mod lyapunov;
 pub mod riccati;
 pub mod schur;
