@@ -1,8 +1,14 @@
 //! Facts about matrices. The only home of dense algebra: everything above calls these plain `f64`/`c64` functions.
 
 pub mod dense;
+pub mod doubled;
+pub mod doubling;
 pub mod error;
 pub mod symmetric;
+pub mod exponential;
+pub mod lyapunov;
+pub mod riccati;
+pub mod schur;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
