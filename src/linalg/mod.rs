@@ -2,6 +2,8 @@
 
 pub mod dense;
 pub mod error;
+pub mod hermitian;
+pub mod lapack;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
