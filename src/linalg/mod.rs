@@ -9,6 +9,8 @@ pub mod exponential;
 pub mod lyapunov;
 pub mod riccati;
 pub mod schur;
+pub mod hermitian;
+pub mod lapack;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,

@@ -1,1 +1,11 @@
 //! Synthesis and analysis: H∞, μ bounds, D-scales and their fits, the D-K loop.
+
+pub mod dscale;
+pub mod lmi;
+pub mod mu;
+pub mod mu_lower;
+pub mod mu_mixed;
+pub mod mu_reduction;
+pub mod structure;
+
+pub use structure::MuError;

@@ -3,3 +3,5 @@ mod augment;
 mod connections;
 mod rotor_cases;
 mod rotor_reference;
+mod control_cases;
+mod mu_constant;
