@@ -2,6 +2,7 @@
 
 pub mod dense;
 pub mod error;
+pub mod symmetric;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
@@ -9,3 +10,4 @@ pub use dense::{
 };
 pub use error::NumericError;
 pub use faer::{Mat, MatRef, c64};
+pub use symmetric::{DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors};
