@@ -52,7 +52,9 @@ pub enum RotorError {
     #[error("elements: the list is empty, a shaft needs at least one element")]
     NoElements,
     /// A position that is not on the shaft.
-    #[error("{what}: {position_m} m is not on the shaft, which reaches from {from_m} m to {to_m} m")]
+    #[error(
+        "{what}: {position_m} m is not on the shaft, which reaches from {from_m} m to {to_m} m"
+    )]
     OffShaft {
         /// What sits there.
         what: String,

@@ -142,7 +142,13 @@ impl Rotor {
                 }
             });
             let values = eigenvalues_complex(&a)?;
-            let whirl = |v: &c64| if speed_rad_s == 0.0 { 0.0 } else { v.im.signum() };
+            let whirl = |v: &c64| {
+                if speed_rad_s == 0.0 {
+                    0.0
+                } else {
+                    v.im.signum()
+                }
+            };
             return Ok(spectrum(values.iter().map(|v| (*v, whirl(v))), to_hz));
         }
         let size = 2 * n;
@@ -198,7 +204,16 @@ impl Rotor {
         let listed = (0..values.len()).map(|k| (values[k], k));
         let kept: Vec<(c64, f64)> = listed
             .filter(|(v, _)| v.im >= 0.0)
-            .map(|(v, k)| (v, if v.im > OSCILLATING_RAD_S { whirl(k) } else { 0.0 }))
+            .map(|(v, k)| {
+                (
+                    v,
+                    if v.im > OSCILLATING_RAD_S {
+                        whirl(k)
+                    } else {
+                        0.0
+                    },
+                )
+            })
             .collect();
         Ok(spectrum(kept, to_hz))
     }

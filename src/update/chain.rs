@@ -105,9 +105,7 @@ impl Port {
     /// Value of a nodal vector at the port.
     pub fn read(&self, x: &[[f64; 2]]) -> f64 {
         let w = &self.weights;
-        let here = x
-            .get(self.node)
-            .map_or(0.0, |v| w[0] * v[0] + w[1] * v[1]);
+        let here = x.get(self.node).map_or(0.0, |v| w[0] * v[0] + w[1] * v[1]);
         let next = x
             .get(self.node + 1)
             .map_or(0.0, |v| w[2] * v[0] + w[3] * v[1]);
