@@ -6,9 +6,11 @@
 
 pub mod assembly;
 pub mod basis;
+pub mod chain;
 pub mod element;
 pub mod modes;
 pub mod section;
+pub mod spectrum;
 pub mod whirl;
 pub mod zeros;
 

@@ -1,11 +1,10 @@
 //! Element moduli from resonances and antiresonances.
 //!
 //! Parameters are the modulus factors θ of the update regions, always positive (the fit moves ln θ). Data are resonances and
-//! antiresonances of the free-free rotor at rest, both from the full finite-element chain ([`spectrum`]): a truncated model moves
+//! antiresonances of the free-free rotor at rest, both from the full finite-element chain ([`crate::rotor::spectrum`]): a truncated model moves
 //! antiresonances by tens of hertz. Two ways: Gauss–Newton with analytic sensitivities and a prior ([`gauss_newton`]), and the
 //! Nelder–Mead search of the reference method, Eq. (7) ([`nelder_mead`]).
 
-pub mod chain;
 pub mod determine;
 pub mod gauss_newton;
 pub mod matching;
@@ -14,7 +13,6 @@ pub mod nelder_mead;
 pub mod outcome;
 pub mod problem;
 pub mod shapes;
-pub mod spectrum;
 pub mod targets;
 
 pub use determine::{Combination, Determined};

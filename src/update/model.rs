@@ -1,7 +1,7 @@
 //! From the assembled rotor to the chain that the fit evaluates, and from factors back to the rotor.
 
 use super::UpdateError;
-use super::chain::{Blocks, Chain, Port, Region};
+use crate::rotor::chain::{Blocks, Chain, Port, Region};
 use crate::linalg::Mat;
 use crate::rotor::Rotor;
 

@@ -5,7 +5,7 @@ use super::UpdateError;
 use super::determine::Determined;
 use super::problem::{Evaluation, Peak, Problem};
 use super::shapes::{self, ShapeComparison};
-use super::spectrum::Spectrum;
+use crate::rotor::spectrum::Spectrum;
 use super::targets::Targets;
 use crate::rotor::Rotor;
 

@@ -3,10 +3,10 @@
 //! With mass-normalised φ at a pole and x = A⁻¹b, w = A⁻¹c at a zero (A = K − λM, cᵀx = 0; the right and left vectors of the pencil
 //! [[K − λM, b], [cᵀ, 0]]):  ∂λ/∂θᵣ = φᵀKᵣφ  and  ∂λ/∂θᵣ = wᵀKᵣx / wᵀMx;  ∂ln f/∂ln θᵣ = θᵣ ∂λ/∂θᵣ / 2λ.
 
-use super::chain::{Chain, Factor, Port};
+use crate::rotor::chain::{Chain, Factor, Port};
 use super::matching::{align, warp};
 use super::outcome::PeakKind;
-use super::spectrum::{Query, Spectrum, lambda, spectrum};
+use crate::rotor::spectrum::{Query, Spectrum, lambda, spectrum};
 use super::targets::{Target, Targets};
 use super::{UpdateError, model};
 use crate::rotor::Rotor;

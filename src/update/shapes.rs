@@ -1,7 +1,7 @@
 //! Measured points of mode shapes beside the model's: scale by least squares, agreement by the modal assurance criterion
 //! MAC = (aᵀb)²/(aᵀa · bᵀb) over the measured points (Allemang and Brown 1982). The scale of a measurement is arbitrary.
 
-use super::spectrum::Spectrum;
+use crate::rotor::spectrum::Spectrum;
 use super::targets::MeasuredShape;
 use super::{UpdateError, model};
 use crate::rotor::Rotor;
