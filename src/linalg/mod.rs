@@ -2,6 +2,7 @@
 
 pub mod dense;
 pub mod error;
+pub mod exponential;
 pub mod symmetric;
 
 pub use dense::{
@@ -9,5 +10,6 @@ pub use dense::{
     solve_complex, symmetric_eigen,
 };
 pub use error::NumericError;
+pub use exponential::exponential;
 pub use faer::{Mat, MatRef, c64};
 pub use symmetric::{DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors};

@@ -119,8 +119,22 @@ impl Rotor {
         };
         let stiffness = |a, b| form(|s| s.stiffness_n_per_m, a, b);
         let viscous = |a, b| form(|s| s.damping_n_s_per_m, a, b);
-        // States (s q, q̇) with s = max(ω, 1): rows and columns of like size.
-        let scale: Vec<f64> = modes.omega_rad_s.iter().map(|w| w.max(1.0)).collect();
+        // States (s q, q̇) with s² = ω² + the supports' share, at least 1: rows and columns of like size.
+        let share = |k: usize| -> f64 {
+            let stiff = |s: &Support| {
+                s.stiffness_n_per_m[0][0]
+                    .abs()
+                    .max(s.stiffness_n_per_m[1][1].abs())
+            };
+            supports
+                .iter()
+                .zip(&rows)
+                .map(|(s, row)| stiff(s) * row[k] * row[k])
+                .sum()
+        };
+        let scale: Vec<f64> = (0..n)
+            .map(|k| (omega2(k) + share(k)).max(1.0).sqrt())
+            .collect();
         if supports.iter().all(Support::is_isotropic) {
             // A circulant [[a, b], [−b, a]] acts on r = x + jy as a − jb.
             let (ka, kb) = (stiffness(0, 0), stiffness(0, 1));

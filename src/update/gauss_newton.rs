@@ -33,7 +33,7 @@ const RESERVE: usize = 8;
 /// # Errors
 /// [`UpdateError`] when there is nothing to fit, nothing matches, or a matrix computation fails. Data that moduli cannot
 /// explain are not an error: see [`Updated::explanation`].
-pub fn gauss_newton(
+pub fn gauss_newton_rotor(
     rotor: &Rotor,
     targets: &Targets,
     settings: &UpdateSettings,

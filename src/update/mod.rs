@@ -7,6 +7,7 @@
 
 pub mod determine;
 pub mod gauss_newton;
+pub mod machine;
 pub mod matching;
 pub mod model;
 pub mod nelder_mead;
@@ -16,8 +17,9 @@ pub mod shapes;
 pub mod targets;
 
 pub use determine::{Combination, Determined};
-pub use gauss_newton::gauss_newton;
-pub use nelder_mead::nelder_mead;
+pub use gauss_newton::gauss_newton_rotor;
+pub use machine::{UpdatedMachine, front_and_rear, gauss_newton, nelder_mead};
+pub use nelder_mead::nelder_mead_rotor;
 pub use outcome::{Explanation, Factor, Method, PeakError, PeakKind, Updated};
 pub use problem::UpdateSettings;
 pub use shapes::ShapeComparison;
@@ -25,6 +27,7 @@ pub use targets::{FrfTargets, MeasuredShape, Target, Targets};
 
 use crate::linalg::NumericError;
 use crate::rotor::RotorError;
+use crate::spindle::SpindleError;
 use thiserror::Error;
 
 /// Why a model could not be updated.
@@ -68,6 +71,9 @@ pub enum UpdateError {
     /// The rotor model breaks a rule.
     #[error(transparent)]
     Rotor(#[from] RotorError),
+    /// The machine breaks a rule.
+    #[error(transparent)]
+    Machine(#[from] SpindleError),
     /// A matrix computation failed.
     #[error(transparent)]
     Numeric(#[from] NumericError),

@@ -1,9 +1,9 @@
 //! From the assembled rotor to the chain that the fit evaluates, and from factors back to the rotor.
 
 use super::UpdateError;
-use crate::rotor::chain::{Blocks, Chain, Port, Region};
 use crate::linalg::Mat;
 use crate::rotor::Rotor;
+use crate::rotor::chain::{Blocks, Chain, Port, Region};
 
 /// The chain of a rotor; regions in order of first appearance from the tool end. Factor 1 is the rotor as given.
 ///

@@ -26,8 +26,8 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// Moves the modulus factors with Nelder–Mead; settings give exponents, iterations and number of simplexes.
 ///
 /// # Errors
-/// As [`super::gauss_newton`].
-pub fn nelder_mead(
+/// As [`super::gauss_newton_rotor`].
+pub fn nelder_mead_rotor(
     rotor: &Rotor,
     targets: &Targets,
     settings: &UpdateSettings,

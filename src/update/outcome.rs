@@ -5,9 +5,9 @@ use super::UpdateError;
 use super::determine::Determined;
 use super::problem::{Evaluation, Peak, Problem};
 use super::shapes::{self, ShapeComparison};
-use crate::rotor::spectrum::Spectrum;
 use super::targets::Targets;
 use crate::rotor::Rotor;
+use crate::rotor::spectrum::Spectrum;
 
 /// How the factors were found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

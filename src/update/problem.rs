@@ -3,13 +3,13 @@
 //! With mass-normalised φ at a pole and x = A⁻¹b, w = A⁻¹c at a zero (A = K − λM, cᵀx = 0; the right and left vectors of the pencil
 //! [[K − λM, b], [cᵀ, 0]]):  ∂λ/∂θᵣ = φᵀKᵣφ  and  ∂λ/∂θᵣ = wᵀKᵣx / wᵀMx;  ∂ln f/∂ln θᵣ = θᵣ ∂λ/∂θᵣ / 2λ.
 
-use crate::rotor::chain::{Chain, Factor, Port};
 use super::matching::{align, warp};
 use super::outcome::PeakKind;
-use crate::rotor::spectrum::{Query, Spectrum, lambda, spectrum};
 use super::targets::{Target, Targets};
 use super::{UpdateError, model};
 use crate::rotor::Rotor;
+use crate::rotor::chain::{Chain, Factor, Port};
+use crate::rotor::spectrum::{Query, Spectrum, lambda, spectrum};
 
 /// Antiresonances are counted from here, Hz: below lie rigid-body and suspension effects.
 const LOWEST_HZ: f64 = 100.0;

@@ -1,10 +1,10 @@
 //! Measured points of mode shapes beside the model's: scale by least squares, agreement by the modal assurance criterion
 //! MAC = (aᵀb)²/(aᵀa · bᵀb) over the measured points (Allemang and Brown 1982). The scale of a measurement is arbitrary.
 
-use crate::rotor::spectrum::Spectrum;
 use super::targets::MeasuredShape;
 use super::{UpdateError, model};
 use crate::rotor::Rotor;
+use crate::rotor::spectrum::Spectrum;
 
 /// One measured shape and the model's shape it belongs to.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,3 +1,6 @@
 //! One integration binary: less linking of heavy dependencies.
+mod augment;
 mod connections;
+mod rotor_cases;
+mod rotor_reference;
 mod update_reference;

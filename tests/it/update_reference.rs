@@ -2,7 +2,8 @@
 
 use muspin::rotor::{Disc, Material, PlanarModes, Rotor, Section};
 use muspin::update::{
-    FrfTargets, MeasuredShape, Target, Targets, UpdateSettings, Updated, gauss_newton, nelder_mead,
+    FrfTargets, MeasuredShape, Target, Targets, UpdateSettings, Updated, gauss_newton_rotor,
+    nelder_mead_rotor,
 };
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -161,7 +162,7 @@ fn nominal_spectrum_equals_the_independent_fe() {
             max_evaluations: 1,
             ..Default::default()
         };
-        let u = gauss_newton(&case.rotor, &case.targets, &settings).unwrap();
+        let u = gauss_newton_rotor(&case.rotor, &case.targets, &settings).unwrap();
         let nominal = &case.json["baselines"]["nominal"];
         let check = |found: &[f64], expected: &Value| {
             for (f, e) in found.iter().zip(numbers(expected)) {
@@ -181,7 +182,7 @@ const BASELINES: [(&str, f64); 4] = [("u01", 0.31), ("u02", 0.38), ("u03", 0.55)
 fn gauss_newton_predicts_the_tool_better_than_every_baseline() {
     for (name, db) in BASELINES {
         let case = load(name);
-        let u = gauss_newton(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
+        let u = gauss_newton_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
         show(name, &case, &u);
         assert!(u.evaluations <= 30, "{name}: {}", u.evaluations);
         let found = tool_error_db(&case, &u.rotor);
@@ -202,7 +203,7 @@ fn gauss_newton_estimates_the_noise_when_nobody_gives_it() {
         {
             t.standard_deviation_hz = None;
         }
-        let u = gauss_newton(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
+        let u = gauss_newton_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
         println!("sigma {:.2e}", u.errors[0].relative_sd);
         show(name, &case, &u);
         assert!(u.evaluations <= 30, "{name}: {}", u.evaluations);
@@ -214,7 +215,7 @@ fn gauss_newton_estimates_the_noise_when_nobody_gives_it() {
 fn nelder_mead_reaches_at_least_what_scipy_does() {
     for (name, _) in BASELINES {
         let case = load(name);
-        let u = nelder_mead(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
+        let u = nelder_mead_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
         show(name, &case, &u);
         let baseline = &case.json["baselines"]["nelder_mead_500"];
         let sum: f64 = u
@@ -248,7 +249,7 @@ fn mode_shapes_of_the_truth_agree() {
                 .collect(),
         })
         .collect();
-    let u = gauss_newton(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
+    let u = gauss_newton_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap();
     for shape in &u.shapes {
         assert_eq!(shape.mode, shape.model_mode);
         assert!(shape.mac > 0.9999, "{}", shape.mac);
