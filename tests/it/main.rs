@@ -5,3 +5,4 @@ mod rotor_cases;
 mod rotor_reference;
 mod control_cases;
 mod mu_constant;
+mod update_reference;
