@@ -41,7 +41,7 @@ pub fn design_plane(
 ) -> Result<StateSpace<Continuous>, SpindleError> {
     let mut isotropic = machine.clone();
     isotropic.spindle.effects.retain(|e| {
-        !matches!(e.kind(), EffectKind::BearingCoupling | EffectKind::AxisMisalignment)
+        !matches!(e.kind, EffectKind::BearingCoupling | EffectKind::AxisMisalignment)
     });
     let detail = ModelDetail::Modes { flexible, static_residual: true };
     let plant = Plant::new(&isotropic, 0.0, detail)?;
