@@ -8,10 +8,12 @@ pub mod exponential;
 pub mod lyapunov;
 pub mod riccati;
 pub mod schur;
+pub mod svd;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
     solve_complex, symmetric_eigen,
 };
 pub use error::NumericError;
+pub use svd::{Svd, svd};
 pub use faer::{Mat, MatRef, c64};
