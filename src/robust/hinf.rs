@@ -14,6 +14,7 @@ use super::hinf_controller::central;
 use super::hinf_level::{Side, control_side, filter_side};
 use super::hinf_normal::NormalForm;
 use crate::augment::GeneralizedPlant;
+use crate::linalg::riccati::Effort;
 use crate::linalg::{Mat, NumericError, symmetric_eigen};
 use crate::lti::connect::lower_lft;
 use crate::lti::level_set::Peak;
@@ -130,6 +131,8 @@ struct Search {
     filter_level: Peak,
     /// √ρ(X₂Y₂).
     coupling_level: f64,
+    /// Largest eigenvalues of X₂ and Y₂, the scale of X and Y far from their singularities.
+    sizes: [f64; 2],
 }
 
 /// X and Y at a level with everything that the conditions need.
@@ -142,6 +145,8 @@ struct Pair {
     y_min: f64,
     /// ρ(XY)/γ².
     coupling: f64,
+    /// Positive when feasible, negative when not, zero at the boundary and continuous through it.
+    measure: f64,
     failed: Option<Condition>,
 }
 
@@ -159,11 +164,12 @@ impl Search {
             regulator(&control, "control")?,
             regulator(&filter, "filter")?,
         );
-        let coupling = coupling(&k.x, &f.x)?.ratio;
+        let regulators = coupling(&k.x, &f.x)?;
         Ok(Self {
             control_level: control.smallest_level(&k, LEVEL_TOL)?,
             filter_level: filter.smallest_level(&f, LEVEL_TOL)?,
-            coupling_level: coupling.max(0.0).sqrt(),
+            coupling_level: regulators.ratio.max(0.0).sqrt(),
+            sizes: regulators.extremes,
             normal,
             control,
             filter,
@@ -193,8 +199,12 @@ impl Search {
         None
     }
 
-    fn pair(&self, gamma: f64) -> Result<Pair, SynthesisError> {
-        let (x, y) = match (self.control.riccati(gamma), self.filter.riccati(gamma)) {
+    fn pair(&self, gamma: f64, effort: Effort) -> Result<Pair, SynthesisError> {
+        let solutions = (
+            self.control.riccati(gamma, effort),
+            self.filter.riccati(gamma, effort),
+        );
+        let (x, y) = match solutions {
             (Ok(x), Ok(y)) => (x, y),
             _ => {
                 let nothing = Mat::zeros(0, 0);
@@ -206,6 +216,7 @@ impl Search {
                     x_min: f64::NAN,
                     y_min: f64::NAN,
                     coupling: f64::NAN,
+                    measure: -1.0,
                     failed: Some(Condition::Unsolved),
                 });
             }
@@ -229,6 +240,7 @@ impl Search {
             x_min: c.x_min,
             y_min: c.y_min,
             coupling: ratio,
+            measure: c.measure(gamma, self.sizes),
             failed: failed.or_else(|| self.below_level(gamma)),
         })
     }
@@ -239,8 +251,8 @@ impl Search {
         let lower = self.lower_bound();
         let mut test = |gamma: f64| -> Result<(f64, Option<Condition>), SynthesisError> {
             *pairs += 1;
-            let pair = self.pair(gamma)?;
-            Ok((measure(&pair), pair.failed))
+            let pair = self.pair(gamma, Effort::Fast)?;
+            Ok((pair.measure, pair.failed))
         };
         if lower == 0.0 {
             return self.from_zero(&mut test);
@@ -334,11 +346,24 @@ impl Search {
                 "gamma must be a positive number, found {gamma}"
             )));
         }
+        if let Some(condition) = self.below_level(gamma) {
+            return Err(SynthesisError::Infeasible { gamma, condition });
+        }
+        // X and Y exact to the last bit are needed for few plants, and cost more than all the rest.
+        self.deliver_with(plant, gamma_opt, gamma, Effort::Fast, pairs)
+            .or_else(|_| self.deliver_with(plant, gamma_opt, gamma, Effort::Full, pairs))
+    }
+
+    fn deliver_with(
+        &self,
+        plant: &GeneralizedPlant,
+        gamma_opt: f64,
+        gamma: f64,
+        effort: Effort,
+        pairs: &mut usize,
+    ) -> Result<HinfSolution, SynthesisError> {
         *pairs += 1;
-        let pair = match self.below_level(gamma) {
-            Some(condition) => return Err(SynthesisError::Infeasible { gamma, condition }),
-            None => self.pair(gamma)?,
-        };
+        let pair = self.pair(gamma, effort)?;
         if let Some(condition) = pair.failed {
             return Err(SynthesisError::Infeasible { gamma, condition });
         }
@@ -404,6 +429,27 @@ struct Coupling {
     y_min: f64,
     /// ρ(XY), or the most negative eigenvalue of XY when one of them is indefinite.
     ratio: f64,
+    /// Largest eigenvalue of X and of Y, or the most negative one of an indefinite matrix.
+    extremes: [f64; 2],
+}
+
+impl Coupling {
+    /// γ²/ρ(XY) − 1, and what is left until X and Y pass through infinity, whichever is smaller.
+    fn measure(&self, gamma: f64, sizes: [f64; 2]) -> f64 {
+        let passage = |k: usize| {
+            if self.extremes[k] == 0.0 {
+                1.0
+            } else {
+                sizes[k] / self.extremes[k]
+            }
+        };
+        let near = passage(0).min(passage(1));
+        if near < 0.0 {
+            return near.max(-1.0);
+        }
+        let coupling = gamma * gamma / self.ratio.max(1e-12 * gamma * gamma) - 1.0;
+        coupling.min(near)
+    }
 }
 
 /// Eigenvalues of XY through a factor of the definite one: Y = LLᵀ, eigenvalues of LᵀXL.
@@ -414,6 +460,7 @@ fn coupling(x: &Mat<f64>, y: &Mat<f64>) -> Result<Coupling, NumericError> {
             x_min: 0.0,
             y_min: 0.0,
             ratio: 0.0,
+            extremes: [0.0; 2],
         });
     }
     let ((xv, xu), (yv, yu)) = (symmetric_eigen(x)?, symmetric_eigen(y)?);
@@ -436,53 +483,70 @@ fn coupling(x: &Mat<f64>, y: &Mat<f64>) -> Result<Coupling, NumericError> {
         x_min,
         y_min,
         ratio: if indefinite { values[0] } else { values[n - 1] },
+        extremes: [(x_min, &xv), (y_min, &yv)]
+            .map(|(least, v)| if least < -DEFINITE { v[0] } else { v[n - 1] }),
     })
 }
 
-/// γ²/ρ(XY) − 1: positive when feasible, −1 where X or Y passes through infinity, and continuous there.
-fn measure(pair: &Pair) -> f64 {
-    match pair.failed {
-        None => 1.0 / pair.coupling.max(1e-12) - 1.0,
-        Some(Condition::Coupling { ratio }) => 1.0 / ratio - 1.0,
-        _ if pair.coupling < 0.0 => (1.0 / pair.coupling).max(-10.0) - 1.0,
-        _ => -1.0,
-    }
-}
-
-/// Bracketed secant (Illinois) in log γ, with bisection whenever two steps have not halved the bracket.
+/// Root of the measure in log γ by inverse quadratic interpolation inside a bracket, bisection where that is not safe
+/// (Chandrupatla 1997). Returns the feasible end.
 fn narrow(
-    mut lo: (f64, f64),
-    mut hi: (f64, f64),
+    lo: (f64, f64),
+    hi: (f64, f64),
     tol: f64,
     test: &mut dyn FnMut(f64) -> Result<(f64, Option<Condition>), SynthesisError>,
 ) -> Result<f64, SynthesisError> {
     // Bisection alone needs 40 steps from a ratio of 100 to 1e-9.
     const STEPS: usize = 100;
-    let (mut weight_lo, mut weight_hi) = (1.0, 1.0);
-    let mut width = [f64::INFINITY; 2];
-    for step in 0..STEPS {
-        let (a, b) = (lo.0.ln(), hi.0.ln());
-        if b - a <= tol {
+    // A feasible measure counts as positive whatever its rounding, an infeasible one as negative.
+    let signed = |value: f64, feasible: bool| {
+        if feasible {
+            value.clamp(f64::MIN_POSITIVE, 10.0)
+        } else {
+            value.min(-f64::MIN_POSITIVE)
+        }
+    };
+    let mut new = (lo.0.ln(), signed(lo.1, false));
+    let mut old = (hi.0.ln(), signed(hi.1, true));
+    let mut best = hi.0;
+    let mut fraction = 0.5;
+    for _ in 0..STEPS {
+        let x = new.0 + fraction * (old.0 - new.0);
+        let gamma = x.exp();
+        let (value, failed) = test(gamma)?;
+        let point = (x, signed(value, failed.is_none()));
+        if failed.is_none() {
+            best = best.min(gamma);
+        }
+        let third;
+        if (point.1 > 0.0) == (new.1 > 0.0) {
+            third = new;
+        } else {
+            third = old;
+            old = new;
+        }
+        new = point;
+        let width = (old.0 - new.0).abs();
+        if width <= tol {
             break;
         }
-        let secant = {
-            let (f, g) = (lo.1 * weight_lo, hi.1.min(10.0) * weight_hi);
-            a + (b - a) * (-f / (g - f))
-        };
-        let stalled = b - a > 0.5 * width[step % 2];
-        width[step % 2] = b - a;
-        // A point at the tolerance from an end closes the bracket from the other side.
-        let inside = secant.clamp(a + 0.4 * tol, b - 0.4 * tol);
-        let next = if stalled || !secant.is_finite() { 0.5 * (a + b) } else { inside };
-        let gamma = next.exp();
-        let (value, failed) = test(gamma)?;
-        if failed.is_none() {
-            hi = (gamma, value);
-            (weight_lo, weight_hi) = (weight_lo * 0.5, 1.0);
+        let xi = (new.0 - old.0) / (third.0 - old.0);
+        let phi = (new.1 - old.1) / (third.1 - old.1);
+        let smooth = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
+        fraction = if smooth {
+            new.1 / (old.1 - new.1) * third.1 / (old.1 - third.1)
+                + (third.0 - new.0) / (old.0 - new.0) * new.1 / (third.1 - new.1) * old.1
+                    / (third.1 - old.1)
         } else {
-            lo = (gamma, value);
-            (weight_lo, weight_hi) = (1.0, weight_hi * 0.5);
-        }
+            0.5
+        };
+        // Half a tolerance past the root closes the bracket from the other side.
+        let margin = 0.5 * tol / width;
+        fraction = if fraction.is_finite() {
+            fraction.clamp(margin, 1.0 - margin)
+        } else {
+            0.5
+        };
     }
-    Ok(hi.0)
+    Ok(best)
 }

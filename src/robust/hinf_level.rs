@@ -90,15 +90,24 @@ impl Side {
         stack_cols(&self.d11, &d12)
     }
 
-    /// R at γ, (m1+m2)×(m1+m2).
-    pub fn weight(&self, gamma: f64) -> Mat<f64> {
-        let d = self.feedthrough();
+    /// B, [D11 D12] and R at γ with the disturbances scaled by 1/γ, which turns the −γ²I of R into −I: a level far below
+    /// the other entries of R then leaves no small pivots.
+    fn scaled(&self, gamma: f64) -> (Mat<f64>, Mat<f64>, Mat<f64>) {
         let m1 = self.b1.ncols();
+        let factor = |m: Mat<f64>| {
+            Mat::from_fn(m.nrows(), m.ncols(), |i, j| {
+                if j < m1 { m[(i, j)] / gamma } else { m[(i, j)] }
+            })
+        };
+        let (b, d) = (
+            factor(stack_cols(&self.b1, &self.b2)),
+            factor(self.feedthrough()),
+        );
         let mut r = d.transpose() * &d;
         for i in 0..m1 {
-            r[(i, i)] -= gamma * gamma;
+            r[(i, i)] -= 1.0;
         }
-        r
+        (b, d, r)
     }
 
     /// Riccati equation at γ.
@@ -106,9 +115,8 @@ impl Side {
     /// # Errors
     /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
     pub fn equation(&self, gamma: f64) -> Result<Equation, NumericError> {
-        let b = stack_cols(&self.b1, &self.b2);
-        let s = self.c1.transpose() * self.feedthrough();
-        let r = self.weight(gamma);
+        let (b, d, r) = self.scaled(gamma);
+        let s = self.c1.transpose() * d;
         let right = stack_cols(&b.transpose().to_owned(), &s.transpose().to_owned());
         let x = solve(&r, &right)?;
         let (n, m) = (self.a.nrows(), r.nrows());
@@ -124,9 +132,9 @@ impl Side {
     ///
     /// # Errors
     /// [`RiccatiError`] when no solver finds one.
-    pub fn riccati(&self, gamma: f64) -> Result<CareSolution, RiccatiError> {
+    pub fn riccati(&self, gamma: f64, effort: Effort) -> Result<CareSolution, RiccatiError> {
         let e = self.equation(gamma)?;
-        care_with(&e.a, &e.g, &e.q, Effort::Fast)
+        care_with(&e.a, &e.g, &e.q, effort)
     }
 
     /// Smallest γ for which the Riccati equation has a stabilising solution, with its frequency.
@@ -171,11 +179,13 @@ impl Side {
         };
         let mut poles = eigenvalues(&closed.a)?;
         poles.extend(eigenvalues(&self.a)?);
-        // Levels below rounding of the problem are zero.
-        let floor = 1e-13
+        // Levels near rounding of the problem are zero.
+        let floor = 1e-11
             * (max_singular_value(&self.d11)
                 + self.b1.norm_l2() * self.c1.norm_l2() / self.a.norm_l2().max(1e-300));
-        if floor == 0.0 {
+        let places = seeds(&poles);
+        let found = places.iter().map(|w| value(*w)).fold(at_infinity.max(value(0.0)), f64::max);
+        if found <= floor {
             return Ok(nothing);
         }
         let hamiltonian = |gamma: f64| {
@@ -189,7 +199,7 @@ impl Side {
                 (false, false) => -e.a[(j - n, i - n)] * scale[i - n] / scale[j - n],
             }))
         };
-        peak(&value, &seeds(&poles), floor, &hamiltonian, rel_tol)
+        peak(&value, &places, floor, &hamiltonian, rel_tol)
     }
 }
 
@@ -221,8 +231,10 @@ pub fn filter_side(p: &super::hinf_normal::NormalForm) -> Side {
 /// # Errors
 /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
 pub fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    let b = stack_cols(&side.b1, &side.b2);
-    let right = side.feedthrough().transpose() * &side.c1 + b.transpose() * x;
-    let f = solve(&side.weight(gamma), &right)?;
-    Ok(Mat::from_fn(f.nrows(), f.ncols(), |i, j| -f[(i, j)]))
+    let (b, d, r) = side.scaled(gamma);
+    let f = solve(&r, &(d.transpose() * &side.c1 + b.transpose() * x))?;
+    let m1 = side.b1.ncols();
+    Ok(Mat::from_fn(f.nrows(), f.ncols(), |i, j| {
+        if i < m1 { -f[(i, j)] / gamma } else { -f[(i, j)] }
+    }))
 }
