@@ -1,7 +1,14 @@
 //! Facts about matrices. The only home of dense algebra: everything above calls these plain `f64`/`c64` functions.
 
 pub mod dense;
+pub mod doubled;
+pub mod doubling;
 pub mod error;
+pub mod symmetric;
+pub mod exponential;
+pub mod lyapunov;
+pub mod riccati;
+pub mod schur;
 pub mod hermitian;
 pub mod lapack;
 
@@ -11,3 +18,4 @@ pub use dense::{
 };
 pub use error::NumericError;
 pub use faer::{Mat, MatRef, c64};
+pub use symmetric::{DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors};
