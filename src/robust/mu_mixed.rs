@@ -2,9 +2,8 @@
 //!
 //!   minimise t  subject to  MᴴX_L M + j(GM − MᴴGᴴ) − λX_R ⪯ t I,   X ⪰ 0,   tr X_R = dim w
 //!
-//! in the coordinates in which the present scale is the identity, then λ ← the bound of the new scale, evaluated (Dinkelbach;
-//! the convergence is superlinear). Changing coordinates each time keeps every programme well scaled even where the
-//! optimal D diverges. Symbols: λ = β².
+//! in coordinates in which a good scale is the identity, then λ ← the bound of the new scale, evaluated (Dinkelbach; the
+//! convergence is superlinear). Symbols: λ = β².
 
 use super::lmi::{MatrixInequality, Programme, Row};
 use super::structure::{Scaling, Span, Structure};
@@ -16,11 +15,14 @@ const MAX_ROUNDS: usize = 15;
 /// λ counts as settled when a round lowers it by less than this fraction: half of it in β.
 const SETTLED: f64 = 1e-7;
 /// X stays within this factor of the present scale in one round.
-const X_RANGE: f64 = 1e5;
+const X_RANGE: f64 = 1e7;
 /// G stays below this many times the size of the scaled matrix in one round.
 const G_RANGE: f64 = 1e5;
 
 /// Improves a scaling until the bound settles. The returned scaling is never worse than the one given.
+///
+/// First in the coordinates of the start, where an optimum with X near the boundary (real parameters) stays well scaled;
+/// then in coordinates that follow the scaling, which reaches optima with a D of large condition.
 ///
 /// # Errors
 /// [`NumericError`] when the bound of the start cannot be evaluated.
@@ -29,36 +31,48 @@ pub fn optimal(
     structure: &Structure,
     start: Scaling,
 ) -> Result<Scaling, NumericError> {
-    let mut best = start;
+    let mut best = start.clone();
     let mut level = best.squared_bound(m)?;
-    for _ in 0..MAX_ROUNDS {
-        let scaled = best.apply(m);
-        let size = max_singular_value_complex(&scaled);
-        // λ ≤ 0 proves μ = 0 already.
-        if size.is_nan() || size <= 0.0 || level <= 0.0 {
-            break;
-        }
-        let unit = Mat::from_fn(m.nrows(), m.ncols(), |i, j| scaled[(i, j)] / size);
-        let Some((x, g)) = improve(&unit, structure, level / (size * size)) else {
-            break;
-        };
-        let Some(next) = recompose(&best, structure, &x, &g, size) else {
-            break;
-        };
-        let Ok(lower) = next.squared_bound(m) else {
-            break;
-        };
-        if lower.is_nan() || lower >= level {
-            break;
-        }
-        let change = level - lower;
-        best = next;
-        level = lower;
-        if change <= SETTLED * level.abs() {
-            break;
+    for frame in [Some(&start), None] {
+        for _ in 0..MAX_ROUNDS {
+            // λ ≤ 0 proves μ = 0 already.
+            if level <= 0.0 {
+                return Ok(best);
+            }
+            let frame = frame.unwrap_or(&best);
+            let Some((next, lower)) = round(m, structure, frame, level) else {
+                break;
+            };
+            if lower.is_nan() || lower >= level {
+                break;
+            }
+            let settled = level - lower <= SETTLED * level.abs();
+            (best, level) = (next, lower);
+            if settled {
+                break;
+            }
         }
     }
     Ok(best)
+}
+
+/// One programme in the coordinates of `frame`: the scaling it leads to and the λ that this proves.
+fn round(
+    m: &Mat<c64>,
+    structure: &Structure,
+    frame: &Scaling,
+    level: f64,
+) -> Option<(Scaling, f64)> {
+    let scaled = frame.apply(m);
+    let size = max_singular_value_complex(&scaled);
+    if size.is_nan() || size <= 0.0 {
+        return None;
+    }
+    let unit = Mat::from_fn(m.nrows(), m.ncols(), |i, j| scaled[(i, j)] / size);
+    let (x, g) = improve(&unit, structure, level / (size * size))?;
+    let next = recompose(frame, structure, &x, &g, size)?;
+    let lower = next.squared_bound(m).ok()?;
+    Some((next, lower))
 }
 
 /// A basis element of a Hermitian n×n matrix: (row, column, value) and its mirror.
