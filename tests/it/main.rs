@@ -6,3 +6,5 @@ mod rotor_reference;
 mod control_cases;
 mod mu_constant;
 mod update_reference;
+mod spindle_effects;
+mod spindle_plant;
