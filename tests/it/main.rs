@@ -4,6 +4,7 @@ mod connections;
 mod rotor_cases;
 mod rotor_reference;
 mod control_cases;
+mod input_files;
 mod mu_constant;
 mod update_reference;
 mod spindle_effects;
