@@ -11,11 +11,13 @@ pub mod riccati;
 pub mod schur;
 pub mod hermitian;
 pub mod lapack;
+pub mod svd;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
     solve_complex, symmetric_eigen,
 };
 pub use error::NumericError;
+pub use svd::{Svd, svd};
 pub use faer::{Mat, MatRef, c64};
 pub use symmetric::{DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors};

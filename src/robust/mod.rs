@@ -13,3 +13,12 @@ pub mod mu_reduction;
 pub mod structure;
 
 pub use structure::MuError;
+pub mod assumptions;
+pub mod error;
+pub mod hinf;
+pub mod hinf_controller;
+pub mod hinf_level;
+pub mod hinf_normal;
+
+pub use error::{Condition, SynthesisError};
+pub use hinf::{HinfSettings, HinfSolution, synthesise};
