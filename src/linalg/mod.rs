@@ -19,5 +19,6 @@ pub use dense::{
 };
 pub use error::NumericError;
 pub use svd::{Svd, svd};
+pub use exponential::exponential;
 pub use faer::{Mat, MatRef, c64};
 pub use symmetric::{DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors};
