@@ -4,5 +4,6 @@ mod connections;
 mod rotor_cases;
 mod rotor_reference;
 mod control_cases;
+mod dfit;
 mod mu_constant;
 mod update_reference;
