@@ -2,7 +2,13 @@
 
 pub mod basis;
 pub mod dense;
+pub mod doubled;
+pub mod doubling;
 pub mod error;
+pub mod exponential;
+pub mod lyapunov;
+pub mod riccati;
+pub mod schur;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
