@@ -49,7 +49,12 @@ pub fn generalized_plane(
     };
     let mut blocks = vec![Block::ComplexScalar { n: 1 }; nv];
     blocks.push(performance);
-    Ok(GeneralizedPlant { system: weighted, controls: LOOPS, measurements: LOOPS, blocks })
+    Ok(GeneralizedPlant {
+        system: weighted,
+        controls: LOOPS,
+        measurements: LOOPS,
+        blocks,
+    })
 }
 
 /// Controller of the scaled problem back in physical units: u (A) from y (m).
@@ -76,11 +81,19 @@ fn input_weights(
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let mut all = StateSpace::gain(modal_gain(modes), Continuous);
     for (limit, crossover) in limits.iter().zip(weights.load_crossover_hz) {
-        all = append(&all, &level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?);
+        all = append(
+            &all,
+            &level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?,
+        );
     }
-    let noise = Mat::from_fn(LOOPS, LOOPS, |i, j| if i == j { weights.sensor_noise_m } else { 0.0 });
+    let noise = Mat::from_fn(LOOPS, LOOPS, |i, j| {
+        if i == j { weights.sensor_noise_m } else { 0.0 }
+    });
     all = append(&all, &StateSpace::gain(noise, Continuous));
-    Ok(append(&all, &StateSpace::gain(Mat::identity(LOOPS, LOOPS), Continuous)))
+    Ok(append(
+        &all,
+        &StateSpace::gain(Mat::identity(LOOPS, LOOPS), Continuous),
+    ))
 }
 
 /// (q, x, u, noisy y for T, noisy y) → (z, y).
@@ -91,8 +104,10 @@ fn output_weights(
     weights: &Weights,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let mut all = StateSpace::gain(modal_gain(modes), Continuous);
-    for ((limit, factor), crossover) in
-        limits.iter().zip(tightening).zip(weights.displacement_crossover_hz)
+    for ((limit, factor), crossover) in limits
+        .iter()
+        .zip(tightening)
+        .zip(weights.displacement_crossover_hz)
     {
         all = append(
             &all,
@@ -104,15 +119,21 @@ fn output_weights(
         );
     }
     for _ in 0..LOOPS {
-        let current =
-            roll_on(weights.current_limit_a, weights.current_rolloff_hz, weights.current_rolloff_ratio)?;
+        let current = roll_on(
+            weights.current_limit_a,
+            weights.current_rolloff_hz,
+            weights.current_rolloff_ratio,
+        )?;
         all = append(&all, &current);
     }
     if let Some(limit) = weights.complementary_sensitivity_limit {
         let gain = 1.0 / (limit * weights.sensor_noise_m);
         all = append(&all, &StateSpace::gain(diagonal(gain), Continuous));
     }
-    Ok(append(&all, &StateSpace::gain(diagonal(1.0 / SIGNAL_SCALE_M), Continuous)))
+    Ok(append(
+        &all,
+        &StateSpace::gain(diagonal(1.0 / SIGNAL_SCALE_M), Continuous),
+    ))
 }
 
 /// Plane (v, loads, u) → (q, x, y) with noise inputs and with currents and clean signals as extra errors:
@@ -123,7 +144,11 @@ fn expose_errors(
     weights: &Weights,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let (n, w) = (plane.order(), nv + LOADS);
-    let extra = if weights.complementary_sensitivity_limit.is_some() { LOOPS } else { 0 };
+    let extra = if weights.complementary_sensitivity_limit.is_some() {
+        LOOPS
+    } else {
+        0
+    };
     let part = |m: &Mat<f64>, r0, c0, r, c| m.submatrix(r0, c0, r, c).to_owned();
     let noise_gap = |rows: usize| Mat::<f64>::zeros(rows, LOOPS);
     let widen = |m: &Mat<f64>| {
@@ -139,8 +164,14 @@ fn expose_errors(
     let rows = |m: &Mat<f64>, from, count| part(m, from, 0, count, m.ncols());
     let d_errors = widen(&rows(&plane.d, 0, w));
     let d_signal = widen(&rows(&plane.d, w, LOOPS));
-    let currents = Mat::from_fn(LOOPS, w + 2 * LOOPS, |i, j| if j == w + LOOPS + i { 1.0 } else { 0.0 });
-    let noise = Mat::from_fn(LOOPS, w + 2 * LOOPS, |i, j| if j == w + i { 1.0 } else { 0.0 });
+    let currents = Mat::from_fn(LOOPS, w + 2 * LOOPS, |i, j| {
+        if j == w + LOOPS + i { 1.0 } else { 0.0 }
+    });
+    let noise = Mat::from_fn(
+        LOOPS,
+        w + 2 * LOOPS,
+        |i, j| if j == w + i { 1.0 } else { 0.0 },
+    );
     let c_signal = rows(&plane.c, w, LOOPS);
     let clean_c = rows(&c_signal, 0, extra);
     let clean_d = rows(&d_signal, 0, extra);
@@ -155,7 +186,11 @@ fn expose_errors(
 
 fn modal_gain(modes: &[UncertainMode]) -> Mat<f64> {
     Mat::from_fn(modes.len(), modes.len(), |i, j| {
-        if i == j { (2.0 * modes[i].relative).sqrt() * modes[i].omega_rad_s } else { 0.0 }
+        if i == j {
+            (2.0 * modes[i].relative).sqrt() * modes[i].omega_rad_s
+        } else {
+            0.0
+        }
     })
 }
 

@@ -65,17 +65,25 @@ impl PlaneModel {
             _ => self.modes[j].sensor_shape[i - LOADS],
         });
         let r = &self.residual_m_per_n;
-        let ks = Mat::from_fn(LOADS, LOADS, |i, j| if i == j && i > 0 { self.ks_n_per_m[i - 1] } else { 0.0 });
+        let ks = Mat::from_fn(LOADS, LOADS, |i, j| {
+            if i == j && i > 0 {
+                self.ks_n_per_m[i - 1]
+            } else {
+                0.0
+            }
+        });
         // x_f = Φ_f q + R_ff (F + k_i i + K_s x_f) ⇒ x_f = (I − R_ff K_s)⁻¹ (Φ_f q + R_ff F̃), F̃ = F + k_i i
         let phi_f = phi.submatrix(0, 0, LOADS, m).to_owned();
         let r_ff = r.submatrix(0, 0, LOADS, LOADS).to_owned();
         let loop_matrix = Mat::<f64>::identity(LOADS, LOADS) - &r_ff * &ks;
         let x_f = solve(&loop_matrix, &stack_cols(&phi_f, &r_ff))?;
         // Force f = F̃ + K_s x_f, all outputs x = Φ q + R f, both as [from q, from F̃]
-        let force = &ks * &x_f
-            + Mat::from_fn(LOADS, m + LOADS, |i, j| if j == m + i { 1.0 } else { 0.0 });
+        let force =
+            &ks * &x_f + Mat::from_fn(LOADS, m + LOADS, |i, j| if j == m + i { 1.0 } else { 0.0 });
         let x = r * &force
-            + Mat::from_fn(LOADS + LOOPS, m + LOADS, |i, j| if j < m { phi[(i, j)] } else { 0.0 });
+            + Mat::from_fn(LOADS + LOOPS, m + LOADS, |i, j| {
+                if j < m { phi[(i, j)] } else { 0.0 }
+            });
         let acceleration = phi_f.transpose() * &force;
         self.assemble(&acceleration, &x, uncertain)
     }
@@ -88,7 +96,10 @@ impl PlaneModel {
         uncertain: &[usize],
     ) -> Result<StateSpace<Continuous>, NumericError> {
         let (m, nv) = (self.modes.len(), uncertain.len());
-        let (amp, sens) = (TAU * self.amplifier_bandwidth_hz, TAU * self.sensor_bandwidth_hz);
+        let (amp, sens) = (
+            TAU * self.amplifier_bandwidth_hz,
+            TAU * self.sensor_bandwidth_hz,
+        );
         let n = 2 * m + 2 * LOOPS;
         let (i0, s0) = (2 * m, 2 * m + LOOPS);
         let (nw, load0, u0) = (nv + LOADS + LOOPS, nv, nv + LOADS);
@@ -154,7 +165,10 @@ pub(super) fn before_commands<T: crate::lti::TimeBase>(
     let n = plane.order();
     let others = plane.inputs() - LOOPS;
     let bu = plane.b.submatrix(0, others, n, LOOPS).to_owned();
-    let du = plane.d.submatrix(0, others, plane.outputs(), LOOPS).to_owned();
+    let du = plane
+        .d
+        .submatrix(0, others, plane.outputs(), LOOPS)
+        .to_owned();
     let zero = Mat::zeros(extra.order(), n);
     let a = block2(&plane.a, &(&bu * &extra.c), &zero, &extra.a);
     let b_others = plane.b.submatrix(0, 0, n, others).to_owned();

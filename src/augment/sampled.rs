@@ -23,8 +23,8 @@ pub fn sampled_plane(
     let pure_delay = (model.delay_s - 0.5 * period).max(0.0);
     // A fraction below a billionth of a sample is rounding of the decimal inputs.
     let samples = (pure_delay / period + 1e-9).floor();
-    let fraction = ((pure_delay / period - samples).max(0.0) > 1e-9)
-        .then_some(pure_delay - samples * period);
+    let fraction =
+        ((pure_delay / period - samples).max(0.0) > 1e-9).then_some(pure_delay - samples * period);
     let (n, m) = (plane.order(), plane.inputs());
     let others = m - LOOPS;
     let (a_full, b_full) = hold(&plane.a, &plane.b, period)?;
@@ -50,7 +50,9 @@ pub fn sampled_plane(
         (false, true) => 0.0,
         (false, false) => f64::from(u8::from(i - n == j - others)),
     });
-    let c = Mat::from_fn(plane.outputs(), order, |i, j| if j < n { plane.c[(i, j)] } else { 0.0 });
+    let c = Mat::from_fn(plane.outputs(), order, |i, j| {
+        if j < n { plane.c[(i, j)] } else { 0.0 }
+    });
     let sampled = StateSpace::new(a, b, c, plane.d.clone(), time)?;
     before_commands(&sampled, &shift_register(samples as usize, time))
 }
@@ -98,7 +100,11 @@ pub fn pade(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>, Numeri
     let sign = if n % 2 == 0 { 1.0 } else { -1.0 };
     // Numerator minus sign·denominator leaves the coefficients of one parity, doubled.
     let c = Mat::from_fn(1, n, |_, j| {
-        let numerator = if j % 2 == 0 { coefficient[j] } else { -coefficient[j] };
+        let numerator = if j % 2 == 0 {
+            coefficient[j]
+        } else {
+            -coefficient[j]
+        };
         (numerator - sign * coefficient[j]) / lead
     });
     StateSpace::new(a, b, c, Mat::from_fn(1, 1, |_, _| sign), Continuous)
@@ -115,7 +121,10 @@ pub fn to_w_plane(sampled: &StateSpace<Discrete>) -> Result<StateSpace<Continuou
     let minus = &sampled.a - Mat::<f64>::identity(n, n);
     let right = solve(&plus, &minus)?;
     let xb = solve(&plus, &sampled.b)?;
-    let xc = solve(&plus.transpose().to_owned(), &sampled.c.transpose().to_owned())?;
+    let xc = solve(
+        &plus.transpose().to_owned(),
+        &sampled.c.transpose().to_owned(),
+    )?;
     let root = (2.0f64 / period).sqrt() * 2f64.sqrt();
     let a = Mat::from_fn(n, n, |i, j| 2.0 / period * right[(i, j)]);
     let b = Mat::from_fn(n, sampled.inputs(), |i, j| root * xb[(i, j)]);
@@ -142,7 +151,10 @@ pub fn from_w_plane(
     let minus = scaled(-1.0);
     let a = solve(&minus, &scaled(1.0))?;
     let xb = solve(&minus, &system.b)?;
-    let xc = solve(&minus.transpose().to_owned(), &system.c.transpose().to_owned())?;
+    let xc = solve(
+        &minus.transpose().to_owned(),
+        &system.c.transpose().to_owned(),
+    )?;
     let root = period_s.sqrt();
     let b = Mat::from_fn(n, system.inputs(), |i, j| root * xb[(i, j)]);
     let c = Mat::from_fn(system.outputs(), n, |i, j| root * xc[(j, i)]);
@@ -162,7 +174,10 @@ fn hold(a: &Mat<f64>, b: &Mat<f64>, step_s: f64) -> Result<(Mat<f64>, Mat<f64>),
         _ => 0.0,
     });
     let e = exponential(&joint)?;
-    Ok((e.submatrix(0, 0, n, n).to_owned(), e.submatrix(0, n, n, m).to_owned()))
+    Ok((
+        e.submatrix(0, 0, n, n).to_owned(),
+        e.submatrix(0, n, n, m).to_owned(),
+    ))
 }
 
 /// z^{−samples} for each command.
@@ -173,7 +188,11 @@ fn shift_register(samples: usize, time: Discrete) -> StateSpace<Discrete> {
     }
     let link = |to: usize, from: usize| f64::from(u8::from(to == from));
     StateSpace {
-        a: Mat::from_fn(n, n, |i, j| if i >= LOOPS { link(i - LOOPS, j) } else { 0.0 }),
+        a: Mat::from_fn(
+            n,
+            n,
+            |i, j| if i >= LOOPS { link(i - LOOPS, j) } else { 0.0 },
+        ),
         b: Mat::from_fn(n, LOOPS, link),
         c: Mat::from_fn(LOOPS, n, |i, j| link(n - LOOPS + i, j)),
         d: Mat::zeros(LOOPS, LOOPS),

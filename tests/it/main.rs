@@ -1,2 +1,5 @@
 //! One integration binary: less linking of heavy dependencies.
+mod augment;
 mod connections;
+mod rotor_cases;
+mod rotor_reference;
