@@ -6,6 +6,7 @@ pub mod modal;
 pub mod realise;
 pub mod scaling;
 pub mod sections;
+pub mod verification;
 
 pub use law::{ControlLaw, Controller};
 pub use realise::Realisation;

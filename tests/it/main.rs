@@ -3,3 +3,4 @@ mod augment;
 mod connections;
 mod rotor_cases;
 mod rotor_reference;
+mod firmware;
