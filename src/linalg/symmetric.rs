@@ -61,8 +61,7 @@ pub fn definite_eigen_lifted(
     solve_lower_triangular_in_place(l.as_ref(), s.as_mut(), Par::Seq);
     let mut s = s.transpose().to_owned();
     solve_lower_triangular_in_place(l.as_ref(), s.as_mut(), Par::Seq);
-    let q = l.transpose()
-        * Mat::from_fn(n, null.ncols(), |i, j| null[(i, j)] / scale[i]);
+    let q = l.transpose() * Mat::from_fn(n, null.ncols(), |i, j| null[(i, j)] / scale[i]);
     // Above every eigenvalue, since λ_max ≤ ‖S‖_F: the lifted ones come last.
     let lift = 2.0 * s.norm_l2();
     let s = Mat::from_fn(n, n, |i, j| {

@@ -4,6 +4,7 @@ pub mod connect;
 pub mod level_set;
 pub mod norm;
 pub mod responder;
+pub mod delay;
 pub mod response;
 pub mod sample;
 pub mod scale;

@@ -75,11 +75,7 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError`] naming the element or disc that breaks a rule.
-    pub fn new(
-        origin_m: f64,
-        sections: Vec<Section>,
-        discs: &[Disc],
-    ) -> Result<Self, RotorError> {
+    pub fn new(origin_m: f64, sections: Vec<Section>, discs: &[Disc]) -> Result<Self, RotorError> {
         if sections.is_empty() {
             return Err(RotorError::NoElements);
         }
@@ -100,7 +96,10 @@ impl Rotor {
                     index,
                     field: "position_m",
                     value: disc.position_m,
-                    rule: format!("is not on a node; the nearest node is at {:.6}", node_z_m[node]),
+                    rule: format!(
+                        "is not on a node; the nearest node is at {:.6}",
+                        node_z_m[node]
+                    ),
                 });
             }
             placed.push((node, *disc));
@@ -269,7 +268,12 @@ impl Rotor {
             let (wa, wb) = (2 * a, 2 * b);
             spring(&mut stiffness, wa, wb, joint.translational_n_per_m);
             spring(&mut stiffness, wa + 1, wb + 1, joint.rotational_n_m_per_rad);
-            spring(&mut joint_damping, wa + 1, wb + 1, joint.damping_n_m_s_per_rad);
+            spring(
+                &mut joint_damping,
+                wa + 1,
+                wb + 1,
+                joint.damping_n_m_s_per_rad,
+            );
         }
         PlaneMatrices {
             mass,
@@ -290,14 +294,22 @@ impl Rotor {
         let n = self.dofs();
         let shift = Mat::from_fn(n, 1, |i, _| if i % 2 == 0 { 1.0 } else { 0.0 });
         let tilt = Mat::from_fn(n, 1, |i, _| {
-            if i % 2 == 0 { self.node_z_m[i / 2] } else { 1.0 }
+            if i % 2 == 0 {
+                self.node_z_m[i / 2]
+            } else {
+                1.0
+            }
         });
         let form = |a: &Mat<f64>, b: &Mat<f64>| (a.transpose() * &matrices.mass * b)[(0, 0)];
         let mass_kg = form(&shift, &shift);
         let centre = form(&shift, &tilt) / mass_kg;
         // About the centre of gravity from the start: no difference of large numbers.
         let about = Mat::from_fn(n, 1, |i, _| {
-            if i % 2 == 0 { self.node_z_m[i / 2] - centre } else { 1.0 }
+            if i % 2 == 0 {
+                self.node_z_m[i / 2] - centre
+            } else {
+                1.0
+            }
         });
         let shaft: f64 = self.elements.iter().map(|e| e.polar_inertia_kg_m2).sum();
         let discs: f64 = self.discs.iter().map(|(_, d)| d.polar_inertia_kg_m2).sum();
@@ -314,11 +326,7 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.
-    pub fn shape_at(
-        &self,
-        what: &str,
-        position_m: f64,
-    ) -> Result<Vec<(usize, f64)>, RotorError> {
+    pub fn shape_at(&self, what: &str, position_m: f64) -> Result<Vec<(usize, f64)>, RotorError> {
         self.check_position(what, position_m)?;
         Ok(self.shape_at_unchecked(position_m))
     }

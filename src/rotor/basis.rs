@@ -122,7 +122,10 @@ fn pseudo_modes(
     let used: Vec<usize> = (0..p).filter(|i| values[*i] > 1e-10).collect();
     let q = Mat::from_fn(cut, used.len(), |k, j| {
         let d = used[j];
-        (0..p).map(|i| columns[i][k] * directions[(i, d)]).sum::<f64>() / values[d].sqrt()
+        (0..p)
+            .map(|i| columns[i][k] * directions[(i, d)])
+            .sum::<f64>()
+            / values[d].sqrt()
     });
     let stiffness = Mat::from_fn(used.len(), used.len(), |i, j| {
         (0..cut).map(|k| q[(k, i)] * omega2(k) * q[(k, j)]).sum()

@@ -6,9 +6,11 @@
 
 pub mod assembly;
 pub mod basis;
+pub mod chain;
 pub mod element;
 pub mod modes;
 pub mod section;
+pub mod spectrum;
 pub mod whirl;
 pub mod zeros;
 
@@ -52,7 +54,9 @@ pub enum RotorError {
     #[error("elements: the list is empty, a shaft needs at least one element")]
     NoElements,
     /// A position that is not on the shaft.
-    #[error("{what}: {position_m} m is not on the shaft, which reaches from {from_m} m to {to_m} m")]
+    #[error(
+        "{what}: {position_m} m is not on the shaft, which reaches from {from_m} m to {to_m} m"
+    )]
     OffShaft {
         /// What sits there.
         what: String,

@@ -129,7 +129,10 @@ impl Section {
         let positive: [(&'static str, f64); 5] = [
             ("length_m", self.length_m),
             ("modulus_scale", self.modulus_scale),
-            ("material.youngs_modulus_pa", self.material.youngs_modulus_pa),
+            (
+                "material.youngs_modulus_pa",
+                self.material.youngs_modulus_pa,
+            ),
             ("material.shear_modulus_pa", self.material.shear_modulus_pa),
             ("material.density_kg_m3", self.material.density_kg_m3),
         ];

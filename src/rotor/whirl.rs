@@ -121,10 +121,20 @@ impl Rotor {
         let viscous = |a, b| form(|s| s.damping_n_s_per_m, a, b);
         // States (s q, q̇) with s² = ω² + the supports' share, at least 1: rows and columns of like size.
         let share = |k: usize| -> f64 {
-            let stiff = |s: &Support| s.stiffness_n_per_m[0][0].abs().max(s.stiffness_n_per_m[1][1].abs());
-            supports.iter().zip(&rows).map(|(s, row)| stiff(s) * row[k] * row[k]).sum()
+            let stiff = |s: &Support| {
+                s.stiffness_n_per_m[0][0]
+                    .abs()
+                    .max(s.stiffness_n_per_m[1][1].abs())
+            };
+            supports
+                .iter()
+                .zip(&rows)
+                .map(|(s, row)| stiff(s) * row[k] * row[k])
+                .sum()
         };
-        let scale: Vec<f64> = (0..n).map(|k| (omega2(k) + share(k)).max(1.0).sqrt()).collect();
+        let scale: Vec<f64> = (0..n)
+            .map(|k| (omega2(k) + share(k)).max(1.0).sqrt())
+            .collect();
         if supports.iter().all(Support::is_isotropic) {
             // A circulant [[a, b], [−b, a]] acts on r = x + jy as a − jb.
             let (ka, kb) = (stiffness(0, 0), stiffness(0, 1));
@@ -146,7 +156,13 @@ impl Rotor {
                 }
             });
             let values = eigenvalues_complex(&a)?;
-            let whirl = |v: &c64| if speed_rad_s == 0.0 { 0.0 } else { v.im.signum() };
+            let whirl = |v: &c64| {
+                if speed_rad_s == 0.0 {
+                    0.0
+                } else {
+                    v.im.signum()
+                }
+            };
             return Ok(spectrum(values.iter().map(|v| (*v, whirl(v))), to_hz));
         }
         let size = 2 * n;
@@ -202,7 +218,16 @@ impl Rotor {
         let listed = (0..values.len()).map(|k| (values[k], k));
         let kept: Vec<(c64, f64)> = listed
             .filter(|(v, _)| v.im >= 0.0)
-            .map(|(v, k)| (v, if v.im > OSCILLATING_RAD_S { whirl(k) } else { 0.0 }))
+            .map(|(v, k)| {
+                (
+                    v,
+                    if v.im > OSCILLATING_RAD_S {
+                        whirl(k)
+                    } else {
+                        0.0
+                    },
+                )
+            })
             .collect();
         Ok(spectrum(kept, to_hz))
     }

@@ -133,10 +133,10 @@ impl Spindle {
     /// # Errors
     /// [`SpindleError`] with the key path of the first rule that is broken.
     pub fn validate(&self) -> Result<(), SpindleError> {
-        let rotor = Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
-        let positive = |path: String, value: f64| {
-            rule(value > 0.0, path, value, "must be a positive number")
-        };
+        let rotor =
+            Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
+        let positive =
+            |path: String, value: f64| rule(value > 0.0, path, value, "must be a positive number");
         for side in Side::BOTH {
             let (b, name) = (self.bearing(side), side.name());
             let path = |key: &str| format!("bearings.{name}.{key}");
@@ -150,13 +150,29 @@ impl Spindle {
             positive(path("sensor_gain"), b.sensor_gain)?;
         }
         let e = &self.electronics;
-        positive("electronics.amplifier_bandwidth_hz".into(), e.amplifier_bandwidth_hz)?;
-        positive("electronics.sensor_bandwidth_hz".into(), e.sensor_bandwidth_hz)?;
+        positive(
+            "electronics.amplifier_bandwidth_hz".into(),
+            e.amplifier_bandwidth_hz,
+        )?;
+        positive(
+            "electronics.sensor_bandwidth_hz".into(),
+            e.sensor_bandwidth_hz,
+        )?;
         positive("electronics.sample_rate_hz".into(), e.sample_rate_hz)?;
         let zero = "must be zero or a positive number";
         let noise = e.sensor_noise_m;
-        rule(noise >= 0.0, "electronics.sensor_noise_m".into(), noise, zero)?;
-        rule(e.delay_s >= 0.0, "electronics.delay_s".into(), e.delay_s, zero)?;
+        rule(
+            noise >= 0.0,
+            "electronics.sensor_noise_m".into(),
+            noise,
+            zero,
+        )?;
+        rule(
+            e.delay_s >= 0.0,
+            "electronics.delay_s".into(),
+            e.delay_s,
+            zero,
+        )?;
         rule(
             // A rounding step below half a sample is still half a sample.
             e.delay_s >= 0.5 * e.sample_period_s() * (1.0 - 1e-9),
@@ -388,7 +404,11 @@ impl Machine {
 
     /// Bearings, chain and additions after all effects.
     pub fn effective(&self) -> Effective {
-        let (s, p, e) = (&self.spindle, &self.spindle.planes, &self.spindle.electronics);
+        let (s, p, e) = (
+            &self.spindle,
+            &self.spindle.planes,
+            &self.spindle.electronics,
+        );
         let nominal = |b: &Bearing, sensor_m, actuator_m| EffectiveBearing {
             ki_n_per_a: b.ki_n_per_a,
             ks_n_per_m: b.ks_n_per_m,
@@ -450,7 +470,12 @@ impl Machine {
 
     fn check_effect(&self, i: usize) -> Result<(), SpindleError> {
         let effect = &self.spindle.effects[i];
-        let end = self.spindle.sections.iter().map(|s| s.length_m).sum::<f64>();
+        let end = self
+            .spindle
+            .sections
+            .iter()
+            .map(|s| s.length_m)
+            .sum::<f64>();
         let start = -self.tool.length_m();
         match &effect.location {
             Location::Region(region) if !self.regions().contains(region) => {

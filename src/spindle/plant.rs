@@ -135,9 +135,9 @@ impl Plant {
         let one = c64::new(1.0, 0.0);
         let delay = (-s * self.effective.delay_s).exp();
         let amplifier = one / (one + s / (TAU * bearing.amplifier_bandwidth_hz));
-        let eddy = bearing.eddy_corner_hz.map_or(one, |corner| {
-            one / (one + (s / (TAU * corner)).sqrt())
-        });
+        let eddy = bearing
+            .eddy_corner_hz
+            .map_or(one, |corner| one / (one + (s / (TAU * corner)).sqrt()));
         delay * amplifier * eddy
     }
 

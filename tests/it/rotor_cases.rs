@@ -4,7 +4,10 @@ use muspin::rotor::{Damping, Disc, Material, Rotor, Section, Shear, Support};
 use serde_json::Value;
 
 pub fn load(name: &str) -> Value {
-    let path = format!("{}/tests/data/rotor/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let path = format!(
+        "{}/tests/data/rotor/{name}.json",
+        env!("CARGO_MANIFEST_DIR")
+    );
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 

@@ -64,7 +64,11 @@ fn whirl_modes_at_four_speeds_agree_with_the_independent_code() {
                 // The reference's own rounding shows in the damping of the slow precession: 2e-8.
                 assert!((f.damping_ratio - zeta).abs() < 1e-7, "{what}: ζ {zeta}");
                 let whirl = number(e, "whirl");
-                assert!((f.whirl - whirl).abs() < 1e-6, "{what}: whirl {whirl}, {}", f.whirl);
+                assert!(
+                    (f.whirl - whirl).abs() < 1e-6,
+                    "{what}: whirl {whirl}, {}",
+                    f.whirl
+                );
             }
             let poles = numbers(&speed["unstable_real_poles_rad_s"]);
             assert_eq!(found.unstable_real_poles_rad_s.len(), poles.len(), "{name}");
@@ -93,7 +97,10 @@ fn planar_mode_shapes_agree_with_the_independent_code() {
             let largest = expected.iter().fold(0.0f64, |m, w| m.max(w.abs()));
             for (node, w) in expected.iter().enumerate() {
                 let found = modes.shapes[(2 * node, k + RIGID)];
-                assert!((found - w).abs() < 1e-7 * largest, "{name} mode {k} node {node}");
+                assert!(
+                    (found - w).abs() < 1e-7 * largest,
+                    "{name} mode {k} node {node}"
+                );
             }
         }
     }
@@ -129,7 +136,10 @@ fn antiresonances_of_the_full_and_the_truncated_model_agree_with_the_independent
             let truncated = zeros_hz(omega, &b[..cut], &c[..cut], 100.0, 5000.0).unwrap();
             for (kind, found) in [("full", full), ("truncated_5_modes", truncated)] {
                 let expected = numbers(&zeros[id][kind]);
-                assert!(found.len() >= expected.len(), "{name} {id} {kind}: {found:?}");
+                assert!(
+                    found.len() >= expected.len(),
+                    "{name} {id} {kind}: {found:?}"
+                );
                 for (f, e) in found.iter().zip(&expected) {
                     close(*f, *e, FREQUENCY, &format!("{name} {id} {kind}"));
                 }
@@ -152,14 +162,18 @@ fn receptance(
     match damping {
         Damping::None => {}
         Damping::Proportional { alpha, beta } => {
-            c = Mat::from_fn(n, n, |i, j| alpha * m.shaft_mass[(i, j)] + beta * m.stiffness[(i, j)]);
+            c = Mat::from_fn(n, n, |i, j| {
+                alpha * m.shaft_mass[(i, j)] + beta * m.stiffness[(i, j)]
+            });
         }
         Damping::Modal(ratios) => {
             let modes = PlanarModes::new(rotor).unwrap();
             let mv = &m.mass * &modes.shapes;
             for (k, z) in ratios.iter().enumerate() {
                 let (k, w) = (k + RIGID, modes.omega_rad_s[k + RIGID]);
-                c = Mat::from_fn(n, n, |i, j| c[(i, j)] + 2.0 * z * w * mv[(i, k)] * mv[(j, k)]);
+                c = Mat::from_fn(n, n, |i, j| {
+                    c[(i, j)] + 2.0 * z * w * mv[(i, k)] * mv[(j, k)]
+                });
             }
         }
     }
@@ -257,10 +271,7 @@ fn held(position_m: f64) -> Support {
 #[test]
 fn free_beams_converge_to_exact_theory() {
     // h² convergence with shear, h⁴ without (hint of the case file).
-    for (id, elements, tolerance) in [
-        ("eb_free-free", 60, 1e-5),
-        ("timo_free_free", 140, 2e-4),
-    ] {
+    for (id, elements, tolerance) in [("eb_free-free", 60, 1e-5), ("timo_free_free", 140, 2e-4)] {
         let case = beam(id);
         let rotor = Rotor::new(0.0, uniform(&case["section"], elements), &[]).unwrap();
         let found = PlanarModes::new(&rotor).unwrap().flexible_hz();
@@ -280,7 +291,9 @@ fn a_clamped_beam_converges_to_exact_theory() {
     let doubled = [sections.clone(), sections].concat();
     let rotor = Rotor::new(0.0, doubled, &[]).unwrap();
     let middle = 60.0 * l;
-    let found = rotor.whirl(0.0, &Damping::None, &[held(middle)], 7000.0).unwrap();
+    let found = rotor
+        .whirl(0.0, &Damping::None, &[held(middle)], 7000.0)
+        .unwrap();
     let hz: Vec<f64> = found.modes.iter().map(|m| m.damped_rad_s / TAU).collect();
     for e in numbers(&case["f_hz"]).into_iter().filter(|f| *f < 6900.0) {
         let best = hz.iter().map(|f| (f - e).abs() / e).fold(1.0, f64::min);
@@ -298,10 +311,15 @@ fn a_spinning_pinned_shaft_splits_as_the_closed_form_says() {
     for row in case["whirl"].as_array().unwrap() {
         let speed = number(row, "rpm") * TAU / 60.0;
         let supports = [held(0.0), held(length)];
-        let found = rotor.whirl(speed, &Damping::None, &supports, 9000.0).unwrap();
+        let found = rotor
+            .whirl(speed, &Damping::None, &supports, 9000.0)
+            .unwrap();
         for (key, sign) in [("backward_hz", -1.0), ("forward_hz", 1.0)] {
             let e = number(row, key);
-            let same = found.modes.iter().filter(|m| m.whirl == sign || speed == 0.0);
+            let same = found
+                .modes
+                .iter()
+                .filter(|m| m.whirl == sign || speed == 0.0);
             let best = same
                 .map(|m| (m.damped_rad_s / TAU - e).abs() / e)
                 .fold(1.0, f64::min);
@@ -361,7 +379,9 @@ fn textbook_rotors_come_out_as_published() {
         }
         for (rpm, rows) in case["computed"].as_object().unwrap() {
             let speed = rpm.parse::<f64>().unwrap() * TAU / 60.0;
-            let found = rotor.whirl(speed, &Damping::None, &supports, 300.0).unwrap();
+            let found = rotor
+                .whirl(speed, &Damping::None, &supports, 300.0)
+                .unwrap();
             for (f, e) in found.modes.iter().zip(rows.as_array().unwrap()) {
                 close(f.damped_rad_s, number(e, "wd_rad_s"), FREQUENCY, id);
                 assert!((f.whirl - number(e, "whirl")).abs() < 1e-6, "{id}");
