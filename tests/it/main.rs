@@ -1,6 +1,9 @@
 //! One integration binary: less linking of heavy dependencies.
 mod augment;
 mod connections;
+mod control_cases;
+mod firmware;
+mod mu_constant;
 mod rotor_cases;
 mod rotor_reference;
 mod control_cases;
