@@ -1,2 +1,3 @@
 //! One integration binary: less linking of heavy dependencies.
 mod connections;
+mod plots;
