@@ -5,3 +5,5 @@ pub mod controller_json;
 pub mod firmware;
 pub mod firmware_c;
 pub mod mat;
+pub mod plot;
+pub mod tables;

@@ -10,3 +10,4 @@ mod control_cases;
 mod dfit;
 mod mu_constant;
 mod update_reference;
+mod plots;
