@@ -1,11 +1,14 @@
 //! One integration binary: less linking of heavy dependencies.
 mod augment;
 mod connections;
-mod rotor_cases;
-mod rotor_reference;
 mod control_cases;
+mod dfit;
+mod firmware;
 mod input_files;
 mod mu_constant;
-mod update_reference;
+mod plots;
+mod rotor_cases;
+mod rotor_reference;
 mod spindle_effects;
 mod spindle_plant;
+mod update_reference;
