@@ -5,6 +5,7 @@ pub mod doubled;
 pub mod doubling;
 pub mod error;
 pub mod exponential;
+pub mod gramian;
 pub mod lyapunov;
 pub mod riccati;
 pub mod schur;
