@@ -7,6 +7,7 @@ pub mod doubling;
 pub mod error;
 pub mod symmetric;
 pub mod exponential;
+pub mod gramian;
 pub mod lyapunov;
 pub mod riccati;
 pub mod schur;
