@@ -7,9 +7,11 @@ pub mod dfit_polish;
 pub mod dscale;
 pub mod lmi;
 pub mod mu;
+pub mod mu_certificate;
 pub mod mu_lower;
 pub mod mu_mixed;
 pub mod mu_reduction;
+pub mod mu_system;
 pub mod structure;
 
 pub use structure::MuError;

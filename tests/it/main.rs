@@ -6,4 +6,5 @@ mod rotor_reference;
 mod control_cases;
 mod dfit;
 mod mu_constant;
+mod mu_system;
 mod update_reference;
