@@ -5,6 +5,7 @@ mod rotor_cases;
 mod rotor_reference;
 mod control_cases;
 mod dfit;
+mod dk;
 mod mu_constant;
 mod mu_system;
 mod update_reference;
