@@ -11,4 +11,7 @@ mod rotor_cases;
 mod rotor_reference;
 mod spindle_effects;
 mod spindle_plant;
+mod dk;
+mod mu_constant;
+mod mu_system;
 mod update_reference;
