@@ -3,7 +3,7 @@
 pub mod assembly;
 pub mod generalized;
 pub mod plane;
-pub mod sampled;
+pub mod split;
 pub mod uncertainty;
 pub mod weighting;
 pub mod weights;

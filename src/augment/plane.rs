@@ -1,183 +1,146 @@
-//! Design model of one plane at standstill: free-free modes with the static residual of those left out, magnetic
-//! stiffness, amplifiers, sensors, and ports for modal uncertainty.
+//! One plane of the design model at standstill, in the w plane of synthesis.
 //!
-//! q̈ = −ω²q − 2ζωq̇ + Φₜᵀ Fₜ + Φ_bᵀ f_b − v,   f_b = F_b + k_i i + k_s x_b,   x = Φq + R f,   τ_a i̇ = u − i,   τ_s ẏ = x_s − y.
-//! Inputs: v (one per mode listed), loads Fₜ, F_front, F_rear (N), commands u_front, u_rear (A, after the delay).
-//! Outputs: q (one per mode listed), displacements x_t, x_front, x_rear (m), signals y_front, y_rear (m).
-//! R is the static flexibility of the modes left out: without it the antiresonances move (design trap of truncation).
+//! At rest the two planes are equal and independent: one is designed, the other gets a copy. Ports of a plane:
+//! inputs (one modal port per uncertain mode; loads at tool, front and rear actuator, N; commands front, rear, A),
+//! outputs (modal coordinates; displacements at tool, front and rear actuator, m; signals front, rear, m).
+//! Direct design maps the sampled plant (hold, exact delay) by z = (1 + sT/2)/(1 − sT/2); nothing is lost on the way back.
+//! Emulation takes the continuous plant with a Padé approximant of the delay.
 
 use crate::linalg::{Mat, NumericError, solve};
-use crate::lti::connect::{block2, stack_cols, stack_rows};
-use crate::lti::{Continuous, StateSpace};
-use std::f64::consts::TAU;
+use crate::lti::{Continuous, Discrete, StateSpace, TimeBase};
+use crate::spindle::plant::CHANNELS;
+use crate::spindle::{EffectKind, Machine, ModelDetail, Plant, SpindleError};
 
-/// Places where forces act and displacements are predicted, in this order.
+/// Places where forces act and displacements are predicted: tool, front actuator, rear actuator.
 pub const LOADS: usize = 3;
 /// Control channels of a plane: front, rear.
 pub const LOOPS: usize = 2;
 
-/// One mass-normalised free-free mode as the plane's ports see it (1/√kg each).
-#[derive(Clone, Debug)]
-pub struct PortMode {
-    /// Natural frequency, rad/s; 0 for a rigid-body mode.
-    pub omega_rad_s: f64,
-    /// Damping ratio.
-    pub damping_ratio: f64,
-    /// Shape at tool, front actuator, rear actuator.
-    pub load_shape: [f64; LOADS],
-    /// Shape at front and rear sensor.
-    pub sensor_shape: [f64; LOOPS],
+/// How the sampled loop enters the design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Route {
+    /// Sampled plant with its true delay, mapped to the w plane.
+    Direct,
+    /// Continuous plant with a Padé approximant of this order for the delay; the controller is discretised afterwards.
+    Emulation {
+        /// Order of the approximant.
+        pade_order: usize,
+    },
 }
 
-/// Everything one plane of the design model needs.
-#[derive(Clone, Debug)]
-pub struct PlaneModel {
-    /// Modes kept: rigid first, then flexible in ascending order.
-    pub modes: Vec<PortMode>,
-    /// Static flexibility of the modes left out, 5×3, m/N: rows tool, front and rear actuator, front and rear sensor;
-    /// columns forces at tool, front, rear actuator.
-    pub residual_m_per_n: Mat<f64>,
-    /// Force constants front, rear, N/A.
-    pub ki_n_per_a: [f64; LOOPS],
-    /// Negative stiffnesses front, rear as positive numbers, N/m.
-    pub ks_n_per_m: [f64; LOOPS],
-    /// Sensor gains front, rear.
-    pub sensor_gain: [f64; LOOPS],
-    /// First-order amplifier corner, Hz.
-    pub amplifier_bandwidth_hz: f64,
-    /// First-order sensor corner, Hz.
-    pub sensor_bandwidth_hz: f64,
-    /// Delay from sampling to current, hold included, s.
-    pub delay_s: f64,
-    /// Sample period, s.
-    pub sample_time_s: f64,
+/// One plane of the machine at rest with `flexible` modes, the first `uncertain` of them with modal ports.
+/// Couplings between the planes (bearing coupling, turned sensor axes) are left out here and come back in verification.
+///
+/// # Errors
+/// [`SpindleError`] when the machine breaks a rule or a connection fails.
+pub fn design_plane(
+    machine: &Machine,
+    flexible: usize,
+    uncertain: usize,
+    route: Route,
+) -> Result<StateSpace<Continuous>, SpindleError> {
+    let mut isotropic = machine.clone();
+    isotropic.spindle.effects.retain(|e| {
+        !matches!(e.kind, EffectKind::BearingCoupling | EffectKind::AxisMisalignment)
+    });
+    let detail = ModelDetail::Modes { flexible, static_residual: true };
+    let plant = Plant::new(&isotropic, 0.0, detail)?;
+    let ports: Vec<usize> = (0..uncertain)
+        .map(|mode| CHANNELS + 2 * mode)
+        .chain([4, 6, 8, 0, 2])
+        .collect();
+    Ok(match route {
+        Route::Direct => {
+            let sampled = plant.sampled_with_modal_ports(uncertain)?;
+            to_w_plane(&connected_part(&sampled.select(&ports, &ports)))?
+        }
+        Route::Emulation { pade_order } => {
+            let continuous = plant.state_space_with_modal_ports(pade_order, uncertain)?;
+            connected_part(&continuous.select(&ports, &ports))
+        }
+    })
 }
 
-impl PlaneModel {
-    /// State space without the delay; `uncertain` lists the modes (indices into `modes`) that get ports v and q.
-    ///
-    /// # Errors
-    /// [`NumericError`] when the magnetic stiffness makes the residual loop singular.
-    pub fn state_space(&self, uncertain: &[usize]) -> Result<StateSpace<Continuous>, NumericError> {
-        let m = self.modes.len();
-        let phi = Mat::from_fn(LOADS + LOOPS, m, |i, j| match i {
-            0..LOADS => self.modes[j].load_shape[i],
-            _ => self.modes[j].sensor_shape[i - LOADS],
-        });
-        let r = &self.residual_m_per_n;
-        let ks = Mat::from_fn(LOADS, LOADS, |i, j| {
-            if i == j && i > 0 {
-                self.ks_n_per_m[i - 1]
-            } else {
-                0.0
-            }
-        });
-        // x_f = Φ_f q + R_ff (F + k_i i + K_s x_f) ⇒ x_f = (I − R_ff K_s)⁻¹ (Φ_f q + R_ff F̃), F̃ = F + k_i i
-        let phi_f = phi.submatrix(0, 0, LOADS, m).to_owned();
-        let r_ff = r.submatrix(0, 0, LOADS, LOADS).to_owned();
-        let loop_matrix = Mat::<f64>::identity(LOADS, LOADS) - &r_ff * &ks;
-        let x_f = solve(&loop_matrix, &stack_cols(&phi_f, &r_ff))?;
-        // Force f = F̃ + K_s x_f, all outputs x = Φ q + R f, both as [from q, from F̃]
-        let force =
-            &ks * &x_f + Mat::from_fn(LOADS, m + LOADS, |i, j| if j == m + i { 1.0 } else { 0.0 });
-        let x = r * &force
-            + Mat::from_fn(LOADS + LOOPS, m + LOADS, |i, j| {
-                if j < m { phi[(i, j)] } else { 0.0 }
-            });
-        let acceleration = phi_f.transpose() * &force;
-        self.assemble(&acceleration, &x, uncertain)
-    }
-
-    /// Joins modal dynamics, amplifiers and sensors. `acceleration` and `x` map (q, F̃) to q̈ and to displacements.
-    fn assemble(
-        &self,
-        acceleration: &Mat<f64>,
-        x: &Mat<f64>,
-        uncertain: &[usize],
-    ) -> Result<StateSpace<Continuous>, NumericError> {
-        let (m, nv) = (self.modes.len(), uncertain.len());
-        let (amp, sens) = (
-            TAU * self.amplifier_bandwidth_hz,
-            TAU * self.sensor_bandwidth_hz,
-        );
-        let n = 2 * m + 2 * LOOPS;
-        let (i0, s0) = (2 * m, 2 * m + LOOPS);
-        let (nw, load0, u0) = (nv + LOADS + LOOPS, nv, nv + LOADS);
-        let mut a = Mat::zeros(n, n);
-        let mut b = Mat::zeros(n, nw);
-        let mut c = Mat::zeros(nv + LOADS + LOOPS, n);
-        let mut d = Mat::zeros(nv + LOADS + LOOPS, nw);
-        for (k, mode) in self.modes.iter().enumerate() {
-            a[(k, m + k)] = 1.0;
-            a[(m + k, m + k)] = -2.0 * mode.damping_ratio * mode.omega_rad_s;
-            for j in 0..m {
-                a[(m + k, j)] = acceleration[(k, j)];
-            }
-            a[(m + k, k)] -= mode.omega_rad_s * mode.omega_rad_s;
-            for load in 0..LOADS {
-                b[(m + k, load0 + load)] = acceleration[(k, m + load)];
-            }
-            for axis in 0..LOOPS {
-                a[(m + k, i0 + axis)] = acceleration[(k, m + 1 + axis)] * self.ki_n_per_a[axis];
+/// The states that an input reaches and that reach an output, by the pattern of nonzeros: exact for decoupled planes.
+pub fn connected_part<T: TimeBase>(system: &StateSpace<T>) -> StateSpace<T> {
+    let n = system.order();
+    let spread = |mut seen: Vec<bool>, edge: &dyn Fn(usize, usize) -> bool| {
+        let mut front: Vec<usize> = (0..n).filter(|i| seen[*i]).collect();
+        while let Some(from) = front.pop() {
+            for to in 0..n {
+                if !seen[to] && edge(to, from) {
+                    seen[to] = true;
+                    front.push(to);
+                }
             }
         }
-        for axis in 0..LOOPS {
-            a[(i0 + axis, i0 + axis)] = -amp;
-            b[(i0 + axis, u0 + axis)] = amp;
-            let gain = sens * self.sensor_gain[axis];
-            let row = LOADS + axis;
-            a[(s0 + axis, s0 + axis)] = -sens;
-            for j in 0..m {
-                a[(s0 + axis, j)] = gain * x[(row, j)];
-            }
-            for load in 0..LOADS {
-                b[(s0 + axis, load0 + load)] = gain * x[(row, m + load)];
-            }
-            for from in 0..LOOPS {
-                a[(s0 + axis, i0 + from)] = gain * x[(row, m + 1 + from)] * self.ki_n_per_a[from];
-            }
-            c[(nv + LOADS + axis, s0 + axis)] = 1.0;
-        }
-        for (port, mode) in uncertain.iter().enumerate() {
-            b[(m + mode, port)] = -1.0;
-            c[(port, *mode)] = 1.0;
-        }
-        for p in 0..LOADS {
-            for j in 0..m {
-                c[(nv + p, j)] = x[(p, j)];
-            }
-            for load in 0..LOADS {
-                d[(nv + p, load0 + load)] = x[(p, m + load)];
-            }
-            for axis in 0..LOOPS {
-                c[(nv + p, i0 + axis)] = x[(p, m + 1 + axis)] * self.ki_n_per_a[axis];
-            }
-        }
-        StateSpace::new(a, b, c, d, Continuous)
+        seen
+    };
+    let fed = (0..n).map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0)).collect();
+    let read = (0..n).map(|j| (0..system.outputs()).any(|i| system.c[(i, j)] != 0.0)).collect();
+    let reached = spread(fed, &|to, from| system.a[(to, from)] != 0.0);
+    let seen = spread(read, &|to, from| system.a[(from, to)] != 0.0);
+    let keep: Vec<usize> = (0..n).filter(|i| reached[*i] && seen[*i]).collect();
+    StateSpace {
+        a: Mat::from_fn(keep.len(), keep.len(), |i, j| system.a[(keep[i], keep[j])]),
+        b: Mat::from_fn(keep.len(), system.inputs(), |i, j| system.b[(keep[i], j)]),
+        c: Mat::from_fn(system.outputs(), keep.len(), |i, j| system.c[(i, keep[j])]),
+        d: system.d.clone(),
+        time: system.time,
     }
 }
 
-/// Puts `extra` (2×2, commands to delayed commands) before the last two inputs of a plane.
-pub(super) fn before_commands<T: crate::lti::TimeBase>(
-    plane: &StateSpace<T>,
-    extra: &StateSpace<T>,
-) -> Result<StateSpace<T>, NumericError> {
-    let n = plane.order();
-    let others = plane.inputs() - LOOPS;
-    let bu = plane.b.submatrix(0, others, n, LOOPS).to_owned();
-    let du = plane
-        .d
-        .submatrix(0, others, plane.outputs(), LOOPS)
-        .to_owned();
-    let zero = Mat::zeros(extra.order(), n);
-    let a = block2(&plane.a, &(&bu * &extra.c), &zero, &extra.a);
-    let b_others = plane.b.submatrix(0, 0, n, others).to_owned();
-    let d_others = plane.d.submatrix(0, 0, plane.outputs(), others).to_owned();
-    let b = stack_rows(
-        &stack_cols(&b_others, &(&bu * &extra.d)),
-        &stack_cols(&Mat::zeros(extra.order(), others), &extra.b),
-    );
-    let c = stack_cols(&plane.c, &(&du * &extra.c));
-    let d = stack_cols(&d_others, &(&du * &extra.d));
-    StateSpace::new(a, b, c, d, plane.time)
+/// The sampled system in the w plane, s = (2/T)(z − 1)/(z + 1): same transfer matrix at z = (1 + sT/2)/(1 − sT/2).
+///
+/// # Errors
+/// [`NumericError::Singular`] when z = −1 is a pole.
+pub fn to_w_plane(sampled: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, NumericError> {
+    let (n, period) = (sampled.order(), sampled.time.period_s);
+    let plus = Mat::<f64>::identity(n, n) + &sampled.a;
+    // (I + Φ)⁻¹ [Φ − I, Γ]: with X = (I + Φ)⁻¹, A = (2/T) X(Φ − I), B = (2/T) X Γ, C = 2C X… kept symmetric in √T.
+    let minus = &sampled.a - Mat::<f64>::identity(n, n);
+    let right = solve(&plus, &minus)?;
+    let xb = solve(&plus, &sampled.b)?;
+    let xc = solve(
+        &plus.transpose().to_owned(),
+        &sampled.c.transpose().to_owned(),
+    )?;
+    let root = (2.0f64 / period).sqrt() * 2f64.sqrt();
+    let a = Mat::from_fn(n, n, |i, j| 2.0 / period * right[(i, j)]);
+    let b = Mat::from_fn(n, sampled.inputs(), |i, j| root * xb[(i, j)]);
+    let c = Mat::from_fn(sampled.outputs(), n, |i, j| root * xc[(j, i)]);
+    let d = &sampled.d - &sampled.c * &xb;
+    StateSpace::new(a, b, c, d, Continuous)
+}
+
+/// Back from the w plane: Tustin's map, z = (1 + sT/2)/(1 − sT/2).
+///
+/// # Errors
+/// [`NumericError::Singular`] when s = 2/T is a pole.
+pub fn from_w_plane(
+    system: &StateSpace<Continuous>,
+    period_s: f64,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    let n = system.order();
+    let half = 0.5 * period_s;
+    let scaled = |sign: f64| {
+        Mat::from_fn(n, n, |i, j| {
+            f64::from(u8::from(i == j)) + sign * half * system.a[(i, j)]
+        })
+    };
+    let minus = scaled(-1.0);
+    let a = solve(&minus, &scaled(1.0))?;
+    let xb = solve(&minus, &system.b)?;
+    let xc = solve(
+        &minus.transpose().to_owned(),
+        &system.c.transpose().to_owned(),
+    )?;
+    let root = period_s.sqrt();
+    let b = Mat::from_fn(n, system.inputs(), |i, j| root * xb[(i, j)]);
+    let c = Mat::from_fn(system.outputs(), n, |i, j| root * xc[(j, i)]);
+    let d_extra = &system.c * &xb;
+    let d = Mat::from_fn(system.outputs(), system.inputs(), |i, j| {
+        system.d[(i, j)] + half * d_extra[(i, j)]
+    });
+    StateSpace::new(a, b, c, d, Discrete { period_s })
 }

@@ -16,6 +16,7 @@ mod report;
 mod run;
 mod simulate;
 mod solve;
+mod stdout;
 mod update;
 
 use clap::{Parser, Subcommand};

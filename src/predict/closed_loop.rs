@@ -7,8 +7,8 @@ use crate::linalg::{Mat, NumericError, c64, solve_complex};
 use crate::lti::connect::{block2, lower_lft};
 use crate::lti::{Discrete, Response, StateSpace, TimeBase};
 
-/// Number of control channels: front_x, front_y, rear_x, rear_y.
-pub const AXES: usize = 4;
+
+pub use crate::spindle::plant::AXES;
 
 /// Closed-loop response from the forces to the displacements (the channels after the four control channels)
 /// at `omega_rad_s`, displacements × forces, m/N.

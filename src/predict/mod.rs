@@ -3,3 +3,4 @@
 pub mod closed_loop;
 pub mod sensitivity;
 pub mod stiffness;
+pub mod verify;

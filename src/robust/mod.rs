@@ -1,1 +1,20 @@
 //! Synthesis and analysis: H∞, μ bounds, D-scales and their fits, the D-K loop.
+
+pub mod dscale;
+pub mod lmi;
+pub mod mu;
+pub mod mu_lower;
+pub mod mu_mixed;
+pub mod mu_reduction;
+pub mod structure;
+
+pub use structure::MuError;
+pub mod assumptions;
+pub mod error;
+pub mod hinf;
+pub mod hinf_controller;
+pub mod hinf_level;
+pub mod hinf_normal;
+
+pub use error::{Condition, SynthesisError};
+pub use hinf::{HinfSettings, HinfSolution, synthesise};

@@ -3,4 +3,6 @@ mod augment;
 mod connections;
 mod rotor_cases;
 mod rotor_reference;
+mod control_cases;
+mod mu_constant;
 mod update_reference;

@@ -1,0 +1,96 @@
+//! The answer of `muspin solve`: one JSON object, one field a line, in a fixed order.
+
+use crate::cli::Failure;
+use crate::linalg::{Mat, c64};
+use crate::lti::{StateSpace, TimeBase};
+use serde_json::{Map, Value, json};
+use std::io::Write;
+
+/// JSON object under construction.
+#[derive(Default)]
+pub struct Answer {
+    fields: Map<String, Value>,
+}
+
+impl Answer {
+    /// An empty answer.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a field; a second one of the same name replaces the first.
+    pub fn with(mut self, field: &str, value: impl Into<Value>) -> Self {
+        self.fields.insert(field.to_string(), value.into());
+        self
+    }
+
+    /// Adds a number that must be finite; infinity and NaN become `null`.
+    pub fn with_number(self, field: &str, value: f64) -> Self {
+        self.with(field, number(value))
+    }
+
+    /// Adds a real matrix.
+    pub fn with_matrix(self, field: &str, value: &Mat<f64>) -> Self {
+        self.with(field, matrix(value))
+    }
+
+    /// Writes the object to standard output, one field a line.
+    ///
+    /// # Errors
+    /// A write that fails for another reason than a closed pipe.
+    pub fn print(&self) -> Result<(), Failure> {
+        let mut text = String::from("{\n");
+        for (k, (name, value)) in self.fields.iter().enumerate() {
+            let comma = if k + 1 < self.fields.len() { "," } else { "" };
+            text.push_str(&format!("{}: {value}{comma}\n", json!(name)));
+        }
+        text.push_str("}\n");
+        match std::io::stdout().lock().write_all(text.as_bytes()) {
+            Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(Failure::new(format!("standard output: {e}")))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl From<Answer> for Value {
+    fn from(answer: Answer) -> Self {
+        Self::Object(answer.fields)
+    }
+}
+
+/// A finite number, else `null`.
+pub fn number(value: f64) -> Value {
+    serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
+}
+
+/// A real matrix as a list of rows.
+pub fn matrix(m: &Mat<f64>) -> Value {
+    rows(m.nrows(), m.ncols(), |i, j| m[(i, j)])
+}
+
+/// A complex matrix as `{"re": rows, "im": rows}`.
+pub fn complex_matrix(m: &Mat<c64>) -> Value {
+    json!({
+        "re": rows(m.nrows(), m.ncols(), |i, j| m[(i, j)].re),
+        "im": rows(m.nrows(), m.ncols(), |i, j| m[(i, j)].im),
+    })
+}
+
+/// A system as `{A, B, C, D}`; more fields can be added.
+pub fn system<T: TimeBase>(s: &StateSpace<T>) -> Answer {
+    Answer::new()
+        .with_matrix("A", &s.a)
+        .with_matrix("B", &s.b)
+        .with_matrix("C", &s.c)
+        .with_matrix("D", &s.d)
+}
+
+fn rows(n: usize, m: usize, entry: impl Fn(usize, usize) -> f64) -> Value {
+    Value::Array(
+        (0..n)
+            .map(|i| Value::Array((0..m).map(|j| number(entry(i, j))).collect()))
+            .collect(),
+    )
+}

@@ -1,0 +1,8 @@
+//! `muspin solve dfit`.
+
+use super::{Answer, Failure, Problem};
+
+/// Solves the problem of the file.
+pub fn solve(_problem: &Problem) -> Result<Answer, Failure> {
+    Err(Failure::new("solve dfit: not available yet"))
+}

@@ -1,0 +1,44 @@
+//! `muspin solve hinfsyn`: a generalized plant → γ_opt, a controller slightly above it, and its verified norm.
+
+use super::answer::system;
+use super::{Answer, Failure, Problem};
+use crate::robust::{HinfSettings, SynthesisError, synthesise};
+
+/// Solves the problem of the file; `gamma` in the file asks for the central controller at that level.
+pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+    let plant = problem.generalized_plant()?;
+    let mut settings = HinfSettings::default();
+    if problem.has("gamma") {
+        settings.gamma = Some(problem.number("gamma")?);
+    }
+    let found = synthesise(&plant, &settings)?;
+    let c = &found.certificate;
+    let certificate = Answer::new()
+        .with_number("control_level", c.control_level)
+        .with_number("control_omega_rad_s", c.control_omega_rad_s)
+        .with_number("filter_level", c.filter_level)
+        .with_number("filter_omega_rad_s", c.filter_omega_rad_s)
+        .with_number("x_residual", c.x_residual)
+        .with_number("y_residual", c.y_residual)
+        .with_number("x_min_relative", c.x_min)
+        .with_number("y_min_relative", c.y_min)
+        .with_number("coupling", c.coupling)
+        .with_number("closed_loop_max_real", c.growth_rate)
+        .with("riccati_pairs", c.pairs);
+    let answer = if settings.gamma.is_none() {
+        Answer::new().with_number("gamma_opt", found.gamma_opt)
+    } else {
+        Answer::new()
+    };
+    Ok(answer
+        .with_number("gamma", found.gamma)
+        .with_number("closed_loop_norm", found.closed_loop_norm)
+        .with("controller", system(&found.controller))
+        .with("certificate", certificate))
+}
+
+impl From<SynthesisError> for Failure {
+    fn from(error: SynthesisError) -> Self {
+        Self::new(format!("H-infinity synthesis: {error}")).with_hint(error.advice())
+    }
+}

@@ -1,0 +1,8 @@
+//! `muspin solve musys`.
+
+use super::{Answer, Failure, Problem};
+
+/// Solves the problem of the file.
+pub fn solve(_problem: &Problem) -> Result<Answer, Failure> {
+    Err(Failure::new("solve musys: not available yet"))
+}

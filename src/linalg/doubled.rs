@@ -1,0 +1,112 @@
+//! Matrices in doubled precision: each entry is an unevaluated sum hi + lo of two f64, about 32 digits.
+//! Error-free sums (Knuth 1969) and products (Dekker 1971); dot products as Ogita, Rump and Oishi 2005.
+//! Used for residuals only: a Newton step with a residual of 32 digits makes the solution exact to the last bit of
+//! f64 whenever the equation can be solved at all.
+
+use faer::Mat;
+
+/// hi + lo, both n×m.
+#[derive(Clone, Debug)]
+pub struct Doubled {
+    /// Leading part.
+    pub hi: Mat<f64>,
+    /// Rest, below half an ulp of the leading part.
+    pub lo: Mat<f64>,
+}
+
+/// Sum and its exact rounding error.
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let s = a + b;
+    let t = s - a;
+    (s, (a - (s - t)) + (b - t))
+}
+
+/// Upper and lower half of the digits.
+fn split(a: f64) -> (f64, f64) {
+    // 2^27 + 1 halves the 53 digits.
+    let c = 134_217_729.0 * a;
+    let hi = c - (c - a);
+    (hi, a - hi)
+}
+
+/// Product and its exact rounding error (no overflow below 1e290).
+fn two_product(a: f64, b: f64) -> (f64, f64) {
+    let p = a * b;
+    let ((ah, al), (bh, bl)) = (split(a), split(b));
+    (p, ((ah * bh - p) + ah * bl + al * bh) + al * bl)
+}
+
+impl Doubled {
+    /// An f64 matrix, exactly.
+    pub fn from_f64(m: &Mat<f64>) -> Self {
+        Self {
+            hi: m.clone(),
+            lo: Mat::zeros(m.nrows(), m.ncols()),
+        }
+    }
+
+    /// The nearest f64 matrix.
+    pub fn rounded(&self) -> Mat<f64> {
+        Mat::from_fn(self.hi.nrows(), self.hi.ncols(), |i, j| {
+            self.hi[(i, j)] + self.lo[(i, j)]
+        })
+    }
+
+    /// Sum.
+    pub fn plus(&self, other: &Self) -> Self {
+        let mut sum = self.clone();
+        for j in 0..self.hi.ncols() {
+            for i in 0..self.hi.nrows() {
+                let (s, e) = two_sum(self.hi[(i, j)], other.hi[(i, j)]);
+                let (hi, lo) = two_sum(s, e + (self.lo[(i, j)] + other.lo[(i, j)]));
+                sum.hi[(i, j)] = hi;
+                sum.lo[(i, j)] = lo;
+            }
+        }
+        sum
+    }
+
+    /// The matrix times a power of two.
+    pub fn scaled(&self, power_of_two: f64) -> Self {
+        let (n, m) = (self.hi.nrows(), self.hi.ncols());
+        Self {
+            hi: Mat::from_fn(n, m, |i, j| power_of_two * self.hi[(i, j)]),
+            lo: Mat::from_fn(n, m, |i, j| power_of_two * self.lo[(i, j)]),
+        }
+    }
+
+    /// Transpose.
+    pub fn transposed(&self) -> Self {
+        Self {
+            hi: self.hi.transpose().to_owned(),
+            lo: self.lo.transpose().to_owned(),
+        }
+    }
+
+    /// self·other for a symmetric self.
+    pub fn symmetric_times(&self, other: &Self) -> Self {
+        let (n, m) = (self.hi.nrows(), other.hi.ncols());
+        let mut product = Self::from_f64(&Mat::zeros(n, m));
+        for j in 0..m {
+            let (bh, bl) = (other.hi.col_as_slice(j), other.lo.col_as_slice(j));
+            for i in 0..n {
+                // Row i of a symmetric matrix is its column i, which is contiguous.
+                let (ah, al) = (self.hi.col_as_slice(i), self.lo.col_as_slice(i));
+                let (mut sum, mut rest) = (0.0, 0.0);
+                for k in 0..n {
+                    if ah[k] == 0.0 || bh[k] == 0.0 {
+                        continue;
+                    }
+                    let (p, e) = two_product(ah[k], bh[k]);
+                    let (s, f) = two_sum(sum, p);
+                    sum = s;
+                    rest += e + f + (ah[k] * bl[k] + al[k] * bh[k]);
+                }
+                let (hi, lo) = two_sum(sum, rest);
+                product.hi[(i, j)] = hi;
+                product.lo[(i, j)] = lo;
+            }
+        }
+        product
+    }
+}

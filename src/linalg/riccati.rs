@@ -1,0 +1,379 @@
+//! Stabilising solution of the continuous algebraic Riccati equation  AᵀX + XA − XGX + Q = 0, G and Q symmetric,
+//! possibly indefinite. Symbols: X symmetric, A − GX stable.
+//! Roads: structured doubling with several shifts, and the ordered Schur form of the Hamiltonian (Laub 1979), both on
+//! data balanced by a diagonal similarity of the Hamiltonian that keeps its structure; then Newton steps, whose
+//! residual [`care`] evaluates in doubled precision.
+
+use super::dense::{eigenvalues, solve};
+use super::doubled::Doubled;
+use super::doubling::doubling;
+use super::error::NumericError;
+use super::lyapunov::{lyapunov_with, symmetric};
+use super::schur::schur;
+use faer::{Mat, c64};
+use thiserror::Error;
+
+/// Why there is no stabilising solution to return.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RiccatiError {
+    /// G or Q is not symmetric.
+    #[error("{which} is not symmetric: entries ({row}, {col}) and ({col}, {row}) differ")]
+    NotSymmetric {
+        /// "G" or "Q".
+        which: &'static str,
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+    },
+    /// The Hamiltonian has eigenvalues on the imaginary axis.
+    #[error(
+        "the Hamiltonian has an eigenvalue on the imaginary axis (at about {omega_rad_s:.6e} rad/s): \
+         no stabilising solution exists"
+    )]
+    AxisEigenvalue {
+        /// Frequency, rad/s.
+        omega_rad_s: f64,
+    },
+    /// The stable invariant subspace exists but is no graph of a matrix, or the pair cannot be stabilised.
+    #[error(
+        "no stabilising solution found (best relative residual {residual:.1e}, \
+         closed-loop growth rate {closed_loop_max_real:.3e})"
+    )]
+    NoStabilisingSolution {
+        /// Best relative residual.
+        residual: f64,
+        /// Largest real part of the eigenvalues of A − GX, NaN when no X was found.
+        closed_loop_max_real: f64,
+    },
+    /// Wrong shapes, bad data, failed iteration.
+    #[error(transparent)]
+    Numeric(#[from] NumericError),
+}
+
+/// Solution with its certificate.
+#[derive(Clone, Debug)]
+pub struct CareSolution {
+    /// X, n×n, symmetric.
+    pub x: Mat<f64>,
+    /// ‖AᵀX + XA − XGX + Q‖ / (2‖AᵀX‖ + ‖XGX‖ + ‖Q‖), Frobenius norms, in the balanced coordinates.
+    pub residual: f64,
+    /// Largest real part of the eigenvalues of A − GX, negative.
+    pub closed_loop_max_real: f64,
+}
+
+/// Which roads to take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// First road that gives a small residual and a stable closed loop; f64 only.
+    Fast,
+    /// Best of all roads, refined in doubled precision.
+    Full,
+}
+
+/// Solves with [`Effort::Full`].
+///
+/// # Errors
+/// See [`RiccatiError`].
+pub fn care(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Result<CareSolution, RiccatiError> {
+    care_with(a, g, q, Effort::Full)
+}
+
+/// Solves with the effort asked.
+///
+/// # Errors
+/// See [`RiccatiError`].
+pub fn care_with(
+    a: &Mat<f64>,
+    g: &Mat<f64>,
+    q: &Mat<f64>,
+    effort: Effort,
+) -> Result<CareSolution, RiccatiError> {
+    check(a, g, q)?;
+    let n = a.nrows();
+    if n == 0 {
+        return Ok(CareSolution {
+            x: Mat::zeros(0, 0),
+            residual: 0.0,
+            closed_loop_max_real: f64::NEG_INFINITY,
+        });
+    }
+    let scale = balance_hamiltonian(a, g, q);
+    let data = Data {
+        a: Mat::from_fn(n, n, |i, j| a[(i, j)] * scale[j] / scale[i]),
+        g: Mat::from_fn(n, n, |i, j| g[(i, j)] / scale[i] / scale[j]),
+        q: Mat::from_fn(n, n, |i, j| q[(i, j)] * scale[i] * scale[j]),
+    };
+    let found = match effort {
+        Effort::Fast => data.first_good(),
+        Effort::Full => data.best_refined(),
+    };
+    let found = found.map_err(|failed| data.diagnose(&failed))?;
+    Ok(CareSolution {
+        x: Mat::from_fn(n, n, |i, j| found.x[(i, j)] / scale[i] / scale[j]),
+        ..found
+    })
+}
+
+/// Residual below which a solution counts as found by the fast road; the γ iteration needs no more.
+const GOOD: f64 = 1e-10;
+/// Residual above which a candidate is no start for Newton.
+const USABLE: f64 = 1e-3;
+
+/// Balanced problem.
+struct Data {
+    a: Mat<f64>,
+    g: Mat<f64>,
+    q: Mat<f64>,
+}
+
+impl Data {
+    fn candidate(&self, x: Mat<f64>) -> CareSolution {
+        let ax = self.a.transpose() * &x;
+        let xgx = &x * &self.g * &x;
+        let defect = (&ax + ax.transpose() - &xgx + &self.q).norm_l2();
+        let size = 2.0 * ax.norm_l2() + xgx.norm_l2() + self.q.norm_l2();
+        CareSolution {
+            residual: if defect == 0.0 { 0.0 } else { defect / size },
+            closed_loop_max_real: self.growth(&x),
+            x,
+        }
+    }
+
+    fn growth(&self, x: &Mat<f64>) -> f64 {
+        eigenvalues(&(&self.a - &self.g * x)).map_or(f64::NAN, |values| {
+            values
+                .iter()
+                .map(|v| v.re)
+                .fold(f64::NEG_INFINITY, f64::max)
+        })
+    }
+
+    fn shifts(&self) -> [f64; 3] {
+        let n = self.a.nrows() as f64;
+        let base = (self.a.norm_l2() / n.sqrt())
+            .max((self.g.norm_l2() * self.q.norm_l2()).sqrt() / n)
+            .max(f64::MIN_POSITIVE.sqrt());
+        [base, 8.0 * base, base / 8.0]
+    }
+
+    fn by_schur(&self) -> Option<Mat<f64>> {
+        let n = self.a.nrows();
+        let (form, stable) = schur(&self.hamiltonian()).ok()?.ordered(|v| v.re < 0.0);
+        if stable != n {
+            return None;
+        }
+        let u1t = Mat::from_fn(n, n, |i, j| form.z[(j, i)]);
+        let u2t = Mat::from_fn(n, n, |i, j| form.z[(n + j, i)]);
+        solve(&u1t, &u2t).ok().map(|x| symmetric(&x))
+    }
+
+    fn hamiltonian(&self) -> Mat<f64> {
+        let n = self.a.nrows();
+        Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => self.a[(i, j)],
+            (true, false) => -self.g[(i, j - n)],
+            (false, true) => -self.q[(i - n, j)],
+            (false, false) => -self.a[(j - n, i - n)],
+        })
+    }
+
+    fn first_good(&self) -> Result<CareSolution, Vec<CareSolution>> {
+        let mut failed = Vec::new();
+        for road in 0..4 {
+            let x = match road {
+                0..3 => doubling(&self.a, &self.g, &self.q, self.shifts()[road]),
+                _ => self.by_schur(),
+            };
+            let Some(x) = x else { continue };
+            let mut found = self.candidate(x);
+            if found.residual > GOOD && found.residual < USABLE && found.closed_loop_max_real < 0.0
+            {
+                found = self.newton(found);
+            }
+            if found.residual <= GOOD && found.closed_loop_max_real < 0.0 {
+                return Ok(found);
+            }
+            failed.push(found);
+        }
+        Err(failed)
+    }
+
+    /// One Newton step in f64, kept when it helps.
+    fn newton(&self, start: CareSolution) -> CareSolution {
+        let x = &start.x;
+        let ax = self.a.transpose() * x;
+        let residual = symmetric(&(&ax + ax.transpose() - x * &self.g * x + &self.q));
+        let Ok(form) = schur(&(&self.a - &self.g * x)) else {
+            return start;
+        };
+        let better = self.candidate(symmetric(&(x + lyapunov_with(&form, &residual))));
+        if better.residual < start.residual && better.closed_loop_max_real < 0.0 {
+            better
+        } else {
+            start
+        }
+    }
+
+    fn best_refined(&self) -> Result<CareSolution, Vec<CareSolution>> {
+        let mut all: Vec<CareSolution> = self
+            .shifts()
+            .into_iter()
+            .filter_map(|shift| doubling(&self.a, &self.g, &self.q, shift))
+            .chain(self.by_schur())
+            .map(|x| self.candidate(x))
+            .collect();
+        all.sort_by(|x, y| x.residual.total_cmp(&y.residual));
+        for start in &all {
+            if start.closed_loop_max_real < 0.0
+                && start.residual < USABLE
+                && let Some(found) = self.refined(&start.x)
+            {
+                return Ok(found);
+            }
+        }
+        Err(all)
+    }
+
+    /// Newton steps with residuals of 32 digits until the correction is below half an ulp. None when they do not
+    /// settle, which is what happens when the closed loop has an eigenvalue on the axis.
+    fn refined(&self, start: &Mat<f64>) -> Option<CareSolution> {
+        // Every step gains log10(1/(ε·cond)) digits; a problem that gains less than one digit a step is singular.
+        const LIMIT: usize = 40;
+        let n = self.a.nrows();
+        let (a, g, q) = (
+            Doubled::from_f64(&self.a),
+            Doubled::from_f64(&self.g),
+            Doubled::from_f64(&self.q),
+        );
+        let mut x = Doubled::from_f64(start);
+        let mut form = schur(&(&self.a - &self.g * start)).ok()?;
+        let (mut last, mut settled) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..LIMIT {
+            // AᵀX + XA − XGX + Q = XW + (XW)ᵀ + Q with W = A − GX/2.
+            let w = a.plus(&g.symmetric_times(&x).scaled(-0.5));
+            let p = x.symmetric_times(&w);
+            let residual = p.plus(&p.transposed()).plus(&q).rounded();
+            let step = lyapunov_with(&form, &residual);
+            let rounded = x.rounded();
+            if !step.is_all_finite() {
+                return None;
+            }
+            let size = (0..n)
+                .flat_map(|j| (0..n).map(move |i| (i, j)))
+                .map(|(i, j)| {
+                    // Each entry counts against its own size: small entries must be right as well.
+                    let own = (rounded[(i, i)] * rounded[(j, j)]).abs().sqrt();
+                    step[(i, j)].abs() / rounded[(i, j)].abs().max(1e-16 * own).max(1e-300)
+                })
+                .fold(0.0, f64::max);
+            settled = step.norm_l2() / rounded.norm_l2().max(f64::MIN_POSITIVE);
+            x = x.plus(&Doubled::from_f64(&step));
+            if size < 1e-17 || settled == 0.0 {
+                break;
+            }
+            if settled > 1e-8 {
+                form = schur(&(&self.a - &self.g * x.rounded())).ok()?;
+            } else if settled >= last {
+                break;
+            }
+            last = settled;
+        }
+        // Correction of the last step: anything larger means that digits of X are open.
+        if settled > 1e-13 {
+            return None;
+        }
+        let found = self.candidate(symmetric(&x.rounded()));
+        (found.closed_loop_max_real < 0.0).then_some(found)
+    }
+
+    fn diagnose(&self, failed: &[CareSolution]) -> RiccatiError {
+        let h = self.hamiltonian();
+        // Eigenvalues on the axis split by the square root of the rounding error.
+        let tolerance = f64::EPSILON.sqrt() * 10.0;
+        let nearest = eigenvalues(&h).ok().and_then(|values| {
+            values.into_iter().min_by(|x: &c64, y: &c64| {
+                (x.re.abs() / x.norm().max(1e-300)).total_cmp(&(y.re.abs() / y.norm().max(1e-300)))
+            })
+        });
+        if let Some(v) = nearest
+            && (v.re.abs() <= tolerance * v.norm()
+                || v.norm() <= f64::EPSILON.sqrt() * 1e-3 * h.norm_max())
+        {
+            return RiccatiError::AxisEigenvalue {
+                omega_rad_s: v.im.abs(),
+            };
+        }
+        let best = failed
+            .iter()
+            .min_by(|x, y| x.residual.total_cmp(&y.residual));
+        RiccatiError::NoStabilisingSolution {
+            residual: best.map_or(f64::NAN, |b| b.residual),
+            closed_loop_max_real: best.map_or(f64::NAN, |b| b.closed_loop_max_real),
+        }
+    }
+}
+
+/// Diagonal T (powers of two) such that [T⁻¹AT, T⁻¹GT⁻¹; TQT, TᵀAᵀT⁻¹] has rows and columns of like size.
+pub fn balance_hamiltonian(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Vec<f64> {
+    let n = a.nrows();
+    let mut t = vec![1.0f64; n];
+    // Twenty sweeps settle spreads of 1e10; balancing is a help, not a condition.
+    for _ in 0..20 {
+        let mut changed = false;
+        for i in 0..n {
+            let (mut col, mut row) = (0.0, 0.0);
+            for j in 0..n {
+                if i != j {
+                    col += (a[(j, i)] * t[i] / t[j]).abs();
+                    row += (a[(i, j)] * t[j] / t[i]).abs();
+                }
+                col += (q[(j, i)] * t[i] * t[j]).abs();
+                row += (g[(i, j)] / t[i] / t[j]).abs();
+            }
+            if col > 0.0 && row > 0.0 {
+                let f = (0.25 * (row / col).log2()).round().exp2();
+                if f != 1.0 && f.is_finite() && f > 0.0 {
+                    t[i] *= f;
+                    changed = true;
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    t
+}
+
+fn check(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Result<(), RiccatiError> {
+    let n = a.nrows();
+    for m in [a, g, q] {
+        if (m.nrows(), m.ncols()) != (n, n) {
+            return Err(NumericError::Dimension {
+                what: "Riccati equation",
+                expected: format!("A, G, Q of order {n}"),
+                found: format!("{} x {}", m.nrows(), m.ncols()),
+            }
+            .into());
+        }
+        if !m.is_all_finite() {
+            return Err(NumericError::NotFinite {
+                what: "Riccati equation",
+            }
+            .into());
+        }
+    }
+    for (which, m) in [("G", g), ("Q", q)] {
+        // Data that was formed in f64 is symmetric up to rounding; more is a mistake of the user.
+        let tolerance = 1e-10 * m.norm_max();
+        for row in 0..n {
+            for col in 0..row {
+                if (m[(row, col)] - m[(col, row)]).abs() > tolerance {
+                    return Err(RiccatiError::NotSymmetric { which, row, col });
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,138 @@
+//! From continuous to sampled time and back: zero-order hold, Tustin's rule, Tustin with prewarping.
+//! Hold: [Ad Bd; 0 I] = exp([A B; 0 0]·T). Tustin: s = k(z − 1)/(z + 1), k = 2/T, or ω/tan(ωT/2) when prewarped at ω.
+//! The bilinear formulas keep H∞ norm, gramians and stability (Ad from the Cayley transform of A).
+
+use super::state_space::{Continuous, Discrete, StateSpace};
+use crate::linalg::exponential::exponential;
+use crate::linalg::{Mat, NumericError, solve};
+
+/// Zero-order hold: exact at the sample instants for inputs that are constant in between.
+///
+/// # Errors
+/// [`NumericError`] for a period that is not positive, or an exponential that overflows.
+pub fn zoh(
+    system: &StateSpace<Continuous>,
+    period_s: f64,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    positive(period_s, "sample period")?;
+    let (n, m) = (system.order(), system.inputs());
+    let block = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) => system.a[(i, j)] * period_s,
+        (true, false) => system.b[(i, j - n)] * period_s,
+        _ => 0.0,
+    });
+    let e = exponential(&block)?;
+    StateSpace::new(
+        e.submatrix(0, 0, n, n).to_owned(),
+        e.submatrix(0, n, n, m).to_owned(),
+        system.c.clone(),
+        system.d.clone(),
+        Discrete { period_s },
+    )
+}
+
+/// Tustin's rule, s = (2/T)(z − 1)/(z + 1).
+///
+/// # Errors
+/// [`NumericError`] for a period that is not positive, or a pole at s = 2/T.
+pub fn tustin(
+    system: &StateSpace<Continuous>,
+    period_s: f64,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    positive(period_s, "sample period")?;
+    bilinear(system, 2.0 / period_s, period_s)
+}
+
+/// Tustin's rule with k = ω/tan(ωT/2): the response at ω is kept exactly.
+///
+/// # Errors
+/// As [`tustin`], and a prewarp frequency that is not between 0 and π/T.
+pub fn tustin_prewarped(
+    system: &StateSpace<Continuous>,
+    period_s: f64,
+    omega_rad_s: f64,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    positive(period_s, "sample period")?;
+    positive(omega_rad_s, "prewarp frequency")?;
+    let half = 0.5 * omega_rad_s * period_s;
+    if half >= std::f64::consts::FRAC_PI_2 {
+        return Err(NumericError::Dimension {
+            what: "prewarp frequency",
+            expected: format!("below pi/T = {:.6e} rad/s", std::f64::consts::PI / period_s),
+            found: format!("{omega_rad_s:.6e} rad/s"),
+        });
+    }
+    bilinear(system, omega_rad_s / half.tan(), period_s)
+}
+
+/// Inverse of [`tustin`]: z = (1 + sT/2)/(1 − sT/2). Norm and gramians are kept.
+///
+/// # Errors
+/// [`NumericError`] for a pole at z = −1.
+pub fn inverse_tustin(
+    system: &StateSpace<Discrete>,
+) -> Result<StateSpace<Continuous>, NumericError> {
+    let n = system.order();
+    let k = 2.0 / system.time.period_s;
+    let one = Mat::<f64>::identity(n, n);
+    let plus = &system.a + &one;
+    let (pa, pb) = (
+        solve(&plus, &(&system.a - &one))?,
+        solve(&plus, &system.b)?,
+    );
+    let c = right_divide(&system.c, &plus)?;
+    let root = (2.0 * k).sqrt();
+    StateSpace::new(
+        scaled(&pa, k),
+        scaled(&pb, root),
+        scaled(&c, root),
+        &system.d - &system.c * &pb,
+        Continuous,
+    )
+}
+
+/// With M = kI − A: Ad = M⁻¹(kI + A), Bd = √(2k) M⁻¹B, Cd = √(2k) C M⁻¹, Dd = D + C M⁻¹ B.
+fn bilinear(
+    system: &StateSpace<Continuous>,
+    k: f64,
+    period_s: f64,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    let n = system.order();
+    let shift = scaled(&Mat::identity(n, n), k);
+    let minus = &shift - &system.a;
+    let (ad, b) = (
+        solve(&minus, &(&shift + &system.a))?,
+        solve(&minus, &system.b)?,
+    );
+    let c = right_divide(&system.c, &minus)?;
+    let root = (2.0 * k).sqrt();
+    StateSpace::new(
+        ad,
+        scaled(&b, root),
+        scaled(&c, root),
+        &system.d + &system.c * &b,
+        Discrete { period_s },
+    )
+}
+
+/// C M⁻¹.
+fn right_divide(c: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+    Ok(solve(&m.transpose().to_owned(), &c.transpose().to_owned())?
+        .transpose()
+        .to_owned())
+}
+
+fn scaled(m: &Mat<f64>, factor: f64) -> Mat<f64> {
+    Mat::from_fn(m.nrows(), m.ncols(), |i, j| factor * m[(i, j)])
+}
+
+fn positive(value: f64, what: &'static str) -> Result<(), NumericError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(NumericError::Dimension {
+        what,
+        expected: "a positive number".into(),
+        found: format!("{value}"),
+    })
+}
