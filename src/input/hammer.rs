@@ -119,11 +119,7 @@ pub fn read_mode_shapes(file: &str, bytes: &[u8]) -> Result<Vec<MeasuredShape>, 
 }
 
 /// Rows of numbers under a fixed header, each with its line.
-fn table(
-    file: &str,
-    bytes: &[u8],
-    names: &[String],
-) -> Result<Vec<(usize, Vec<f64>)>, InputError> {
+fn table(file: &str, bytes: &[u8], names: &[String]) -> Result<Vec<(usize, Vec<f64>)>, InputError> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)

@@ -48,7 +48,8 @@ pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecor
     });
     for pair in rows.windows(2) {
         let (a, b) = (&pair[0], &pair[1]);
-        let same = (a.frequency_hz, a.experiment, a.repeat) == (b.frequency_hz, b.experiment, b.repeat);
+        let same =
+            (a.frequency_hz, a.experiment, a.repeat) == (b.frequency_hz, b.experiment, b.repeat);
         if same {
             return Err(at(
                 file,

@@ -105,8 +105,11 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
         }
     }
     if !any {
-        return Err(InputError::new(file, "no dataset: not a universal file")
-            .with_hint("a universal file consists of datasets between lines with -1 in columns 5 and 6"));
+        return Err(
+            InputError::new(file, "no dataset: not a universal file").with_hint(
+                "a universal file consists of datasets between lines with -1 in columns 5 and 6",
+            ),
+        );
     }
     Ok(functions)
 }
@@ -254,12 +257,7 @@ fn function(
             units: f[5].trim().to_owned(),
         }
     };
-    let place = |a: &str, b: &str| {
-        (
-            a.trim().parse().unwrap_or(0),
-            b.trim().parse().unwrap_or(0),
-        )
-    };
+    let place = |a: &str, b: &str| (a.trim().parse().unwrap_or(0), b.trim().parse().unwrap_or(0));
     Ok(UffFunction {
         line,
         description: header[0].trim().to_owned(),
@@ -341,7 +339,12 @@ fn ascii_values(
             .or_else(|| by_width(pair));
         match row {
             Some(row) => values.extend(row),
-            None => return Err(format!("line {line}: {:?} is not a row of numbers", text.trim())),
+            None => {
+                return Err(format!(
+                    "line {line}: {:?} is not a row of numbers",
+                    text.trim()
+                ));
+            }
         }
     }
     values.truncate(wanted);

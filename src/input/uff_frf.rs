@@ -35,11 +35,7 @@ impl UffFrf {
     pub fn label(&self) -> String {
         format!(
             "{:?} (response {}:{}, reference {}:{})",
-            self.description,
-            self.response.0,
-            self.response.1,
-            self.reference.0,
-            self.reference.1
+            self.description, self.response.0, self.response.1, self.reference.0, self.reference.1
         )
     }
 }
@@ -87,7 +83,11 @@ pub fn coherence_for(functions: &[UffFunction], frf: &UffFrf) -> Option<Vec<f64>
     let of = functions.iter().find(|f| {
         f.function_type == 6 && f.response == frf.response && f.reference == frf.reference
     })?;
-    let pairs: Vec<(f64, f64)> = of.x.iter().copied().zip(of.y.iter().map(|v| v.re)).collect();
+    let pairs: Vec<(f64, f64)> =
+        of.x.iter()
+            .copied()
+            .zip(of.y.iter().map(|v| v.re))
+            .collect();
     frf.frequency_hz
         .iter()
         .map(|f| {
@@ -231,7 +231,11 @@ fn units(label: &str) -> Option<(Motion, f64)> {
         Some((Motion::Velocity, length * force))
     } else if text.starts_with("g/") || text.contains("/ng") || text.contains("1/ng") {
         Some((Motion::Acceleration, GRAVITY_M_S2 * force))
-    } else if text.contains("m/n") || text.contains("m/kn") || text.contains("nm") || text.contains("m//n") {
+    } else if text.contains("m/n")
+        || text.contains("m/kn")
+        || text.contains("nm")
+        || text.contains("m//n")
+    {
         Some((Motion::Displacement, length * force))
     } else {
         None

@@ -1,8 +1,8 @@
 //! One integration binary: less linking of heavy dependencies.
 mod augment;
 mod connections;
-mod rotor_cases;
-mod rotor_reference;
 mod control_cases;
 mod mu_constant;
+mod rotor_cases;
+mod rotor_reference;
 mod update_reference;
