@@ -1,5 +1,6 @@
 //! Facts about matrices. The only home of dense algebra: everything above calls these plain `f64`/`c64` functions.
 
+pub mod basis;
 pub mod dense;
 pub mod doubled;
 pub mod doubling;

@@ -1,3 +1,9 @@
 //! Files out: results folder, tables, plots, HTML. Gets finished results, never computes.
 
 pub mod atomic;
+pub mod controller_json;
+pub mod firmware;
+pub mod firmware_c;
+pub mod mat;
+pub mod plot;
+pub mod tables;

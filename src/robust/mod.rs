@@ -1,5 +1,9 @@
 //! Synthesis and analysis: H∞, μ bounds, D-scales and their fits, the D-K loop.
 
+pub mod dfit;
+pub mod dfit_factors;
+pub mod dfit_linear;
+pub mod dfit_polish;
 pub mod dscale;
 pub mod lmi;
 pub mod mu;

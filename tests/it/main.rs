@@ -2,7 +2,10 @@
 mod augment;
 mod connections;
 mod control_cases;
+mod dfit;
+mod firmware;
 mod mu_constant;
+mod plots;
 mod rotor_cases;
 mod rotor_reference;
 mod update_reference;
