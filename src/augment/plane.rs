@@ -42,9 +42,15 @@ pub fn design_plane(
 ) -> Result<StateSpace<Continuous>, SpindleError> {
     let mut isotropic = machine.clone();
     isotropic.spindle.effects.retain(|e| {
-        !matches!(e.kind, EffectKind::BearingCoupling | EffectKind::AxisMisalignment)
+        !matches!(
+            e.kind,
+            EffectKind::BearingCoupling | EffectKind::AxisMisalignment
+        )
     });
-    let detail = ModelDetail::Modes { flexible, static_residual: true };
+    let detail = ModelDetail::Modes {
+        flexible,
+        static_residual: true,
+    };
     let plant = Plant::new(&isotropic, 0.0, detail)?;
     let ports: Vec<usize> = (0..uncertain)
         .map(|mode| CHANNELS + 2 * mode)
@@ -77,8 +83,12 @@ pub fn connected_part<T: TimeBase>(system: &StateSpace<T>) -> StateSpace<T> {
         }
         seen
     };
-    let fed = (0..n).map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0)).collect();
-    let read = (0..n).map(|j| (0..system.outputs()).any(|i| system.c[(i, j)] != 0.0)).collect();
+    let fed = (0..n)
+        .map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0))
+        .collect();
+    let read = (0..n)
+        .map(|j| (0..system.outputs()).any(|i| system.c[(i, j)] != 0.0))
+        .collect();
     let reached = spread(fed, &|to, from| system.a[(to, from)] != 0.0);
     let seen = spread(read, &|to, from| system.a[(from, to)] != 0.0);
     let keep: Vec<usize> = (0..n).filter(|i| reached[*i] && seen[*i]).collect();

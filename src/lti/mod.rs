@@ -2,10 +2,10 @@
 
 pub mod balance;
 pub mod connect;
+pub mod delay;
 pub mod level_set;
 pub mod norm;
 pub mod responder;
-pub mod delay;
 pub mod response;
 pub mod sample;
 pub mod scale;

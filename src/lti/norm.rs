@@ -133,7 +133,13 @@ fn linf_norm_with(
             upper: 0.0,
         });
     }
-    let found = peak(&value, &seeds(poles), floor, &|g| hamiltonian(&s, g), rel_tol)?;
+    let found = peak(
+        &value,
+        &seeds(poles),
+        floor,
+        &|g| hamiltonian(&s, g),
+        rel_tol,
+    )?;
     let zero = found.lower <= floor;
     Ok(HinfNorm {
         norm: if zero { 0.0 } else { found.lower },
@@ -161,9 +167,7 @@ pub fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, N
     Ok(Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, true) => s.a[(i, j)] + by[(i, j)] / gamma / gamma,
         (true, false) => bx[(i, j - n)] / gamma,
-        (false, true) => {
-            -(cc[(i - n, j)] + dy[(i - n, j)] / gamma / gamma) / gamma
-        }
+        (false, true) => -(cc[(i - n, j)] + dy[(i - n, j)] / gamma / gamma) / gamma,
         (false, false) => -s.a[(j - n, i - n)] - by[(j - n, i - n)] / gamma / gamma,
     }))
 }
