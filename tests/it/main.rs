@@ -7,3 +7,4 @@ mod mu_constant;
 mod rotor_cases;
 mod rotor_reference;
 mod update_reference;
+mod pid;
