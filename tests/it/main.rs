@@ -20,3 +20,4 @@ mod solve_discretise;
 mod solve_hinfnorm;
 mod solve_hinfsyn;
 mod solve_reduce;
+mod pid;
