@@ -2,12 +2,11 @@
 mod augment;
 mod connections;
 mod control_cases;
+mod dfit;
 mod firmware;
 mod mu_constant;
+mod plots;
+mod results_folder;
 mod rotor_cases;
 mod rotor_reference;
-mod control_cases;
-mod dfit;
-mod mu_constant;
 mod update_reference;
-mod plots;

@@ -73,7 +73,7 @@ pub fn impedance(title: &str, unit: &str, frequency_hz: &[f64], recovered: &[c64
     let mut phase = Panel::new("", Axis::log("Frequency", "Hz"), phase_axis);
     let fitted_name = format!("fitted: {shape}");
     let both = [
-        ("recovered from the data", recovered, Look::points(Color::Black, Marker::Circle)),
+        ("recovered from the data", recovered, data_look(frequency_hz.len())),
         (fitted_name.as_str(), fitted, Look::line(Color::Blue, Dash::Solid)),
     ];
     for (name, values, look) in both.into_iter().filter(|b| b.1.len() == frequency_hz.len()) {
@@ -88,6 +88,15 @@ pub fn impedance(title: &str, unit: &str, frequency_hz: &[f64], recovered: &[c64
     magnitude.height_px = 250;
     phase.height_px = 200;
     Figure::new(title, "Impedance that the model lacks, as recovered from the data, and the fitted shape.", vec![magnitude, phase])
+}
+
+/// Data as open circles, or as a dotted line where circles would run into each other.
+fn data_look(points: usize) -> Look {
+    if points <= 120 {
+        Look::points(Color::Black, Marker::Circle)
+    } else {
+        Role::Measured.look()
+    }
 }
 
 /// Ranking of hypotheses: the larger the score the better. Best first; drawn from the top.
@@ -108,7 +117,7 @@ pub fn before_after(title: &str, quantity: &str, unit: &str, curves: &[Curve]) -
     panel.series = curves
         .iter()
         .map(|c| match c.role {
-            Role::Measured => Series::curve(c.name, c.x, c.y, Look::points(Color::Black, Marker::Circle).with_width(1.0)),
+            Role::Measured => Series::curve(c.name, c.x, c.y, data_look(c.x.len())),
             _ => c.series(),
         })
         .collect();
