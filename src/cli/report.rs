@@ -17,20 +17,30 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let path = folder.join("summary.json");
     let text = std::fs::read_to_string(&path).map_err(|e| {
-        Failure::new(format!("{}: {e}", path.display())).with_hint("give the folder of a finished run, such as results/reference")
+        Failure::new(format!("{}: {e}", path.display()))
+            .with_hint("give the folder of a finished run, such as results/reference")
     })?;
     let summary: serde_json::Value = serde_json::from_str(&text).map_err(|e| {
-        Failure::new(format!("{}: line {}, column {}: {e}", path.display(), e.line(), e.column()))
-            .with_hint("summary.json is written by muspin; run the command that made this folder again")
+        Failure::new(format!(
+            "{}: line {}, column {}: {e}",
+            path.display(),
+            e.line(),
+            e.column()
+        ))
+        .with_hint("summary.json is written by muspin; run the command that made this folder again")
     })?;
     if !summary.is_object() {
-        return Err(Failure::new(format!("{}: expected one JSON object", path.display()))
-            .with_hint("summary.json is written by muspin; run the command that made this folder again"));
+        return Err(
+            Failure::new(format!("{}: expected one JSON object", path.display())).with_hint(
+                "summary.json is written by muspin; run the command that made this folder again",
+            ),
+        );
     }
     let pictures = pictures(&folder.join("plots"))?;
     let page = html::report(&summary, &pictures).map_err(|e| Failure::new(e.to_string()))?;
     let target = folder.join("report.html");
-    write_file(&target, page.as_bytes()).map_err(|e| Failure::new(format!("{}: {e}", target.display())))?;
+    write_file(&target, page.as_bytes())
+        .map_err(|e| Failure::new(format!("{}: {e}", target.display())))?;
     Ok(Outcome::Done)
 }
 
@@ -45,7 +55,10 @@ fn pictures(folder: &Path) -> Result<Vec<(String, String)>, Failure> {
         let path = entry.map_err(|e| failed(folder, e))?.path();
         let stem = path.file_stem().and_then(|s| s.to_str()).map(str::to_owned);
         if let (Some(stem), Some("svg")) = (stem, path.extension().and_then(|e| e.to_str())) {
-            found.push((stem, std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?));
+            found.push((
+                stem,
+                std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?,
+            ));
         }
     }
     found.sort();

@@ -46,7 +46,15 @@ const STAGES: [Stage; 10] = [
         key: "updating",
         title: "Updating",
         lead: "Moduli moved until the model has the measured resonances and antiresonances.",
-        stems: &["bode", "open-loop", "mode-shape", "modul", "determin", "errors", "updat"],
+        stems: &[
+            "bode",
+            "open-loop",
+            "mode-shape",
+            "modul",
+            "determin",
+            "errors",
+            "updat",
+        ],
     },
     Stage {
         key: "design",
@@ -82,7 +90,15 @@ const STAGES: [Stage; 10] = [
         key: "diagnosis",
         title: "Diagnosis",
         lead: "Where model and measurement disagree, and which effect explains it.",
-        stems: &["residual", "locali", "impedance", "ranking", "held-out", "gap", "diagnosis"],
+        stems: &[
+            "residual",
+            "locali",
+            "impedance",
+            "ranking",
+            "held-out",
+            "gap",
+            "diagnosis",
+        ],
     },
     Stage {
         key: "tools",
@@ -116,10 +132,13 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     let mut left: Vec<&(String, String)> = pictures.iter().collect();
     let mut sections: Vec<Section> = Vec::new();
     for stage in &STAGES {
-        let (mine, others): (Vec<_>, Vec<_>) =
-            left.into_iter().partition(|(stem, _)| stage.stems.iter().any(|s| stem.starts_with(s)));
+        let (mine, others): (Vec<_>, Vec<_>) = left
+            .into_iter()
+            .partition(|(stem, _)| stage.stems.iter().any(|s| stem.starts_with(s)));
         left = others;
-        let (rows, grids) = summary.get(stage.key).map_or_else(Default::default, |v| readable::flatten(v, &["certificates"]));
+        let (rows, grids) = summary.get(stage.key).map_or_else(Default::default, |v| {
+            readable::flatten(v, &["certificates"])
+        });
         if !(rows.is_empty() && grids.is_empty() && mine.is_empty()) {
             sections.push(Section {
                 anchor: stage.key.to_owned(),
@@ -137,15 +156,17 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     environment.set_trim_blocks(true);
     environment.set_lstrip_blocks(true);
     environment.add_template("report.html", TEMPLATE)?;
-    let page = environment.get_template("report.html")?.render(minijinja::context! {
-        title => title(summary),
-        met => verdict.met,
-        verdict => verdict.sentence,
-        plain_words => plain_words(summary),
-        tiles => tiles(summary),
-        sections => sections,
-        certificates => certificates(summary),
-    })?;
+    let page = environment
+        .get_template("report.html")?
+        .render(minijinja::context! {
+            title => title(summary),
+            met => verdict.met,
+            verdict => verdict.sentence,
+            plain_words => plain_words(summary),
+            tiles => tiles(summary),
+            sections => sections,
+            certificates => certificates(summary),
+        })?;
     // The template engine writes a slash as an entity, which only makes the source harder to read.
     Ok(page.replace("&#x2f;", "/"))
 }
@@ -161,13 +182,22 @@ fn inline(pictures: &[&(String, String)]) -> Vec<Picture> {
 }
 
 /// Keys of the summary that are shown elsewhere on the page.
-const SHOWN: [&str; 6] = ["run", "spindle", "tool", "weights", "verdict", "plain_words"];
+const SHOWN: [&str; 6] = [
+    "run",
+    "spindle",
+    "tool",
+    "weights",
+    "verdict",
+    "plain_words",
+];
 
 /// Whatever no stage claims.
 fn further(summary: &Value, pictures: &[&(String, String)]) -> Option<Section> {
     let staged = |key: &str| STAGES.iter().any(|s| s.key == key);
     let rest = summary.as_object().map(|map| {
-        let kept = map.iter().filter(|(k, _)| !staged(k) && !SHOWN.contains(&k.as_str()) && *k != "certificates");
+        let kept = map
+            .iter()
+            .filter(|(k, _)| !staged(k) && !SHOWN.contains(&k.as_str()) && *k != "certificates");
         Value::Object(kept.map(|(k, v)| (k.clone(), v.clone())).collect())
     });
     let (rows, grids) = readable::flatten(&rest.unwrap_or(Value::Null), &["certificates"]);
@@ -201,7 +231,9 @@ pub struct Verdict {
 }
 
 fn at<'a>(summary: &'a Value, path: &str) -> Option<&'a Value> {
-    summary.pointer(&format!("/{}", path.replace('.', "/"))).filter(|v| !v.is_null())
+    summary
+        .pointer(&format!("/{}", path.replace('.', "/")))
+        .filter(|v| !v.is_null())
 }
 
 fn figure(summary: &Value, path: &str) -> Option<f64> {
@@ -214,9 +246,13 @@ fn word<'a>(summary: &'a Value, path: &str) -> Option<&'a str> {
 
 /// μ of what is delivered: of the sampled controller if there is one.
 fn final_mu(summary: &Value) -> Option<f64> {
-    ["design.mu_peak_discrete", "design.mu_peak_reduced", "design.mu_peak"]
-        .into_iter()
-        .find_map(|path| figure(summary, path))
+    [
+        "design.mu_peak_discrete",
+        "design.mu_peak_reduced",
+        "design.mu_peak",
+    ]
+    .into_iter()
+    .find_map(|path| figure(summary, path))
 }
 
 /// The verdict a run states (`verdict.met`, `verdict.sentence`), or the one its figures imply.
@@ -234,36 +270,62 @@ pub fn verdict(summary: &Value) -> Verdict {
     };
     if let Some(mu) = final_mu(summary) {
         let relation = if mu <= 1.0 { "≤" } else { ">" };
-        note(mu <= 1.0, format!("µ = {mu:.3} {relation} 1 for the controller as delivered"));
+        note(
+            mu <= 1.0,
+            format!("µ = {mu:.3} {relation} 1 for the controller as delivered"),
+        );
     }
     if let Some(stable) = at(summary, "design.stable").and_then(Value::as_bool) {
-        let text = if stable { "stable over the whole speed range" } else { "not stable at every speed" };
+        let text = if stable {
+            "stable over the whole speed range"
+        } else {
+            "not stable at every speed"
+        };
         note(stable, text.to_owned());
     }
     match word(summary, "diagnosis.verdict") {
         Some("adequate") => note(true, "the model agrees with the measurement".to_owned()),
         Some("named") => note(true, format!("missing effect found: {}", effects(summary))),
-        Some("tie") => note(true, "missing effects found that these data cannot tell apart".to_owned()),
-        Some("unexplained") => note(false, "a discrepancy remains that no known effect explains".to_owned()),
+        Some("tie") => note(
+            true,
+            "missing effects found that these data cannot tell apart".to_owned(),
+        ),
+        Some("unexplained") => note(
+            false,
+            "a discrepancy remains that no known effect explains".to_owned(),
+        ),
         _ => {}
     }
     let sentence = parts.join("; ");
     Verdict {
         met,
-        sentence: if sentence.is_empty() { "No targets in this run.".to_owned() } else { sentence },
+        sentence: if sentence.is_empty() {
+            "No targets in this run.".to_owned()
+        } else {
+            sentence
+        },
     }
 }
 
 fn effects(summary: &Value) -> String {
     let list = at(summary, "diagnosis.effects").and_then(Value::as_array);
-    let names = list.into_iter().flatten().filter_map(|e| e.get("effect").and_then(Value::as_str)).map(words);
+    let names = list
+        .into_iter()
+        .flatten()
+        .filter_map(|e| e.get("effect").and_then(Value::as_str))
+        .map(words);
     names.collect::<Vec<String>>().join(", ")
 }
 
 /// The run in sentences: those it wrote itself, and those its figures give.
 fn plain_words(summary: &Value) -> Vec<String> {
     let own = at(summary, "plain_words").and_then(Value::as_array);
-    let mut sentences: Vec<String> = own.into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect();
+    let mut sentences: Vec<String> = own
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str)
+        .map(str::to_owned)
+        .collect();
     if !sentences.is_empty() {
         return sentences;
     }
@@ -275,11 +337,16 @@ fn plain_words(summary: &Value) -> Vec<String> {
         } else {
             "some plant within the uncertainty misses a specification"
         };
-        sentences.push(format!("The delivered controller has {order} states and µ = {mu:.3}: {meaning}."));
+        sentences.push(format!(
+            "The delivered controller has {order} states and µ = {mu:.3}: {meaning}."
+        ));
     }
     let minimum = |who: &str| figure(summary, &format!("stiffness.{who}.minimum_n_per_m"));
     if let (Some(mu), Some(pid)) = (minimum("mu"), minimum("pid")) {
-        let (softest, rival) = (readable::four_digits(mu * 1e-6), readable::four_digits(pid * 1e-6));
+        let (softest, rival) = (
+            readable::four_digits(mu * 1e-6),
+            readable::four_digits(pid * 1e-6),
+        );
         sentences.push(format!(
             "At its softest the tool plane has {softest} N/µm with the µ controller and {rival} N/µm with the PID, a factor of {:.2}.",
             mu / pid
@@ -287,13 +354,20 @@ fn plain_words(summary: &Value) -> Vec<String> {
     }
     let zone = |who: &str| word(summary, &format!("sensitivity.{who}.zone"));
     if let (Some(mu), Some(pid)) = (zone("mu"), zone("pid")) {
-        sentences.push(format!("ISO 14839-3 zone {mu} with the µ controller, zone {pid} with the PID."));
+        sentences.push(format!(
+            "ISO 14839-3 zone {mu} with the µ controller, zone {pid} with the PID."
+        ));
     }
     if let Some(sentence) = word(summary, "diagnosis.sentence") {
         sentences.push(sentence.to_owned());
     }
-    if let (Some(before), Some(after)) = (figure(summary, "diagnosis.gap_before"), figure(summary, "diagnosis.gap_after")) {
-        sentences.push(format!("The gap between model and measurement goes from {before:.2} σ to {after:.2} σ."));
+    if let (Some(before), Some(after)) = (
+        figure(summary, "diagnosis.gap_before"),
+        figure(summary, "diagnosis.gap_after"),
+    ) {
+        sentences.push(format!(
+            "The gap between model and measurement goes from {before:.2} σ to {after:.2} σ."
+        ));
     }
     sentences
 }
@@ -308,7 +382,10 @@ fn tiles(summary: &Value) -> Vec<Row> {
         ("softest point, PID", "stiffness.pid.minimum_n_per_m"),
         ("ISO zone, µ", "sensitivity.mu.zone"),
         ("ISO zone, PID", "sensitivity.pid.zone"),
-        ("gap on held-out data, after", "diagnosis.gap_after_held_out"),
+        (
+            "gap on held-out data, after",
+            "diagnosis.gap_after_held_out",
+        ),
     ];
     let row = |(label, path): (&str, &str)| {
         let key = path.rsplit('.').next().unwrap_or(path);
@@ -329,7 +406,11 @@ fn certificates(summary: &Value) -> Vec<Row> {
     for (stage, found) in own.into_iter().chain(nested) {
         let (rows, _) = readable::flatten(found, &[]);
         all.extend(rows.into_iter().map(|r| Row {
-            label: if stage.is_empty() { r.label.clone() } else { format!("{stage}: {}", r.label) },
+            label: if stage.is_empty() {
+                r.label.clone()
+            } else {
+                format!("{stage}: {}", r.label)
+            },
             value: r.value,
         }));
     }

@@ -32,7 +32,11 @@ struct Unit {
 }
 
 const fn unit(suffix: &'static str, printed: &'static str, factor: f64) -> Unit {
-    Unit { suffix, printed, factor }
+    Unit {
+        suffix,
+        printed,
+        factor,
+    }
 }
 
 /// Longer suffixes first: `_n_per_m` also ends in `_m`.
@@ -62,7 +66,9 @@ const UNITS: [Unit; 22] = [
 ];
 
 fn split(key: &str) -> (String, Option<&'static Unit>) {
-    let unit = UNITS.iter().find(|u| key.len() > u.suffix.len() && key.ends_with(u.suffix));
+    let unit = UNITS
+        .iter()
+        .find(|u| key.len() > u.suffix.len() && key.ends_with(u.suffix));
     let name = unit.map_or(key, |u| key.strip_suffix(u.suffix).unwrap_or(key));
     (words(name), unit)
 }
@@ -121,7 +127,11 @@ fn scaled(x: f64, unit: Option<&Unit>) -> (f64, &'static str) {
 
 fn with_unit(x: f64, unit: Option<&Unit>) -> String {
     let (y, printed) = scaled(x, unit);
-    let gap = if printed.is_empty() || printed == "°" { "" } else { " " };
+    let gap = if printed.is_empty() || printed == "°" {
+        ""
+    } else {
+        " "
+    };
     format!("{}{gap}{printed}", four_digits(y))
 }
 
@@ -136,10 +146,20 @@ fn plain(value: &Value, unit: Option<&Unit>) -> String {
         Value::Null => "–".to_owned(),
         Value::Bool(true) => "yes".to_owned(),
         Value::Bool(false) => "no".to_owned(),
-        Value::Number(n) => n.as_f64().map_or_else(|| n.to_string(), |x| with_unit(x, unit)),
+        Value::Number(n) => n
+            .as_f64()
+            .map_or_else(|| n.to_string(), |x| with_unit(x, unit)),
         Value::String(s) => s.clone(),
-        Value::Array(items) => items.iter().map(|i| plain(i, unit)).collect::<Vec<_>>().join(", "),
-        Value::Object(map) => map.iter().map(|(k, v)| format!("{} {}", split(k).0, text(k, v))).collect::<Vec<_>>().join(", "),
+        Value::Array(items) => items
+            .iter()
+            .map(|i| plain(i, unit))
+            .collect::<Vec<_>>()
+            .join(", "),
+        Value::Object(map) => map
+            .iter()
+            .map(|(k, v)| format!("{} {}", split(k).0, text(k, v)))
+            .collect::<Vec<_>>()
+            .join(", "),
     }
 }
 
@@ -150,7 +170,14 @@ pub fn flatten(value: &Value, skip: &[&str]) -> (Vec<Row>, Vec<Grid>) {
     (rows, grids)
 }
 
-fn walk(label: &str, key: &str, value: &Value, skip: &[&str], rows: &mut Vec<Row>, grids: &mut Vec<Grid>) {
+fn walk(
+    label: &str,
+    key: &str,
+    value: &Value,
+    skip: &[&str],
+    rows: &mut Vec<Row>,
+    grids: &mut Vec<Grid>,
+) {
     let (own, _) = split(key);
     let label = match (label.is_empty(), own.is_empty()) {
         (true, _) => own,
@@ -163,23 +190,39 @@ fn walk(label: &str, key: &str, value: &Value, skip: &[&str], rows: &mut Vec<Row
                 walk(&label, k, v, skip, rows, grids);
             }
         }
-        Value::Array(items) if !items.is_empty() && items.iter().all(Value::is_object) => grids.push(grid(&label, items)),
-        Value::Array(items) if items.is_empty() => rows.push(Row { label, value: "none".to_owned() }),
-        plain => rows.push(Row { label, value: text(key, plain) }),
+        Value::Array(items) if !items.is_empty() && items.iter().all(Value::is_object) => {
+            grids.push(grid(&label, items))
+        }
+        Value::Array(items) if items.is_empty() => rows.push(Row {
+            label,
+            value: "none".to_owned(),
+        }),
+        plain => rows.push(Row {
+            label,
+            value: text(key, plain),
+        }),
     }
 }
 
 fn grid(label: &str, records: &[Value]) -> Grid {
     let mut keys: Vec<&String> = Vec::new();
-    for key in records.iter().filter_map(Value::as_object).flat_map(|r| r.keys()) {
+    for key in records
+        .iter()
+        .filter_map(Value::as_object)
+        .flat_map(|r| r.keys())
+    {
         if !keys.contains(&key) {
             keys.push(key);
         }
     }
-    let cell = |record: &Value, key: &str| record.get(key).map_or_else(String::new, |v| text(key, v));
+    let cell =
+        |record: &Value, key: &str| record.get(key).map_or_else(String::new, |v| text(key, v));
     Grid {
         label: label.to_owned(),
         columns: keys.iter().map(|k| split(k).0).collect(),
-        rows: records.iter().map(|r| keys.iter().map(|k| cell(r, k)).collect()).collect(),
+        rows: records
+            .iter()
+            .map(|r| keys.iter().map(|k| cell(r, k)).collect())
+            .collect(),
     }
 }

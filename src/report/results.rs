@@ -60,9 +60,14 @@ impl ResultsFolder {
     /// # Errors
     /// [`ResultsError::Path`] for a path that would leave the folder.
     pub fn add(&mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Result<(), ResultsError> {
-        let inside = !path.contains('\\') && path.split('/').all(|part| !part.is_empty() && part != "." && part != "..");
+        let inside = !path.contains('\\')
+            && path
+                .split('/')
+                .all(|part| !part.is_empty() && part != "." && part != "..");
         if !inside {
-            return Err(ResultsError::Path { path: path.to_owned() });
+            return Err(ResultsError::Path {
+                path: path.to_owned(),
+            });
         }
         self.files.insert(path.to_owned(), bytes.into());
         Ok(())
@@ -91,7 +96,9 @@ impl ResultsFolder {
 
     /// Staged files in the order of their paths.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
-        self.files.iter().map(|(path, bytes)| (path.as_str(), bytes.as_slice()))
+        self.files
+            .iter()
+            .map(|(path, bytes)| (path.as_str(), bytes.as_slice()))
     }
 
     /// Staged pictures, `plots/*.svg`, as stem and SVG text in the order of the stems.
@@ -156,6 +163,8 @@ fn replaceable(target: &Path) -> Result<bool, ResultsError> {
     if target.is_dir() && (target.join("summary.json").is_file() || is_empty()) {
         Ok(true)
     } else {
-        Err(ResultsError::NotResults { path: target.to_owned() })
+        Err(ResultsError::NotResults {
+            path: target.to_owned(),
+        })
     }
 }

@@ -1,4 +1,5 @@
 //! One integration binary: less linking of heavy dependencies.
+mod architecture;
 mod augment;
 mod connections;
 mod control_cases;

@@ -9,9 +9,18 @@ use muspin::report::tables::Table;
 use serde_json::json;
 
 fn figure() -> Figure {
-    let mut panel = Panel::new("", Axis::log("Frequency", "Hz"), Axis::log("Dynamic stiffness", "N/µm"));
+    let mut panel = Panel::new(
+        "",
+        Axis::log("Frequency", "Hz"),
+        Axis::log("Dynamic stiffness", "N/µm"),
+    );
     let look = Look::line(Color::Blue, Dash::Solid);
-    panel.series.push(Series::curve("µ", &[1.0, 10.0, 4000.0], &[2.0, 2.5, 9.0], look));
+    panel.series.push(Series::curve(
+        "µ",
+        &[1.0, 10.0, 4000.0],
+        &[2.0, 2.5, 9.0],
+        look,
+    ));
     Figure::new("Stiffness <tool> & more", "Described.", vec![panel])
 }
 
@@ -50,9 +59,14 @@ fn a_folder_is_written_whole_and_replaced_only_at_the_end() {
     assert!(target.join("plots/stiffness.csv").is_file());
     std::fs::write(target.join("stale.txt"), "left over").unwrap();
     folder().write(&target).unwrap();
-    assert!(!target.join("stale.txt").exists(), "the earlier folder is replaced, not mixed");
+    assert!(
+        !target.join("stale.txt").exists(),
+        "the earlier folder is replaced, not mixed"
+    );
     assert_eq!(first, std::fs::read(target.join("report.html")).unwrap());
-    let beside: Vec<_> = std::fs::read_dir(place.path().join("results")).unwrap().collect();
+    let beside: Vec<_> = std::fs::read_dir(place.path().join("results"))
+        .unwrap()
+        .collect();
     assert_eq!(beside.len(), 1, "no temporary folder is left");
 }
 
@@ -64,14 +78,20 @@ fn a_folder_that_is_not_ours_is_never_replaced() {
     assert!(matches!(error, ResultsError::NotResults { .. }), "{error}");
     assert!(place.path().join("thesis.tex").is_file());
     let file = place.path().join("thesis.tex");
-    assert!(matches!(folder().write(&file), Err(ResultsError::NotResults { .. })));
+    assert!(matches!(
+        folder().write(&file),
+        Err(ResultsError::NotResults { .. })
+    ));
 }
 
 #[test]
 fn paths_out_of_the_folder_are_refused() {
     for path in ["", "/etc/x", "../x", "plots/../../x", "plots//x", "a\\b"] {
         let refused = ResultsFolder::new().add(path, "x");
-        assert!(matches!(refused, Err(ResultsError::Path { .. })), "{path:?}");
+        assert!(
+            matches!(refused, Err(ResultsError::Path { .. })),
+            "{path:?}"
+        );
     }
 }
 
@@ -94,7 +114,10 @@ fn tables_read_back_the_same_numbers() {
     let mut table = Table::with_columns(&["frequency_hz", "note, with comma"]);
     table.push_numbers(&[0.1 + 0.2, f64::NAN]);
     table.push(vec!["1".to_owned(), "say \"so\"".to_owned()]);
-    assert_eq!(table.to_csv(), "frequency_hz,\"note, with comma\"\n0.30000000000000004,\n1,\"say \"\"so\"\"\"\n");
+    assert_eq!(
+        table.to_csv(),
+        "frequency_hz,\"note, with comma\"\n0.30000000000000004,\n1,\"say \"\"so\"\"\"\n"
+    );
     for x in [1e-300, -7.25e22, 123_456.789, 1e-4, 9.999e-5] {
         assert_eq!(Table::number(x).parse::<f64>().unwrap(), x);
     }
@@ -117,13 +140,20 @@ fn the_page_is_self_contained_and_states_the_verdict_first() {
     }
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     for needle in ["http", "<script", "<link", "src=", "@import", "url("] {
-        assert!(!outside.contains(needle), "{needle} in a self-contained page");
+        assert!(
+            !outside.contains(needle),
+            "{needle} in a self-contained page"
+        );
     }
 }
 
 #[test]
 fn the_page_works_with_any_part_absent_and_says_what_is_missed() {
-    for value in [json!({}), json!({"diagnosis": {"verdict": "tie", "tie": ["a", "b"], "effects": []}}), json!({"further": [{"a_hz": 1.5}]})] {
+    for value in [
+        json!({}),
+        json!({"diagnosis": {"verdict": "tie", "tie": ["a", "b"], "effects": []}}),
+        json!({"further": [{"a_hz": 1.5}]}),
+    ] {
         let page = html::report(&value, &[]).unwrap();
         assert!(page.contains("</html>") && !page.contains("Target missed"));
     }
@@ -150,7 +180,10 @@ fn report_rebuilds_the_page_and_refuses_what_is_no_results_folder() {
 
     let failed = report(&place.path().join("nowhere")).code(2);
     let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-    assert!(message.contains("summary.json") && message.contains("hint:"), "{message}");
+    assert!(
+        message.contains("summary.json") && message.contains("hint:"),
+        "{message}"
+    );
     std::fs::write(target.join("summary.json"), "{\"a\": }").unwrap();
     let failed = report(&target).code(2);
     let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();

@@ -8,8 +8,8 @@ use super::PlotError;
 use super::style::{Color, Dash, Marker};
 use plotters::coord::Shift;
 use plotters::prelude::{
-    Circle, DrawingArea, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBAColor,
-    SVGBackend, Text, TextStyle,
+    Circle, DrawingArea, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBAColor, SVGBackend,
+    Text, TextStyle,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color as _, FontStyle, FontTransform, ShapeStyle};
@@ -100,14 +100,23 @@ impl<'a> Canvas<'a> {
             plotters::style::register_font(FONT, style, bytes)
                 .map_err(|_| PlotError::Drawing("the embedded font cannot be read".to_owned()))?;
         }
-        let size = ((width_px * FINE).round() as u32, (height_px * FINE).round() as u32);
+        let size = (
+            (width_px * FINE).round() as u32,
+            (height_px * FINE).round() as u32,
+        );
         let area = SVGBackend::with_string(buffer, size).into_drawing_area();
         area.fill(&plotters::style::WHITE).map_err(drawing)?;
         Ok(Self { area })
     }
 
     /// A polyline.
-    pub fn line(&self, points: &[(f64, f64)], ink: Ink, dash: Dash, width_px: f64) -> Result<(), PlotError> {
+    pub fn line(
+        &self,
+        points: &[(f64, f64)],
+        ink: Ink,
+        dash: Dash,
+        width_px: f64,
+    ) -> Result<(), PlotError> {
         let mut path: Vec<(i32, i32)> = points.iter().map(|p| fine(*p)).collect();
         // Points closer than the subdivision do not show and would only make the file larger.
         path.dedup();
@@ -116,14 +125,18 @@ impl<'a> Canvas<'a> {
         }
         let opacity = reserved_opacity(dash).unwrap_or(ink.opacity);
         let style = Ink { opacity, ..ink }.style(false, width_px);
-        self.area.draw(&PathElement::new(path, style)).map_err(drawing)
+        self.area
+            .draw(&PathElement::new(path, style))
+            .map_err(drawing)
     }
 
     /// A filled polygon.
     pub fn area(&self, corners: &[(f64, f64)], ink: Ink) -> Result<(), PlotError> {
         let mut path: Vec<(i32, i32)> = corners.iter().map(|p| fine(*p)).collect();
         path.dedup();
-        self.area.draw(&Polygon::new(path, ink.style(true, 1.0))).map_err(drawing)
+        self.area
+            .draw(&Polygon::new(path, ink.style(true, 1.0)))
+            .map_err(drawing)
     }
 
     /// A filled rectangle between two corners.
@@ -131,12 +144,21 @@ impl<'a> Canvas<'a> {
         let ((x0, y0), (x1, y1)) = (fine(a), fine(b));
         let corners = [(x0.min(x1), y0.min(y1)), (x0.max(x1), y0.max(y1))];
         self.area
-            .draw(&plotters::prelude::Rectangle::new(corners, ink.style(true, 1.0)))
+            .draw(&plotters::prelude::Rectangle::new(
+                corners,
+                ink.style(true, 1.0),
+            ))
             .map_err(drawing)
     }
 
     /// A marker centred at `at`, with this half size.
-    pub fn marker(&self, at: (f64, f64), marker: Marker, ink: Ink, half_px: f64) -> Result<(), PlotError> {
+    pub fn marker(
+        &self,
+        at: (f64, f64),
+        marker: Marker,
+        ink: Ink,
+        half_px: f64,
+    ) -> Result<(), PlotError> {
         let (x, y) = at;
         let h = half_px;
         let stroke = 1.3;
@@ -148,7 +170,13 @@ impl<'a> Canvas<'a> {
                 self.area.draw(&circle).map_err(drawing)
             }
             Marker::Square => self.line(
-                &[(x - h, y - h), (x + h, y - h), (x + h, y + h), (x - h, y + h), (x - h, y - h)],
+                &[
+                    (x - h, y - h),
+                    (x + h, y - h),
+                    (x + h, y + h),
+                    (x - h, y + h),
+                    (x - h, y - h),
+                ],
                 ink,
                 Dash::Solid,
                 stroke,
@@ -166,7 +194,13 @@ impl<'a> Canvas<'a> {
     }
 
     /// A text, vertically centred on its point.
-    pub fn text(&self, text: &str, at: (f64, f64), anchor: Anchor, face: Type) -> Result<(), PlotError> {
+    pub fn text(
+        &self,
+        text: &str,
+        at: (f64, f64),
+        anchor: Anchor,
+        face: Type,
+    ) -> Result<(), PlotError> {
         let horizontal = match anchor {
             Anchor::Left => HPos::Left,
             Anchor::Middle => HPos::Center,
@@ -175,24 +209,49 @@ impl<'a> Canvas<'a> {
         // Centred by hand: a viewer's reading of half an "ex" differs from font to font, the baseline does not.
         let drop = 0.36 * face.size_px;
         let (x, y) = at;
-        let (at, vertical) = if face.upright { ((x + drop, y), VPos::Bottom) } else { ((x, y + drop), VPos::Bottom) };
-        let transform = if face.upright { FontTransform::Rotate270 } else { FontTransform::None };
-        let style = self.style(face).transform(transform).pos(Pos::new(horizontal, vertical));
-        self.area.draw(&Text::new(text.to_owned(), fine(at), style)).map_err(drawing)
+        let (at, vertical) = if face.upright {
+            ((x + drop, y), VPos::Bottom)
+        } else {
+            ((x, y + drop), VPos::Bottom)
+        };
+        let transform = if face.upright {
+            FontTransform::Rotate270
+        } else {
+            FontTransform::None
+        };
+        let style = self
+            .style(face)
+            .transform(transform)
+            .pos(Pos::new(horizontal, vertical));
+        self.area
+            .draw(&Text::new(text.to_owned(), fine(at), style))
+            .map_err(drawing)
     }
 
     /// Width of a text, px at report size, from the metrics of the embedded font.
     pub fn text_width(&self, text: &str, face: Type) -> Result<f64, PlotError> {
-        let (width, _) = self.area.estimate_text_size(text, &self.style(face)).map_err(drawing)?;
+        let (width, _) = self
+            .area
+            .estimate_text_size(text, &self.style(face))
+            .map_err(drawing)?;
         Ok(f64::from(width) / FINE)
     }
 
     fn style(&self, face: Type) -> TextStyle<'static> {
         let (r, g, b) = face.ink.rgb;
-        let weight = if face.bold { FontStyle::Bold } else { FontStyle::Normal };
-        let font = (FONT, face.size_px * LINE_PER_EM * FINE).into_font().style(weight);
+        let weight = if face.bold {
+            FontStyle::Bold
+        } else {
+            FontStyle::Normal
+        };
+        let font = (FONT, face.size_px * LINE_PER_EM * FINE)
+            .into_font()
+            .style(weight);
         let color = RGBAColor(r, g, b, face.ink.opacity).to_backend_color();
-        TextStyle { color, ..TextStyle::from(font) }
+        TextStyle {
+            color,
+            ..TextStyle::from(font)
+        }
     }
 
     /// Ends the drawing.
@@ -214,10 +273,15 @@ pub fn finish(svg: &str, width_px: f64, height_px: f64, title: &str, description
     let mut text = header + body;
     for dash in [Dash::Dashed, Dash::Dotted, Dash::DashDot] {
         if let (Some(opacity), Some(pattern)) = (reserved_opacity(dash), pattern(dash)) {
-            text = text.replace(&format!("opacity=\"{opacity}\""), &format!("stroke-dasharray=\"{pattern}\""));
+            text = text.replace(
+                &format!("opacity=\"{opacity}\""),
+                &format!("stroke-dasharray=\"{pattern}\""),
+            );
         }
     }
-    text.replace("opacity=\"1\" ", "").replace(" dy=\"-0.5ex\"", "").replace(" \"/>", "\"/>")
+    text.replace("opacity=\"1\" ", "")
+        .replace(" dy=\"-0.5ex\"", "")
+        .replace(" \"/>", "\"/>")
 }
 
 /// Opacities no ink uses, exact in binary, that stand for a dash pattern until [`finish`].
@@ -245,9 +309,13 @@ fn fine((x, y): (f64, f64)) -> (i32, i32) {
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }
 
-fn drawing<E: std::error::Error + Send + Sync>(error: plotters::drawing::DrawingAreaErrorKind<E>) -> PlotError {
+fn drawing<E: std::error::Error + Send + Sync>(
+    error: plotters::drawing::DrawingAreaErrorKind<E>,
+) -> PlotError {
     PlotError::Drawing(error.to_string())
 }

@@ -32,7 +32,9 @@ pub enum PlotError {
         title: String,
     },
     /// Lists of one series differ in length.
-    #[error("series '{series}': {x} abscissae, {y} ordinates; lower edge and error bars need as many")]
+    #[error(
+        "series '{series}': {x} abscissae, {y} ordinates; lower edge and error bars need as many"
+    )]
     Lengths {
         /// Name of the series.
         series: String,
@@ -42,7 +44,9 @@ pub enum PlotError {
         y: usize,
     },
     /// An impossible axis range.
-    #[error("axis '{axis}': range {low} to {high} must be finite, ascending, and positive on a log axis")]
+    #[error(
+        "axis '{axis}': range {low} to {high} must be finite, ascending, and positive on a log axis"
+    )]
     Range {
         /// Label of the axis.
         axis: String,

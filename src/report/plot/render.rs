@@ -51,17 +51,31 @@ pub fn svg(figure: &Figure) -> Result<String, PlotError> {
     let ruler = Canvas::new(&mut scratch, 10.0, 10.0)?;
     let entries = draw::legend_entries(figure);
     let legend_rows = draw::legend_rows(&ruler, &entries, width - 40.0)?;
-    let prepared: Vec<Prepared> = figure.panels.iter().map(|p| prepare(&ruler, p)).collect::<Result<_, _>>()?;
+    let prepared: Vec<Prepared> = figure
+        .panels
+        .iter()
+        .map(|p| prepare(&ruler, p))
+        .collect::<Result<_, _>>()?;
     let rows: Vec<f64> = prepared
         .chunks(columns)
-        .map(|row| row.iter().map(|p| f64::from(p.panel.height_px)).fold(0.0, f64::max))
+        .map(|row| {
+            row.iter()
+                .map(|p| f64::from(p.panel.height_px))
+                .fold(0.0, f64::max)
+        })
         .collect();
-    let head = 34.0 + LINE * legend_rows.len() as f64 + if legend_rows.is_empty() { 0.0 } else { 6.0 };
+    let head =
+        34.0 + LINE * legend_rows.len() as f64 + if legend_rows.is_empty() { 0.0 } else { 6.0 };
     let height = head + rows.iter().sum::<f64>() + 8.0;
 
     let mut buffer = String::new();
     let canvas = Canvas::new(&mut buffer, width, height)?;
-    canvas.text(&figure.title, (16.0, 20.0), Anchor::Left, face(TITLE, true, 25))?;
+    canvas.text(
+        &figure.title,
+        (16.0, 20.0),
+        Anchor::Left,
+        face(TITLE, true, 25),
+    )?;
     for (k, row) in legend_rows.iter().enumerate() {
         draw::legend_row(&canvas, &entries, row, 16.0, 34.0 + LINE * (k as f64 + 0.5))?;
     }
@@ -71,7 +85,12 @@ pub fn svg(figure: &Figure) -> Result<String, PlotError> {
         for (column, panel) in row.iter().enumerate() {
             // The plot areas of one column line up.
             let side = |f: fn(&Prepared) -> f64| {
-                prepared.iter().skip(column).step_by(columns).map(f).fold(0.0, f64::max)
+                prepared
+                    .iter()
+                    .skip(column)
+                    .step_by(columns)
+                    .map(f)
+                    .fold(0.0, f64::max)
             };
             let left = 8.0 + cell * column as f64;
             let rect = Rect {
@@ -85,7 +104,13 @@ pub fn svg(figure: &Figure) -> Result<String, PlotError> {
         top += row_height;
     }
     canvas.close()?;
-    Ok(finish(&buffer, width, height, &figure.title, &figure.description))
+    Ok(finish(
+        &buffer,
+        width,
+        height,
+        &figure.title,
+        &figure.description,
+    ))
 }
 
 fn prepare<'a>(ruler: &Canvas, panel: &'a Panel) -> Result<Prepared<'a>, PlotError> {
@@ -113,7 +138,8 @@ fn prepare<'a>(ruler: &Canvas, panel: &'a Panel) -> Result<Prepared<'a>, PlotErr
         y_ticks,
         left: widest + 12.0 + if panel.y.label.is_empty() { 4.0 } else { 22.0 },
         right,
-        top: if panel.title.is_empty() { 8.0 } else { 24.0 } + if has_mark_labels { 30.0 } else { 0.0 },
+        top: if panel.title.is_empty() { 8.0 } else { 24.0 }
+            + if has_mark_labels { 30.0 } else { 0.0 },
         bottom: match (panel.x.labelled, panel.x.caption().is_empty()) {
             (false, _) => 10.0,
             (true, true) => 26.0,
@@ -126,14 +152,25 @@ fn axis_ticks(axis: &super::figure::Axis, range: [f64; 2], room: usize) -> Ticks
     if axis.categories.is_empty() {
         return ticks(axis.scale, range, room, axis.tick_step);
     }
-    let named = axis.categories.iter().enumerate().map(|(k, name)| (k as f64, name.clone()));
+    let named = axis
+        .categories
+        .iter()
+        .enumerate()
+        .map(|(k, name)| (k as f64, name.clone()));
     Ticks {
-        major: named.filter(|(k, _)| *k >= range[0] && *k <= range[1]).collect(),
+        major: named
+            .filter(|(k, _)| *k >= range[0] && *k <= range[1])
+            .collect(),
         minor: Vec::new(),
     }
 }
 
-fn draw_panel(canvas: &Canvas, prepared: &Prepared, rect: Rect, left: f64) -> Result<(), PlotError> {
+fn draw_panel(
+    canvas: &Canvas,
+    prepared: &Prepared,
+    rect: Rect,
+    left: f64,
+) -> Result<(), PlotError> {
     let panel = prepared.panel;
     let (mut x, mut y) = (prepared.x, prepared.y);
     let mut y_ticks = prepared.y_ticks.clone();
@@ -157,13 +194,23 @@ fn draw_panel(canvas: &Canvas, prepared: &Prepared, rect: Rect, left: f64) -> Re
     for mark in &panel.marks {
         let at = frame.px(mark.value);
         if frame.contains((at, rect.top)) {
-            canvas.line(&[(at, rect.top), (at, rect.bottom)], mark.color.into(), mark.dash, 1.0)?;
+            canvas.line(
+                &[(at, rect.top), (at, rect.bottom)],
+                mark.color.into(),
+                mark.dash,
+                1.0,
+            )?;
         }
     }
     for level in &panel.levels {
         let at = frame.py(level.value);
         if frame.contains((rect.left, at)) {
-            canvas.line(&[(rect.left, at), (rect.right, at)], Ink::grey(40), level.dash, 1.2)?;
+            canvas.line(
+                &[(rect.left, at), (rect.right, at)],
+                Ink::grey(40),
+                level.dash,
+                1.2,
+            )?;
         }
     }
     for series in &panel.series {
@@ -210,7 +257,14 @@ fn grid(canvas: &Canvas, frame: &Frame, x: &Ticks, y: &Ticks) -> Result<(), Plot
     Ok(())
 }
 
-fn labels(canvas: &Canvas, panel: &Panel, frame: &Frame, x: &Ticks, y: &Ticks, left: f64) -> Result<(), PlotError> {
+fn labels(
+    canvas: &Canvas,
+    panel: &Panel,
+    frame: &Frame,
+    x: &Ticks,
+    y: &Ticks,
+    left: f64,
+) -> Result<(), PlotError> {
     let r = frame.rect;
     let number = face(SMALL, false, 60);
     let caption = face(SMALL + 1.0, false, 25);
@@ -229,16 +283,38 @@ fn labels(canvas: &Canvas, panel: &Panel, frame: &Frame, x: &Ticks, y: &Ticks, l
     }
     if panel.y.labelled {
         for (value, text) in &y.major {
-            canvas.text(text, (r.left - 6.0, frame.py(*value)), Anchor::Right, number)?;
+            canvas.text(
+                text,
+                (r.left - 6.0, frame.py(*value)),
+                Anchor::Right,
+                number,
+            )?;
         }
     }
-    let upright = Type { upright: true, ..caption };
-    canvas.text(&panel.y.caption(), (left + 10.0, 0.5 * (r.top + r.bottom)), Anchor::Middle, upright)?;
+    let upright = Type {
+        upright: true,
+        ..caption
+    };
+    canvas.text(
+        &panel.y.caption(),
+        (left + 10.0, 0.5 * (r.top + r.bottom)),
+        Anchor::Middle,
+        upright,
+    )?;
     if panel.title.is_empty() {
         return Ok(());
     }
-    let strip = if panel.marks.iter().any(|m| !m.label.is_empty()) { 30.0 } else { 0.0 };
-    canvas.text(&panel.title, (r.left, r.top - strip - 11.0), Anchor::Left, face(SMALL + 1.0, true, 40))
+    let strip = if panel.marks.iter().any(|m| !m.label.is_empty()) {
+        30.0
+    } else {
+        0.0
+    };
+    canvas.text(
+        &panel.title,
+        (r.left, r.top - strip - 11.0),
+        Anchor::Left,
+        face(SMALL + 1.0, true, 40),
+    )
 }
 
 /// Labels of vertical marks: spread along a strip above the panel, each led to its line.
@@ -259,8 +335,18 @@ fn mark_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), Plot
     let places = spread(&wanted, &sizes, [r.left - 20.0, r.right + 16.0]);
     for ((mark, from), to) in marks.iter().zip(&wanted).zip(&places) {
         let ink: Ink = mark.color.into();
-        canvas.line(&[(*from, r.top), (*to, r.top - 13.0)], ink, Dash::Solid, 0.8)?;
-        canvas.text(&mark.label, (*to, r.top - 21.0), Anchor::Middle, Type { ink, ..small })?;
+        canvas.line(
+            &[(*from, r.top), (*to, r.top - 13.0)],
+            ink,
+            Dash::Solid,
+            0.8,
+        )?;
+        canvas.text(
+            &mark.label,
+            (*to, r.top - 21.0),
+            Anchor::Middle,
+            Type { ink, ..small },
+        )?;
     }
     Ok(())
 }
@@ -275,10 +361,24 @@ fn level_labels(canvas: &Canvas, panel: &Panel, frame: &Frame) -> Result<(), Plo
         .collect();
     levels.sort_by(|a, b| b.value.total_cmp(&a.value));
     let wanted: Vec<f64> = levels.iter().map(|l| frame.py(l.value)).collect();
-    let places = spread(&wanted, &vec![13.0; levels.len()], [r.top - 6.0, r.bottom + 6.0]);
+    let places = spread(
+        &wanted,
+        &vec![13.0; levels.len()],
+        [r.top - 6.0, r.bottom + 6.0],
+    );
     for ((level, from), to) in levels.iter().zip(&wanted).zip(&places) {
-        canvas.line(&[(r.right, *from), (r.right + 7.0, *to)], Ink::grey(90), Dash::Solid, 0.8)?;
-        canvas.text(&level.label, (r.right + 10.0, *to), Anchor::Left, face(SMALL - 1.0, false, 40))?;
+        canvas.line(
+            &[(r.right, *from), (r.right + 7.0, *to)],
+            Ink::grey(90),
+            Dash::Solid,
+            0.8,
+        )?;
+        canvas.text(
+            &level.label,
+            (r.right + 10.0, *to),
+            Anchor::Left,
+            face(SMALL - 1.0, false, 40),
+        )?;
     }
     Ok(())
 }

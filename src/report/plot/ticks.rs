@@ -41,12 +41,28 @@ pub fn round_range(scale: Scale, [low, high]: [f64; 2]) -> [f64; 2] {
             let down = |x: f64| {
                 let decade = 10f64.powf((x.log10() + EDGE).floor());
                 let digit = x / decade * (1.0 + EDGE);
-                decade * if digit >= 5.0 { 5.0 } else if digit >= 2.0 { 2.0 } else { 1.0 }
+                decade
+                    * if digit >= 5.0 {
+                        5.0
+                    } else if digit >= 2.0 {
+                        2.0
+                    } else {
+                        1.0
+                    }
             };
             let up = |x: f64| {
                 let decade = 10f64.powf((x.log10() + EDGE).floor());
                 let digit = x / decade * (1.0 - EDGE);
-                decade * if digit > 5.0 { 10.0 } else if digit > 2.0 { 5.0 } else if digit > 1.0 { 2.0 } else { 1.0 }
+                decade
+                    * if digit > 5.0 {
+                        10.0
+                    } else if digit > 2.0 {
+                        5.0
+                    } else if digit > 1.0 {
+                        2.0
+                    } else {
+                        1.0
+                    }
             };
             [down(low), up(high)]
         }
@@ -61,7 +77,11 @@ fn nice_step(span: f64, parts: usize) -> f64 {
     }
     let decade = 10f64.powf(raw.log10().floor());
     let digit = raw / decade * (1.0 - EDGE);
-    decade * [1.0, 2.0, 2.5, 5.0].into_iter().find(|d| *d >= digit).unwrap_or(10.0)
+    decade
+        * [1.0, 2.0, 2.5, 5.0]
+            .into_iter()
+            .find(|d| *d >= digit)
+            .unwrap_or(10.0)
 }
 
 fn linear(low: f64, high: f64, room: usize, step: Option<f64>) -> Ticks {
@@ -92,7 +112,10 @@ fn linear(low: f64, high: f64, room: usize, step: Option<f64>) -> Ticks {
         minor: positions(step / parts)
             .filter(|x| major.iter().all(|m| (m - x).abs() > 0.01 * step))
             .collect(),
-        major: major.iter().map(|x| (*x, linear_label(*x, step, largest))).collect(),
+        major: major
+            .iter()
+            .map(|x| (*x, linear_label(*x, step, largest)))
+            .collect(),
     }
 }
 
@@ -105,7 +128,9 @@ fn logarithmic(low: f64, high: f64, room: usize) -> Ticks {
     let first = (low.log10() - EDGE).floor() as i32;
     let last = (high.log10() + EDGE).ceil() as i32;
     let digits_of = |digits: &'static [i32]| {
-        (first..=last).flat_map(move |e| digits.iter().map(move |d| power(*d, e))).filter(within)
+        (first..=last)
+            .flat_map(move |e| digits.iter().map(move |d| power(*d, e)))
+            .filter(within)
     };
     const ALL: &[i32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9];
     let mut labelled: Vec<f64> = [ALL, &[1, 2, 5], &[1, 3]]
@@ -115,12 +140,23 @@ fn logarithmic(low: f64, high: f64, room: usize) -> Ticks {
         .unwrap_or_default();
     if labelled.is_empty() {
         let every = (decades / room.max(2) as f64).ceil().max(1.0) as i32;
-        labelled = (first..=last).filter(|e| e.rem_euclid(every) == 0).map(|e| power(1, e)).filter(within).collect();
+        labelled = (first..=last)
+            .filter(|e| e.rem_euclid(every) == 0)
+            .map(|e| power(1, e))
+            .filter(within)
+            .collect();
     }
     // Beyond a dozen decades the single digits would be a grey area.
-    let minor = if decades <= 12.0 { digits_of(ALL).collect() } else { Vec::new() };
+    let minor = if decades <= 12.0 {
+        digits_of(ALL).collect()
+    } else {
+        Vec::new()
+    };
     Ticks {
-        minor: minor.into_iter().filter(|x: &f64| !labelled.contains(x)).collect(),
+        minor: minor
+            .into_iter()
+            .filter(|x: &f64| !labelled.contains(x))
+            .collect(),
         major: labelled.iter().map(|x| (*x, log_label(*x))).collect(),
     }
 }
