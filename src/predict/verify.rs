@@ -66,5 +66,7 @@ pub fn closed_loop_poles(
     speed_rpm: f64,
 ) -> Result<Vec<crate::linalg::c64>, PredictError> {
     let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?.sampled()?;
-    Ok(super::closed_loop::equivalent_poles(&close(&plant, controller)?)?)
+    Ok(super::closed_loop::equivalent_poles(&close(
+        &plant, controller,
+    )?)?)
 }

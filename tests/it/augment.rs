@@ -1,9 +1,7 @@
 //! Weights against closed forms, the w plane against the sampled plane.
 
-use muspin::augment::plane::{from_w_plane, to_w_plane};
 use muspin::augment::weighting::{level_change, roll_on};
-use muspin::linalg::{Mat, max_singular_value_complex};
-use muspin::lti::{Discrete, Response, StateSpace};
+use muspin::lti::Response;
 use std::f64::consts::TAU;
 
 #[test]
@@ -25,7 +23,9 @@ fn level_change_meets_both_levels_and_the_crossing() {
 fn the_w_plane_keeps_the_transfer_and_maps_back() {
     let period_s = 5e-5;
     let sampled = StateSpace::new(
-        Mat::from_fn(3, 3, |i, j| [[0.9, 0.2, 0.0], [-0.2, 0.9, 0.1], [0.0, 0.0, -0.4]][i][j]),
+        Mat::from_fn(3, 3, |i, j| {
+            [[0.9, 0.2, 0.0], [-0.2, 0.9, 0.1], [0.0, 0.0, -0.4]][i][j]
+        }),
         Mat::from_fn(3, 2, |i, j| 1.0 + (i as f64) - 2.0 * (j as f64)),
         Mat::from_fn(2, 3, |i, j| 0.5 - (i * j) as f64),
         Mat::from_fn(2, 2, |i, j| (i + j) as f64),
