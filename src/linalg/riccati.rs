@@ -135,18 +135,9 @@ impl Data {
         let size = 2.0 * ax.norm_l2() + xgx.norm_l2() + self.q.norm_l2();
         CareSolution {
             residual: if defect == 0.0 { 0.0 } else { defect / size },
-            closed_loop_max_real: self.growth(&x),
+            closed_loop_max_real: growth(&(&self.a - &self.g * &x)),
             x,
         }
-    }
-
-    fn growth(&self, x: &Mat<f64>) -> f64 {
-        eigenvalues(&(&self.a - &self.g * x)).map_or(f64::NAN, |values| {
-            values
-                .iter()
-                .map(|v| v.re)
-                .fold(f64::NEG_INFINITY, f64::max)
-        })
     }
 
     fn shifts(&self) -> [f64; 3] {
@@ -289,7 +280,20 @@ impl Data {
         if settled > 1e-13 {
             return None;
         }
-        let found = self.candidate(symmetric(&x.rounded()));
+        // What is reported is the X that is returned, measured without the rounding of the measurement.
+        let x = symmetric(&x.rounded());
+        let exact = Doubled::from_f64(&x);
+        let gx = g.times(&exact);
+        let p = exact.times(&a.plus(&gx.scaled(-0.5)));
+        let defect = p.plus(&p.transposed()).plus(&q).rounded().norm_l2();
+        let size = 2.0 * (self.a.transpose() * &x).norm_l2()
+            + (&x * &self.g * &x).norm_l2()
+            + self.q.norm_l2();
+        let found = CareSolution {
+            residual: if defect == 0.0 { 0.0 } else { defect / size },
+            closed_loop_max_real: growth(&a.plus(&gx.scaled(-1.0)).rounded()),
+            x,
+        };
         (found.closed_loop_max_real < 0.0).then_some(found)
     }
 
@@ -318,6 +322,14 @@ impl Data {
             closed_loop_max_real: best.map_or(f64::NAN, |b| b.closed_loop_max_real),
         }
     }
+}
+
+/// Largest real part of the eigenvalues; NaN when they cannot be computed.
+fn growth(a: &Mat<f64>) -> f64 {
+    eigenvalues(a).map_or(f64::NAN, |values| {
+        let parts = values.iter().map(|v| v.re);
+        parts.fold(f64::NEG_INFINITY, f64::max)
+    })
 }
 
 /// Diagonal T (powers of two) such that [T⁻¹AT, T⁻¹GT⁻¹; TQT, TᵀAᵀT⁻¹] has rows and columns of like size.
