@@ -1,7 +1,12 @@
 //! Plant → generalized plant: weights, uncertainty blocks, the augmented system for synthesis.
 
+pub mod assembly;
 pub mod generalized;
+pub mod plane;
+pub mod split;
 pub mod uncertainty;
+pub mod weighting;
+pub mod weights;
 
 pub use generalized::GeneralizedPlant;
 pub use uncertainty::Block;

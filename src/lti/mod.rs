@@ -2,6 +2,7 @@
 
 pub mod balance;
 pub mod connect;
+pub mod delay;
 pub mod level_set;
 pub mod norm;
 pub mod responder;

@@ -76,10 +76,7 @@ pub fn inverse_tustin(
     let k = 2.0 / system.time.period_s;
     let one = Mat::<f64>::identity(n, n);
     let plus = &system.a + &one;
-    let (pa, pb) = (
-        solve(&plus, &(&system.a - &one))?,
-        solve(&plus, &system.b)?,
-    );
+    let (pa, pb) = (solve(&plus, &(&system.a - &one))?, solve(&plus, &system.b)?);
     let c = right_divide(&system.c, &plus)?;
     StateSpace::new(
         scaled(&pa, k),

@@ -1,1 +1,5 @@
 //! Closed loop, dynamic stiffness, sensitivity zones, worst case, time response.
+
+pub mod closed_loop;
+pub mod sensitivity;
+pub mod stiffness;

@@ -304,7 +304,8 @@ impl Search {
         &self,
         test: &mut dyn FnMut(f64) -> Result<(f64, Option<Condition>), SynthesisError>,
     ) -> Result<f64, SynthesisError> {
-        let size = 1.0 + self.normal.d11.norm_l2() + self.normal.b1.norm_l2() * self.normal.c1.norm_l2();
+        let size =
+            1.0 + self.normal.d11.norm_l2() + self.normal.b1.norm_l2() * self.normal.c1.norm_l2();
         let mut best = None;
         // Sixteen decades below the size of the data there is nothing but rounding.
         for k in 0..16 {

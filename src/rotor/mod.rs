@@ -1,1 +1,84 @@
 //! The flexible shaft: sections, Timoshenko elements, assembly, modes, reduction with static correction.
+//!
+//! Coordinates: z along the shaft, m, the nose face at z = 0, the tool at z < 0, the tail at the largest z. In each plane a
+//! node has a deflection w (m) and a rotation ψ (rad, ψ = +dw/dz for a slender beam). Both planes are the same; in the
+//! complex coordinate r = x + jy the equation of motion is  M r̈ + C ṙ − jΩG ṙ + K r = f.
+
+pub mod assembly;
+pub mod basis;
+pub mod chain;
+pub mod chain_assembly;
+pub mod element;
+pub mod modes;
+pub mod section;
+pub mod spectrum;
+pub mod whirl;
+pub mod zeros;
+
+pub use assembly::{Joint, MassProperties, PlaneMatrices, PointMass, Rotor};
+pub use basis::Basis;
+pub use modes::PlanarModes;
+pub use section::{Disc, Material, Section, Shear};
+pub use whirl::{Damping, Support, WhirlMode};
+
+use crate::linalg::NumericError;
+use thiserror::Error;
+
+/// What can be wrong with a shaft.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RotorError {
+    /// A value of one element breaks a rule.
+    #[error("elements[{index}].{field}: {value} {rule}")]
+    Element {
+        /// Element, in list order, from 0.
+        index: usize,
+        /// Name of the value.
+        field: &'static str,
+        /// The value.
+        value: f64,
+        /// The rule it breaks, as the end of a sentence.
+        rule: String,
+    },
+    /// A value of one disc breaks a rule.
+    #[error("discs[{index}].{field}: {value} {rule}")]
+    Disc {
+        /// Disc, in list order, from 0.
+        index: usize,
+        /// Name of the value.
+        field: &'static str,
+        /// The value.
+        value: f64,
+        /// The rule it breaks.
+        rule: String,
+    },
+    /// A shaft without elements.
+    #[error("elements: the list is empty, a shaft needs at least one element")]
+    NoElements,
+    /// A position that is not on the shaft.
+    #[error(
+        "{what}: {position_m} m is not on the shaft, which reaches from {from_m} m to {to_m} m"
+    )]
+    OffShaft {
+        /// What sits there.
+        what: String,
+        /// Position, m from the nose face.
+        position_m: f64,
+        /// Tool end of the shaft, m.
+        from_m: f64,
+        /// Tail end, m.
+        to_m: f64,
+    },
+    /// A parameter of an attached part that makes no sense.
+    #[error("{what}: {value} {rule}")]
+    Part {
+        /// The parameter.
+        what: String,
+        /// Its value.
+        value: f64,
+        /// The rule it breaks.
+        rule: String,
+    },
+    /// A matrix computation failed.
+    #[error(transparent)]
+    Numeric(#[from] NumericError),
+}

@@ -1,1 +1,52 @@
 //! The machine round the shaft: bearings, electronics, effects, tool, named ports, the open-loop plant at a speed.
+
+pub mod effect;
+pub mod machine;
+pub mod mechanics;
+pub mod plant;
+pub mod realise;
+
+pub use effect::{Bearings, Effect, EffectKind, Location};
+pub use machine::{Bearing, Electronics, Machine, Planes, Side, Spindle, Tool};
+pub use plant::{ModelDetail, Plant};
+
+use crate::linalg::NumericError;
+use crate::rotor::RotorError;
+use thiserror::Error;
+
+/// What can be wrong with a machine or its plant.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SpindleError {
+    /// A value breaks a rule.
+    #[error("{path}: {value} {rule}")]
+    Value {
+        /// Key path in the spindle file.
+        path: String,
+        /// The value.
+        value: f64,
+        /// The rule it breaks, as the end of a sentence.
+        rule: String,
+    },
+    /// A name that stands for nothing.
+    #[error("{path}: {name:?} {rule}")]
+    Name {
+        /// Key path in the spindle file.
+        path: String,
+        /// The name.
+        name: String,
+        /// The rule it breaks.
+        rule: String,
+    },
+    /// The rotor of the spindle.
+    #[error("rotor.{0}")]
+    Rotor(RotorError),
+    /// The tool.
+    #[error("tool {0}")]
+    Tool(RotorError),
+    /// A computation with the assembled shaft.
+    #[error(transparent)]
+    Shaft(RotorError),
+    /// A matrix computation failed.
+    #[error(transparent)]
+    Numeric(#[from] NumericError),
+}

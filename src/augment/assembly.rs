@@ -1,0 +1,204 @@
+//! Plane + weights + modal uncertainty → generalized plant of one plane.
+//!
+//! w = (modal channels, loads through W_d at tool/front/rear, sensor noise front/rear, all normalised to one);
+//! z = (modal channels, displacements through W_p at tool/front/rear, currents through W_u, optional T channel).
+//! Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … − √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at 4 %).
+//! Measurements and commands are scaled to order one: y/σ_y with σ_y = [`SIGNAL_SCALE_M`], u in A.
+
+use super::generalized::GeneralizedPlant;
+use super::plane::{LOADS, LOOPS};
+use super::uncertainty::Block;
+use super::weighting::{level_change, roll_on};
+use super::weights::{Limits, Weights};
+use crate::linalg::{Mat, NumericError};
+use crate::lti::connect::{append, block2, series, stack_rows};
+use crate::lti::{Continuous, StateSpace};
+
+/// Displacement that counts as one at the controller input of the scaled problem, m: the size of the vibrations.
+pub const SIGNAL_SCALE_M: f64 = 1e-5;
+
+/// A mode with a port in the plane model and its relative natural-frequency uncertainty.
+#[derive(Clone, Copy, Debug)]
+pub struct UncertainMode {
+    /// Natural frequency ω₀, rad/s.
+    pub omega_rad_s: f64,
+    /// Relative uncertainty r.
+    pub relative: f64,
+}
+
+/// Generalized plant of one plane; `plane` has the ports of [`super::plane::PlaneModel::state_space`] with one
+/// modal port per entry of `modes`.
+///
+/// # Errors
+/// [`NumericError`] when a weight is not positive or channel counts do not fit.
+pub fn generalized_plane(
+    plane: &StateSpace<Continuous>,
+    modes: &[UncertainMode],
+    weights: &Weights,
+) -> Result<GeneralizedPlant, NumericError> {
+    let nv = modes.len();
+    let limits = [&weights.tool, &weights.front, &weights.rear];
+    let tightening = [weights.tool_tightening, 1.0, 1.0];
+    let input = input_weights(modes, &limits, weights)?;
+    let output = output_weights(modes, &limits, tightening, weights)?;
+    let with_errors = expose_errors(plane, nv, weights)?;
+    let weighted = series(&series(&input, &with_errors)?, &output)?;
+    let performance = Block::ComplexFull {
+        rows: LOADS + LOOPS,
+        cols: weighted.outputs() - LOOPS - nv,
+    };
+    let mut blocks = vec![Block::ComplexScalar { n: 1 }; nv];
+    blocks.push(performance);
+    Ok(GeneralizedPlant {
+        system: weighted,
+        controls: LOOPS,
+        measurements: LOOPS,
+        blocks,
+    })
+}
+
+/// Controller of the scaled problem back in physical units: u (A) from y (m).
+pub fn unscale_controller<T: crate::lti::TimeBase>(scaled: &StateSpace<T>) -> StateSpace<T> {
+    let y = Mat::from_fn(scaled.inputs(), scaled.inputs(), |i, j| {
+        if i == j { 1.0 / SIGNAL_SCALE_M } else { 0.0 }
+    });
+    scaled.scale_inputs(&y)
+}
+
+/// Controller in physical units as the scaled problem sees it.
+pub fn scale_controller<T: crate::lti::TimeBase>(physical: &StateSpace<T>) -> StateSpace<T> {
+    let y = Mat::from_fn(physical.inputs(), physical.inputs(), |i, j| {
+        if i == j { SIGNAL_SCALE_M } else { 0.0 }
+    });
+    physical.scale_inputs(&y)
+}
+
+/// (w, u) → (v, loads, noise, u).
+fn input_weights(
+    modes: &[UncertainMode],
+    limits: &[&Limits; LOADS],
+    weights: &Weights,
+) -> Result<StateSpace<Continuous>, NumericError> {
+    let mut all = StateSpace::gain(modal_gain(modes), Continuous);
+    for (limit, crossover) in limits.iter().zip(weights.load_crossover_hz) {
+        all = append(
+            &all,
+            &level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?,
+        );
+    }
+    let noise = Mat::from_fn(LOOPS, LOOPS, |i, j| {
+        if i == j { weights.sensor_noise_m } else { 0.0 }
+    });
+    all = append(&all, &StateSpace::gain(noise, Continuous));
+    Ok(append(
+        &all,
+        &StateSpace::gain(Mat::identity(LOOPS, LOOPS), Continuous),
+    ))
+}
+
+/// (q, x, u, noisy y for T, noisy y) → (z, y).
+fn output_weights(
+    modes: &[UncertainMode],
+    limits: &[&Limits; LOADS],
+    tightening: [f64; LOADS],
+    weights: &Weights,
+) -> Result<StateSpace<Continuous>, NumericError> {
+    let mut all = StateSpace::gain(modal_gain(modes), Continuous);
+    for ((limit, factor), crossover) in limits
+        .iter()
+        .zip(tightening)
+        .zip(weights.displacement_crossover_hz)
+    {
+        all = append(
+            &all,
+            &level_change(
+                factor / limit.max_dc_displacement_m,
+                factor / limit.max_hf_displacement_m,
+                crossover,
+            )?,
+        );
+    }
+    for _ in 0..LOOPS {
+        let current = roll_on(
+            weights.current_limit_a,
+            weights.current_rolloff_hz,
+            weights.current_rolloff_ratio,
+        )?;
+        all = append(&all, &current);
+    }
+    if let Some(limit) = weights.complementary_sensitivity_limit {
+        let gain = 1.0 / (limit * weights.sensor_noise_m);
+        all = append(&all, &StateSpace::gain(diagonal(gain), Continuous));
+    }
+    Ok(append(
+        &all,
+        &StateSpace::gain(diagonal(1.0 / SIGNAL_SCALE_M), Continuous),
+    ))
+}
+
+/// Plane (v, loads, u) → (q, x, y) with noise inputs and with currents and clean signals as extra errors:
+/// (v, loads, noise, u) → (q, x, u, [y clean], y + noise).
+fn expose_errors(
+    plane: &StateSpace<Continuous>,
+    nv: usize,
+    weights: &Weights,
+) -> Result<StateSpace<Continuous>, NumericError> {
+    let (n, w) = (plane.order(), nv + LOADS);
+    let extra = if weights.complementary_sensitivity_limit.is_some() {
+        LOOPS
+    } else {
+        0
+    };
+    let part = |m: &Mat<f64>, r0, c0, r, c| m.submatrix(r0, c0, r, c).to_owned();
+    let noise_gap = |rows: usize| Mat::<f64>::zeros(rows, LOOPS);
+    let widen = |m: &Mat<f64>| {
+        let rows = m.nrows();
+        let left = part(m, 0, 0, rows, w);
+        let right = part(m, 0, w, rows, LOOPS);
+        crate::lti::connect::stack_cols(
+            &crate::lti::connect::stack_cols(&left, &noise_gap(rows)),
+            &right,
+        )
+    };
+    let b = widen(&plane.b);
+    let rows = |m: &Mat<f64>, from, count| part(m, from, 0, count, m.ncols());
+    let d_errors = widen(&rows(&plane.d, 0, w));
+    let d_signal = widen(&rows(&plane.d, w, LOOPS));
+    let currents = Mat::from_fn(LOOPS, w + 2 * LOOPS, |i, j| {
+        if j == w + LOOPS + i { 1.0 } else { 0.0 }
+    });
+    let noise = Mat::from_fn(
+        LOOPS,
+        w + 2 * LOOPS,
+        |i, j| if j == w + i { 1.0 } else { 0.0 },
+    );
+    let c_signal = rows(&plane.c, w, LOOPS);
+    let clean_c = rows(&c_signal, 0, extra);
+    let clean_d = rows(&d_signal, 0, extra);
+    let c = [Mat::zeros(LOOPS, n), clean_c, c_signal.clone()]
+        .iter()
+        .fold(rows(&plane.c, 0, w), |all, next| stack_rows(&all, next));
+    let d = [currents, clean_d, &d_signal + &noise]
+        .iter()
+        .fold(d_errors, |all, next| stack_rows(&all, next));
+    StateSpace::new(plane.a.clone(), b, c, d, Continuous)
+}
+
+fn modal_gain(modes: &[UncertainMode]) -> Mat<f64> {
+    Mat::from_fn(modes.len(), modes.len(), |i, j| {
+        if i == j {
+            (2.0 * modes[i].relative).sqrt() * modes[i].omega_rad_s
+        } else {
+            0.0
+        }
+    })
+}
+
+fn diagonal(value: f64) -> Mat<f64> {
+    block2(
+        &Mat::from_fn(1, 1, |_, _| value),
+        &Mat::zeros(1, 1),
+        &Mat::zeros(1, 1),
+        &Mat::from_fn(1, 1, |_, _| value),
+    )
+}

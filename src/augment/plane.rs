@@ -1,0 +1,102 @@
+//! One plane of the design model at standstill, in the w plane of synthesis.
+//!
+//! At rest the two planes are equal and independent: one is designed, the other gets a copy. Ports of a plane:
+//! inputs (one modal port per uncertain mode; loads at tool, front and rear actuator, N; commands front, rear, A),
+//! outputs (modal coordinates; displacements at tool, front and rear actuator, m; signals front, rear, m).
+//! Direct design maps the sampled plant (hold, exact delay) by z = (1 + sT/2)/(1 − sT/2); nothing is lost on the way back.
+//! Emulation takes the continuous plant with a Padé approximant of the delay.
+
+use crate::linalg::Mat;
+use crate::lti::sample::inverse_tustin;
+use crate::lti::{Continuous, StateSpace, TimeBase};
+use crate::spindle::plant::CHANNELS;
+use crate::spindle::{EffectKind, Machine, ModelDetail, Plant, SpindleError};
+
+/// Places where forces act and displacements are predicted: tool, front actuator, rear actuator.
+pub const LOADS: usize = 3;
+/// Control channels of a plane: front, rear.
+pub const LOOPS: usize = 2;
+
+/// How the sampled loop enters the design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Route {
+    /// Sampled plant with its true delay, mapped to the w plane.
+    Direct,
+    /// Continuous plant with a Padé approximant of this order for the delay; the controller is discretised afterwards.
+    Emulation {
+        /// Order of the approximant.
+        pade_order: usize,
+    },
+}
+
+/// One plane of the machine at rest with `flexible` modes, the first `uncertain` of them with modal ports.
+/// Couplings between the planes (bearing coupling, turned sensor axes) are left out here and come back in verification.
+///
+/// # Errors
+/// [`SpindleError`] when the machine breaks a rule or a connection fails.
+pub fn design_plane(
+    machine: &Machine,
+    flexible: usize,
+    uncertain: usize,
+    route: Route,
+) -> Result<StateSpace<Continuous>, SpindleError> {
+    let mut isotropic = machine.clone();
+    isotropic.spindle.effects.retain(|e| {
+        !matches!(
+            e.kind,
+            EffectKind::BearingCoupling | EffectKind::AxisMisalignment
+        )
+    });
+    let detail = ModelDetail::Modes {
+        flexible,
+        static_residual: true,
+    };
+    let plant = Plant::new(&isotropic, 0.0, detail)?;
+    let ports: Vec<usize> = (0..uncertain)
+        .map(|mode| CHANNELS + 2 * mode)
+        .chain([4, 6, 8, 0, 2])
+        .collect();
+    Ok(match route {
+        Route::Direct => {
+            let sampled = plant.sampled_with_modal_ports(uncertain)?;
+            inverse_tustin(&connected_part(&sampled.select(&ports, &ports)))?
+        }
+        Route::Emulation { pade_order } => {
+            let continuous = plant.state_space_with_modal_ports(pade_order, uncertain)?;
+            connected_part(&continuous.select(&ports, &ports))
+        }
+    })
+}
+
+/// The states that an input reaches and that reach an output, by the pattern of nonzeros: exact for decoupled planes.
+pub fn connected_part<T: TimeBase>(system: &StateSpace<T>) -> StateSpace<T> {
+    let n = system.order();
+    let spread = |mut seen: Vec<bool>, edge: &dyn Fn(usize, usize) -> bool| {
+        let mut front: Vec<usize> = (0..n).filter(|i| seen[*i]).collect();
+        while let Some(from) = front.pop() {
+            for to in 0..n {
+                if !seen[to] && edge(to, from) {
+                    seen[to] = true;
+                    front.push(to);
+                }
+            }
+        }
+        seen
+    };
+    let fed = (0..n)
+        .map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0))
+        .collect();
+    let read = (0..n)
+        .map(|j| (0..system.outputs()).any(|i| system.c[(i, j)] != 0.0))
+        .collect();
+    let reached = spread(fed, &|to, from| system.a[(to, from)] != 0.0);
+    let seen = spread(read, &|to, from| system.a[(from, to)] != 0.0);
+    let keep: Vec<usize> = (0..n).filter(|i| reached[*i] && seen[*i]).collect();
+    StateSpace {
+        a: Mat::from_fn(keep.len(), keep.len(), |i, j| system.a[(keep[i], keep[j])]),
+        b: Mat::from_fn(keep.len(), system.inputs(), |i, j| system.b[(keep[i], j)]),
+        c: Mat::from_fn(system.outputs(), keep.len(), |i, j| system.c[(i, keep[j])]),
+        d: system.d.clone(),
+        time: system.time,
+    }
+}

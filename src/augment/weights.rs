@@ -1,0 +1,49 @@
+//! The specification a designer writes: Table 2 of the paper, and what the table leaves open.
+
+/// Limits at one place: loads that must be borne and displacements they may cause, at DC and at high frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Largest quasi-static load, N.
+    pub max_dc_load_n: f64,
+    /// Largest high-frequency load, N.
+    pub max_hf_load_n: f64,
+    /// Displacement allowed at DC, m.
+    pub max_dc_displacement_m: f64,
+    /// Displacement allowed at high frequency, m.
+    pub max_hf_displacement_m: f64,
+}
+
+/// Weights of the generalized plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weights {
+    /// Name of the specification.
+    pub name: String,
+    /// Limits at the tool plane.
+    pub tool: Limits,
+    /// Limits at the front bearing.
+    pub front: Limits,
+    /// Limits at the rear bearing.
+    pub rear: Limits,
+    /// Relative natural-frequency uncertainty of flexible modes 1, 2, ….
+    pub mode_uncertainty: Vec<f64>,
+    /// Crossover of the load weights at tool, front, rear, Hz. Default 40, 40, 40: loads change from
+    /// quasi-static to dynamic well below the spindle frequency; γ hardly depends on it from 10 to 300 Hz.
+    pub load_crossover_hz: [f64; 3],
+    /// Crossover of the displacement weights at tool, front, rear, Hz. Default 40, 100, 100: at the bearings above the
+    /// rigid-body modes, else the weight fights the unavoidable |S| > 1 there.
+    pub displacement_crossover_hz: [f64; 3],
+    /// Control current per unit disturbance, A. Default 2.5, below the bias of 3 A.
+    pub current_limit_a: f64,
+    /// Corner of the second-order roll-off of the control current, Hz. Default 3000.
+    pub current_rolloff_hz: f64,
+    /// Frequency ratio over which the roll-off acts. Default 10.
+    pub current_rolloff_ratio: f64,
+    /// Sensor noise the design assumes, m. Default 0.2 µm, four times a real sensor's: it also limits how hard K works.
+    pub sensor_noise_m: f64,
+    /// Largest complementary sensitivity, absolute; none by default.
+    pub complementary_sensitivity_limit: Option<f64>,
+    /// Corner below which the tool displacement weight rises like an integrator, Hz; none by default.
+    pub integral_corner_hz: Option<f64>,
+    /// Factor by which the tool displacement limits are tightened. Default 1.
+    pub tool_tightening: f64,
+}

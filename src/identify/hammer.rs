@@ -1,0 +1,39 @@
+//! A measured FRF of one input and one output with what is known about its noise: hammer tests at the tool.
+//!
+//! From coherence γ² and n averages the complex standard deviation is |H| √((1 − γ²)/(n γ²)), half its square for the real and half
+//! for the imaginary part (Bendat and Piersol, Random Data, sec. 9.2).
+
+use crate::linalg::c64;
+
+/// An FRF of a hammer test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HammerFrf {
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Lines, Hz, ascending.
+    pub frequency_hz: Vec<f64>,
+    /// Compliance, m/N.
+    pub compliance: Vec<c64>,
+    /// Coherence per line; `None` when the file has none.
+    pub coherence: Option<Vec<f64>>,
+    /// Averages per line; `None` when the file does not say.
+    pub averages: Option<Vec<f64>>,
+}
+
+impl HammerFrf {
+    /// Standard deviation of the complex compliance at a line, √E|δH|², m/N, with `floor` × |H| added in squares.
+    pub fn sigma(&self, line: usize, floor: f64) -> f64 {
+        let size = self.compliance.get(line).map_or(0.0, |h| h.norm());
+        let noise = match (&self.coherence, &self.averages) {
+            (Some(c), Some(n)) => {
+                let (c, n) = (
+                    c.get(line).copied().unwrap_or(1.0),
+                    n.get(line).copied().unwrap_or(1.0),
+                );
+                size * ((1.0 - c).max(0.0) / (n * c)).sqrt()
+            }
+            _ => 0.0,
+        };
+        noise.hypot(floor * size)
+    }
+}

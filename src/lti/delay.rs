@@ -1,0 +1,135 @@
+//! Pure delays as systems: Padé approximant in continuous time, shift registers and split holds in sampled time.
+
+use super::state_space::{Continuous, Discrete, StateSpace};
+use crate::linalg::{Mat, NumericError, exponential};
+
+/// Diagonal Padé approximant of e^{−sτ} of order n, D(−s)/D(s) with
+/// D(s) = Σ_k (2n−k)! n!/((2n)! k! (n−k)!) (τs)^k (Golub and Van Loan, section 9.3.1), states scaled by 1/τ.
+/// Order 0 is the gain 1.
+///
+/// # Errors
+/// [`NumericError::NotFinite`] for a delay that is zero, negative or not a number.
+pub fn pade(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+    let n = order;
+    let mut coefficient = vec![1.0; n + 1];
+    for k in 0..n {
+        coefficient[k + 1] =
+            coefficient[k] * (n - k) as f64 / ((2 * n - k) as f64 * (k + 1) as f64);
+    }
+    let (lead, rate) = (coefficient[n], 1.0 / delay_s);
+    let a = Mat::from_fn(n, n, |i, j| {
+        if i + 1 < n {
+            f64::from(u8::from(j == i + 1)) * rate
+        } else {
+            -rate * coefficient[j] / lead
+        }
+    });
+    let b = Mat::from_fn(n, 1, |i, _| if i + 1 == n { rate } else { 0.0 });
+    // D(−s) = ±D(s) + twice the terms of the other parity.
+    let sign = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let c = Mat::from_fn(1, n, |_, j| {
+        let own = if j.is_multiple_of(2) { 1.0 } else { -1.0 };
+        (own - sign) * coefficient[j] / lead
+    });
+    StateSpace::new(a, b, c, Mat::from_fn(1, 1, |_, _| sign), Continuous)
+}
+
+/// Hold equivalents over `seconds`: (e^{At}, ∫₀ᵗ e^{As}ds B).
+///
+/// # Errors
+/// [`NumericError`] from the exponential.
+pub fn hold(
+    a: &Mat<f64>,
+    b: &Mat<f64>,
+    seconds: f64,
+) -> Result<(Mat<f64>, Mat<f64>), NumericError> {
+    let (n, m) = (a.nrows(), b.ncols());
+    let block = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) => a[(i, j)] * seconds,
+        (true, false) => b[(i, j - n)] * seconds,
+        _ => 0.0,
+    });
+    let e = exponential(&block)?;
+    Ok((
+        e.submatrix(0, 0, n, n).to_owned(),
+        e.submatrix(0, n, n, m).to_owned(),
+    ))
+}
+
+/// Sampled equivalent of a continuous system with zero-order hold on every input, its first `delayed` inputs reaching it
+/// `delay_s` later than the others: whole samples as a shift register, a fraction by splitting the hold. Exact.
+///
+/// # Errors
+/// [`NumericError`] from the exponential.
+pub fn sample_with_delay(
+    system: &StateSpace<Continuous>,
+    delayed: usize,
+    delay_s: f64,
+    period_s: f64,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    let (n, m) = (system.order(), system.inputs());
+    let ratio = (delay_s / period_s).max(0.0);
+    // A fraction below a billionth of a sample is rounding of the decimal inputs.
+    let whole = (ratio + 1e-9).floor() as usize;
+    let late = (ratio - whole as f64).max(0.0) * period_s;
+    let split = late > 1e-9 * period_s;
+    let (a_full, b_full) = hold(&system.a, &system.b, period_s)?;
+    let commands = system.b.subcols(0, delayed).to_owned();
+    let (b_new, b_old) = if split {
+        let (a_rest, b_new) = hold(&system.a, &commands, period_s - late)?;
+        let (_, b_late) = hold(&system.a, &commands, late)?;
+        (b_new, &a_rest * &b_late)
+    } else {
+        (
+            b_full.subcols(0, delayed).to_owned(),
+            Mat::zeros(n, delayed),
+        )
+    };
+    // Registers, newest command first: u(k−1), …, u(k−steps).
+    let steps = whole + usize::from(split);
+    let order = n + steps * delayed;
+    let register = |age: usize, j: usize| n + (age - 1) * delayed + j;
+    let mut a = Mat::zeros(order, order);
+    let mut b = Mat::zeros(order, m);
+    let mut c = Mat::zeros(system.outputs(), order);
+    let mut d = system.d.clone();
+    for i in 0..n {
+        for j in 0..n {
+            a[(i, j)] = a_full[(i, j)];
+        }
+        for j in 0..delayed {
+            if whole == 0 {
+                b[(i, j)] = b_new[(i, j)];
+            } else {
+                a[(i, register(whole, j))] = b_new[(i, j)];
+            }
+            if split {
+                a[(i, register(whole + 1, j))] = b_old[(i, j)];
+            }
+        }
+        for j in delayed..m {
+            b[(i, j)] = b_full[(i, j)];
+        }
+    }
+    for j in 0..delayed {
+        if steps > 0 {
+            b[(register(1, j), j)] = 1.0;
+        }
+        for age in 1..steps {
+            a[(register(age + 1, j), register(age, j))] = 1.0;
+        }
+    }
+    for i in 0..system.outputs() {
+        for j in 0..n {
+            c[(i, j)] = system.c[(i, j)];
+        }
+        // At a sample instant the feedthrough of a late command still is the older one.
+        for j in 0..delayed {
+            if steps > 0 {
+                c[(i, register(steps, j))] = d[(i, j)];
+                d[(i, j)] = 0.0;
+            }
+        }
+    }
+    StateSpace::new(a, b, c, d, Discrete { period_s })
+}

@@ -1,0 +1,130 @@
+//! Plant and controller closed with positive feedback u = K y: stability in sampled time, frequency responses.
+//! The plant carries the channels of [`crate::spindle`]: currents then forces in, sensors then displacements out.
+//! Frequency predictions take plant and controller as [`Response`], so that PID, full, reduced and rounded
+//! controllers go through the same lines: T = P_zw + P_zu K (I − P_yu K)⁻¹ P_yw.
+
+use crate::linalg::{Mat, NumericError, c64, solve_complex};
+use crate::lti::connect::{block2, lower_lft};
+use crate::lti::{Discrete, Response, StateSpace, TimeBase};
+
+pub use crate::spindle::plant::AXES;
+
+/// Closed-loop response from the forces to the displacements (the channels after the four control channels)
+/// at `omega_rad_s`, displacements × forces, m/N.
+pub fn compliance(plant: &dyn Response, controller: &dyn Response, omega_rad_s: f64) -> Mat<c64> {
+    let p = plant.at(omega_rad_s);
+    let k = controller.at(omega_rad_s);
+    let (nz, nw) = (p.nrows() - AXES, p.ncols() - AXES);
+    let part = |r, c, nr, nc| p.submatrix(r, c, nr, nc).to_owned();
+    let (pzw, pzu) = (part(AXES, AXES, nz, nw), part(AXES, 0, nz, AXES));
+    let (pyw, pyu) = (part(0, AXES, AXES, nw), part(0, 0, AXES, AXES));
+    let y = solve_complex(&return_difference(&pyu, &k), &pyw);
+    pzw + pzu * (&k * y)
+}
+
+/// Output sensitivity S = (I − G K)⁻¹ at the sensors, 4×4.
+pub fn sensitivity(plant: &dyn Response, controller: &dyn Response, omega_rad_s: f64) -> Mat<c64> {
+    let p = plant.at(omega_rad_s);
+    let g = p.submatrix(0, 0, AXES, AXES).to_owned();
+    let identity = Mat::from_fn(AXES, AXES, |i, j| {
+        c64::new(if i == j { 1.0 } else { 0.0 }, 0.0)
+    });
+    solve_complex(
+        &return_difference(&g, &controller.at(omega_rad_s)),
+        &identity,
+    )
+}
+
+fn return_difference(g: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
+    let l = g * k;
+    Mat::from_fn(l.nrows(), l.ncols(), |i, j| {
+        c64::new(if i == j { 1.0 } else { 0.0 }, 0.0) - l[(i, j)]
+    })
+}
+
+/// Sampled closed loop of the full plant with a sampled controller, forces → displacements.
+///
+/// # Errors
+/// [`NumericError`] when the loop is not well posed or the sample times differ.
+pub fn close(
+    plant: &StateSpace<Discrete>,
+    controller: &StateSpace<Discrete>,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    let (ts, tk) = (plant.time.period_s, controller.time.period_s);
+    // Sample times are the same number read from the same file; only rounding of a decimal is forgiven.
+    if (ts - tk).abs() > 1e-12 * ts {
+        return Err(NumericError::Dimension {
+            what: "sampled closed loop",
+            expected: format!("a controller with the plant's sample time {ts:e} s"),
+            found: format!("{tk:e} s"),
+        });
+    }
+    let all_in: Vec<usize> = (AXES..plant.inputs()).chain(0..AXES).collect();
+    let all_out: Vec<usize> = (AXES..plant.outputs()).chain(0..AXES).collect();
+    lower_lft(&plant.select(&all_out, &all_in), controller)
+}
+
+/// Poles of the sampled closed loop mapped to the s plane, s = ln(z)/Tₛ, rad/s: for grids and damping tables.
+///
+/// # Errors
+/// [`NumericError`] when the eigenvalue iteration fails.
+pub fn equivalent_poles(closed: &StateSpace<Discrete>) -> Result<Vec<c64>, NumericError> {
+    let poles = closed.poles()?;
+    Ok(poles
+        .into_iter()
+        // A pole within a decaying factor e⁻⁵⁰ a sample of z = 0 is a pure delay: no frequency belongs to it.
+        .filter(|z| z.norm() > 1e-20)
+        .map(|z| z.ln() / closed.time.period_s)
+        .collect())
+}
+
+/// Largest growth rate of the sampled closed loop, 1/s: negative when stable.
+///
+/// # Errors
+/// As [`close`].
+pub fn growth_rate(
+    plant: &StateSpace<Discrete>,
+    controller: &StateSpace<Discrete>,
+) -> Result<f64, NumericError> {
+    let poles = close(plant, controller)?.poles()?;
+    Ok(poles
+        .into_iter()
+        .map(|z| plant.time.growth_rate(z))
+        .fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// Two equal one-plane controllers (channels front, rear) as one controller for front_x, front_y, rear_x, rear_y.
+pub fn both_planes<T: TimeBase>(plane: &StateSpace<T>) -> StateSpace<T> {
+    let n = plane.order();
+    let zero = Mat::zeros(n, n);
+    let spread = |axis: usize| 2 * axis;
+    let b = Mat::from_fn(2 * n, AXES, |i, j| {
+        if (i < n) == (j % 2 == 0) {
+            plane.b[(i % n.max(1), j / 2)]
+        } else {
+            0.0
+        }
+    });
+    let c = Mat::from_fn(AXES, 2 * n, |i, j| {
+        if (j < n) == (i % 2 == 0) {
+            plane.c[(i / 2, j % n.max(1))]
+        } else {
+            0.0
+        }
+    });
+    let mut d = Mat::zeros(AXES, AXES);
+    for i in 0..2 {
+        for j in 0..2 {
+            for plane_index in 0..2 {
+                d[(spread(i) + plane_index, spread(j) + plane_index)] = plane.d[(i, j)];
+            }
+        }
+    }
+    StateSpace {
+        a: block2(&plane.a, &zero, &zero, &plane.a),
+        b,
+        c,
+        d,
+        time: plane.time,
+    }
+}

@@ -1,0 +1,62 @@
+//! Dynamic stiffness at the tool, F_t/x_t: the inverse of the closed-loop compliance at the tool plane.
+
+use super::closed_loop::compliance;
+use crate::lti::{FrequencyGrid, Response};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Dynamic stiffness of one axis over a grid.
+#[derive(Clone, Debug)]
+pub struct DynamicStiffness {
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// |F_t/x_t|, N/m.
+    pub magnitude_n_per_m: Vec<f64>,
+    /// arg F_t/x_t, rad.
+    pub phase_rad: Vec<f64>,
+}
+
+impl DynamicStiffness {
+    /// Smallest stiffness and its frequency, (N/m, Hz); `None` on an empty grid.
+    pub fn minimum(&self) -> Option<(f64, f64)> {
+        self.magnitude_n_per_m
+            .iter()
+            .zip(&self.frequency_hz)
+            .map(|(k, f)| (*k, *f))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+/// Dynamic stiffness at the tool along `axis` (0 x, 1 y) over a grid.
+pub fn dynamic_stiffness(
+    plant: &dyn Response,
+    controller: &dyn Response,
+    axis: usize,
+    grid: &FrequencyGrid,
+) -> DynamicStiffness {
+    let values: Vec<(f64, f64)> = grid
+        .omega_rad_s()
+        .par_iter()
+        .map(|w| {
+            let stiffness = compliance(plant, controller, *w)[(axis, axis)].inv();
+            (stiffness.norm(), stiffness.arg())
+        })
+        .collect();
+    DynamicStiffness {
+        frequency_hz: grid.hz(),
+        magnitude_n_per_m: values.iter().map(|v| v.0).collect(),
+        phase_rad: values.iter().map(|v| v.1).collect(),
+    }
+}
+
+/// Dynamic stiffness magnitude at one frequency, N/m.
+pub fn stiffness_at(
+    plant: &dyn Response,
+    controller: &dyn Response,
+    axis: usize,
+    frequency_hz: f64,
+) -> f64 {
+    compliance(plant, controller, TAU * frequency_hz)[(axis, axis)]
+        .inv()
+        .norm()
+}

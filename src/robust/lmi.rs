@@ -1,0 +1,189 @@
+//! Convex programmes with linear matrix inequalities: the only user of clarabel.
+//!
+//!   minimise  cᵀx   subject to   F₀ + Σ xᵢFᵢ ⪰ 0 (Hermitian),   aᵀx ≤ b,   aᵀx = b
+//!
+//! A Hermitian H enters as the real symmetric image [[Re H, −Im H], [Im H, Re H]] of twice the size, in clarabel's packed
+//! upper triangle with off-diagonals times √2. The answer of the solver is never trusted here or above: callers evaluate
+//! the bound that belongs to x themselves, so an inaccurate end is reported as data ([`Optimum::accurate`]).
+//!
+//! Limits: the dense KKT block of a cone of complex order n has n(2n+1) rows, so cost grows like n⁶ (8×8: 20 ms).
+
+use crate::linalg::{Mat, c64, lapack};
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
+};
+use thiserror::Error;
+
+/// Why a programme has no answer.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ProgrammeError {
+    /// No point satisfies the constraints.
+    #[error("the convex programme is infeasible")]
+    Infeasible,
+    /// The objective falls without limit.
+    #[error("the convex programme is unbounded")]
+    Unbounded,
+    /// The interior-point iteration broke down.
+    #[error("the interior-point solver stopped with {status} after {iterations} iterations")]
+    Stopped {
+        /// Status as the solver names it.
+        status: String,
+        /// Iterations done.
+        iterations: u32,
+    },
+}
+
+/// F₀ + Σ xᵢFᵢ ⪰ 0 with Hermitian matrices of one size; `terms` holds (variable, Fᵢ) for the variables that occur.
+#[derive(Clone, Debug)]
+pub struct MatrixInequality {
+    /// F₀, n×n.
+    pub constant: Mat<c64>,
+    /// Variables and their coefficient matrices, n×n.
+    pub terms: Vec<(usize, Mat<c64>)>,
+}
+
+/// aᵀx ⋚ b with a sparse a.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Variables and their coefficients.
+    pub terms: Vec<(usize, f64)>,
+    /// Right-hand side b.
+    pub bound: f64,
+}
+
+/// A convex programme; see the module for its form.
+#[derive(Clone, Debug, Default)]
+pub struct Programme {
+    /// Objective c; its length is the number of variables.
+    pub objective: Vec<f64>,
+    /// aᵀx = b.
+    pub equalities: Vec<Row>,
+    /// aᵀx ≤ b.
+    pub inequalities: Vec<Row>,
+    /// Matrix inequalities.
+    pub matrices: Vec<MatrixInequality>,
+}
+
+/// Where the solver ended.
+#[derive(Clone, Debug)]
+pub struct Optimum {
+    /// The variables.
+    pub x: Vec<f64>,
+    /// False when the solver ended short of its full accuracy.
+    pub accurate: bool,
+    /// Interior-point iterations.
+    pub iterations: u32,
+}
+
+/// Iterations after which a solve is given up; problems of this crate need 10 to 40.
+const MAX_ITERATIONS: u32 = 120;
+
+impl Programme {
+    /// Solves the programme.
+    ///
+    /// # Errors
+    /// [`ProgrammeError`] when it is infeasible, unbounded, or the iteration broke down without a usable point.
+    pub fn solve(&self) -> Result<Optimum, ProgrammeError> {
+        lapack::link();
+        let (a, b, cones) = self.conic_form();
+        let n = self.objective.len();
+        // Problems here are small and dense: presolve and chordal decomposition only cost time.
+        let settings = DefaultSettingsBuilder::default()
+            .verbose(false)
+            .presolve_enable(false)
+            .chordal_decomposition_enable(false)
+            .max_iter(MAX_ITERATIONS)
+            .build()
+            .map_err(|e| stopped(&e, 0))?;
+        let quadratic = CscMatrix::zeros((n, n));
+        let mut solver = DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings)
+            .map_err(|e| stopped(&e, 0))?;
+        solver.solve();
+        let end = &solver.solution;
+        let accurate = end.status == SolverStatus::Solved;
+        match end.status {
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
+                Err(ProgrammeError::Infeasible)
+            }
+            SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => {
+                Err(ProgrammeError::Unbounded)
+            }
+            _ if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 => Ok(Optimum {
+                x: end.x.clone(),
+                accurate,
+                iterations: end.iterations,
+            }),
+            status => Err(stopped(&status, end.iterations)),
+        }
+    }
+
+    /// Ax + s = b, s in the product of the cones: equalities, inequalities, then the matrix inequalities.
+    fn conic_form(&self) -> (CscMatrix<f64>, Vec<f64>, Vec<SupportedConeT<f64>>) {
+        let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; self.objective.len()];
+        let mut b = vec![];
+        for row in self.equalities.iter().chain(&self.inequalities) {
+            for (variable, value) in &row.terms {
+                columns[*variable].push((b.len(), *value));
+            }
+            b.push(row.bound);
+        }
+        let mut cones = vec![];
+        if !self.equalities.is_empty() {
+            cones.push(SupportedConeT::ZeroConeT(self.equalities.len()));
+        }
+        if !self.inequalities.is_empty() {
+            cones.push(SupportedConeT::NonnegativeConeT(self.inequalities.len()));
+        }
+        for inequality in &self.matrices {
+            let start = b.len();
+            b.extend(packed(&inequality.constant));
+            for (variable, matrix) in &inequality.terms {
+                let entries = packed(matrix).into_iter().enumerate();
+                let kept = entries.filter(|(_, v)| *v != 0.0);
+                columns[*variable].extend(kept.map(|(k, v)| (start + k, -v)));
+            }
+            cones.push(SupportedConeT::PSDTriangleConeT(
+                2 * inequality.constant.nrows(),
+            ));
+        }
+        let (mut pointers, mut rows, mut values) = (vec![0], vec![], vec![]);
+        for column in columns {
+            for (row, value) in column {
+                rows.push(row);
+                values.push(value);
+            }
+            pointers.push(rows.len());
+        }
+        let a = CscMatrix::new(b.len(), self.objective.len(), pointers, rows, values);
+        (a, b, cones)
+    }
+}
+
+/// Upper triangle, column by column, off-diagonals times √2, of the real image of a Hermitian matrix.
+fn packed(h: &Mat<c64>) -> Vec<f64> {
+    let n = h.nrows();
+    let mut out = Vec::with_capacity(n * (2 * n + 1));
+    for j in 0..2 * n {
+        for i in 0..=j {
+            let z = h[(i % n, j % n)];
+            let value = match (i < n, j < n) {
+                (true, false) => -z.im,
+                _ => z.re,
+            };
+            out.push(if i == j {
+                value
+            } else {
+                value * std::f64::consts::SQRT_2
+            });
+        }
+    }
+    out
+}
+
+fn stopped(status: &impl std::fmt::Debug, iterations: u32) -> ProgrammeError {
+    ProgrammeError::Stopped {
+        status: format!("{status:?}"),
+        iterations,
+    }
+}

@@ -1,0 +1,292 @@
+//! Whirl modes of a rotor at speed: gyroscopics, internal damping model, supports.
+//!
+//! With r = x + jy and isotropic supports  M r̈ + (C − jΩG) ṙ + K r = 0, solved in the modes of the free-free shaft at rest
+//! (all of them, so nothing is lost); Im λ > 0 is forward whirl. With anisotropic supports both planes are kept:
+//! G couples x to y as +ΩG and y to x as −ΩG.
+
+use super::RotorError;
+use super::assembly::Rotor;
+use super::modes::{PlanarModes, RIGID};
+use crate::linalg::{Mat, c64, eigen_vectors, eigenvalues_complex};
+use std::f64::consts::TAU;
+
+/// Damping of the shaft itself.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Damping {
+    /// None.
+    None,
+    /// C = α M_shaft + β K_shaft.
+    Proportional {
+        /// α, 1/s.
+        alpha: f64,
+        /// β, s.
+        beta: f64,
+    },
+    /// C = Σ 2ζ_k ω_k (M v_k)(M v_k)ᵀ over the first flexible modes, one ratio per mode; later modes undamped.
+    Modal(Vec<f64>),
+}
+
+/// A linear support: force on the rotor −K (x, y) − C (ẋ, ẏ).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// Position, m from the nose face.
+    pub position_m: f64,
+    /// [[kxx, kxy], [kyx, kyy]], N/m.
+    pub stiffness_n_per_m: [[f64; 2]; 2],
+    /// [[cxx, cxy], [cyx, cyy]], N s/m.
+    pub damping_n_s_per_m: [[f64; 2]; 2],
+}
+
+impl Support {
+    fn is_isotropic(&self) -> bool {
+        let circulant = |m: [[f64; 2]; 2]| m[0][0] == m[1][1] && m[0][1] == -m[1][0];
+        circulant(self.stiffness_n_per_m) && circulant(self.damping_n_s_per_m)
+    }
+}
+
+/// One whirl mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WhirlMode {
+    /// |λ|, rad/s.
+    pub natural_rad_s: f64,
+    /// |Im λ|, rad/s.
+    pub damped_rad_s: f64,
+    /// −Re λ/|λ|.
+    pub damping_ratio: f64,
+    /// Forward +1, backward −1, 0 at rest; in between, (|f|² − |b|²)/(|f|² + |b|²) of the shape, with anisotropic supports.
+    pub whirl: f64,
+}
+
+/// Eigenvalues of a rotor at one speed.
+#[derive(Clone, Debug, Default)]
+pub struct WhirlSpectrum {
+    /// Oscillating modes, ascending in damped frequency.
+    pub modes: Vec<WhirlMode>,
+    /// Real eigenvalues with positive real part, rad/s, ascending: what a magnet without control does.
+    pub unstable_real_poles_rad_s: Vec<f64>,
+}
+
+/// Below this |Im λ| an eigenvalue counts as not oscillating, rad/s: 0.5 Hz is far below every mode of a spindle and far
+/// above the rounding of the double zero of free translation.
+const OSCILLATING_RAD_S: f64 = TAU * 0.5;
+
+impl Rotor {
+    /// Whirl modes at `speed_rad_s` up to `to_hz`.
+    ///
+    /// # Errors
+    /// [`RotorError::OffShaft`] for a support beyond the ends, [`RotorError::Numeric`] when an iteration fails.
+    pub fn whirl(
+        &self,
+        speed_rad_s: f64,
+        damping: &Damping,
+        supports: &[Support],
+        to_hz: f64,
+    ) -> Result<WhirlSpectrum, RotorError> {
+        let modes = PlanarModes::new(self)?;
+        let n = modes.len();
+        let matrices = &modes.matrices;
+        let project = |m: &Mat<f64>| modes.shapes.transpose() * (m * &modes.shapes);
+        let gyroscopic = project(&matrices.gyroscopic);
+        let mut c = project(&matrices.joint_damping);
+        let omega2 = |k: usize| modes.omega_rad_s[k].powi(2);
+        match damping {
+            Damping::None => {}
+            Damping::Proportional { alpha, beta } => {
+                let shaft = project(&matrices.shaft_mass);
+                c = Mat::from_fn(n, n, |i, j| {
+                    let stiffness = if i == j { beta * omega2(i) } else { 0.0 };
+                    c[(i, j)] + alpha * shaft[(i, j)] + stiffness
+                });
+            }
+            Damping::Modal(ratios) => {
+                for (k, zeta) in ratios.iter().enumerate().take(n - RIGID) {
+                    c[(k + RIGID, k + RIGID)] += 2.0 * zeta * modes.omega_rad_s[k + RIGID];
+                }
+            }
+        }
+        let rows = supports
+            .iter()
+            .map(|s| Ok(modes.amplitudes(&self.shape_at("support", s.position_m)?)))
+            .collect::<Result<Vec<_>, RotorError>>()?;
+        let form = |part: fn(&Support) -> [[f64; 2]; 2], a: usize, b: usize| {
+            Mat::from_fn(n, n, |i, j| {
+                supports
+                    .iter()
+                    .zip(&rows)
+                    .map(|(s, row)| part(s)[a][b] * row[i] * row[j])
+                    .sum::<f64>()
+            })
+        };
+        let stiffness = |a, b| form(|s| s.stiffness_n_per_m, a, b);
+        let viscous = |a, b| form(|s| s.damping_n_s_per_m, a, b);
+        // States (s q, q̇) with s² = ω² + the supports' share, at least 1: rows and columns of like size.
+        let share = |k: usize| -> f64 {
+            let stiff = |s: &Support| {
+                s.stiffness_n_per_m[0][0]
+                    .abs()
+                    .max(s.stiffness_n_per_m[1][1].abs())
+            };
+            supports
+                .iter()
+                .zip(&rows)
+                .map(|(s, row)| stiff(s) * row[k] * row[k])
+                .sum()
+        };
+        let scale: Vec<f64> = (0..n)
+            .map(|k| (omega2(k) + share(k)).max(1.0).sqrt())
+            .collect();
+        if supports.iter().all(Support::is_isotropic) {
+            // A circulant [[a, b], [−b, a]] acts on r = x + jy as a − jb.
+            let (ka, kb) = (stiffness(0, 0), stiffness(0, 1));
+            let (da, db) = (viscous(0, 0), viscous(0, 1));
+            let a = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+                (true, true) => c64::new(0.0, 0.0),
+                (true, false) => c64::new(if i + n == j { scale[i] } else { 0.0 }, 0.0),
+                (false, true) => {
+                    let (i, j) = (i - n, j);
+                    let own = if i == j { omega2(i) } else { 0.0 };
+                    -c64::new(own + ka[(i, j)], -kb[(i, j)]) / scale[j]
+                }
+                (false, false) => {
+                    let (i, j) = (i - n, j - n);
+                    -c64::new(
+                        c[(i, j)] + da[(i, j)],
+                        -speed_rad_s * gyroscopic[(i, j)] - db[(i, j)],
+                    )
+                }
+            });
+            let values = eigenvalues_complex(&a)?;
+            let whirl = |v: &c64| {
+                if speed_rad_s == 0.0 {
+                    0.0
+                } else {
+                    v.im.signum()
+                }
+            };
+            return Ok(spectrum(values.iter().map(|v| (*v, whirl(v))), to_hz));
+        }
+        let size = 2 * n;
+        let plane = |i: usize| (i / n, i % n);
+        let (ks, cs) = (
+            [0, 1].map(|a| [0, 1].map(|b| stiffness(a, b))),
+            [0, 1].map(|a| [0, 1].map(|b| viscous(a, b))),
+        );
+        let a = Mat::from_fn(2 * size, 2 * size, |i, j| match (i < size, j < size) {
+            (true, true) => 0.0,
+            (true, false) => {
+                if i + size == j {
+                    scale[i % n]
+                } else {
+                    0.0
+                }
+            }
+            (false, true) => {
+                let ((p, i), (q, j)) = (plane(i - size), plane(j));
+                let own = if p == q && i == j { omega2(i) } else { 0.0 };
+                -(own + ks[p][q][(i, j)]) / scale[j]
+            }
+            (false, false) => {
+                let ((p, i), (q, j)) = (plane(i - size), plane(j - size));
+                let own = if p == q { c[(i, j)] } else { 0.0 };
+                let turn = match (p, q) {
+                    (0, 1) => speed_rad_s * gyroscopic[(i, j)],
+                    (1, 0) => -speed_rad_s * gyroscopic[(i, j)],
+                    _ => 0.0,
+                };
+                -(own + cs[p][q][(i, j)] + turn)
+            }
+        });
+        let (values, vectors) = eigen_vectors(&a)?;
+        let whirl = |k: usize| {
+            if speed_rad_s == 0.0 {
+                return 0.0;
+            }
+            let (mut forward, mut backward) = (0.0, 0.0);
+            for dof in (0..modes.shapes.nrows()).step_by(2) {
+                let amplitude = |p: usize| {
+                    (0..n).fold(c64::new(0.0, 0.0), |sum, m| {
+                        sum + vectors[(p * n + m, k)] * modes.shapes[(dof, m)] / scale[m]
+                    })
+                };
+                let (x, y) = (amplitude(0), amplitude(1) * c64::new(0.0, 1.0));
+                forward += (x + y).norm_sqr();
+                backward += (x - y).norm_sqr();
+            }
+            (forward - backward) / (forward + backward)
+        };
+        // Conjugate pairs: one of each, the one with Im λ > 0, stands for the mode.
+        let listed = (0..values.len()).map(|k| (values[k], k));
+        let kept: Vec<(c64, f64)> = listed
+            .filter(|(v, _)| v.im >= 0.0)
+            .map(|(v, k)| {
+                (
+                    v,
+                    if v.im > OSCILLATING_RAD_S {
+                        whirl(k)
+                    } else {
+                        0.0
+                    },
+                )
+            })
+            .collect();
+        Ok(spectrum(kept, to_hz))
+    }
+
+    /// Synchronous critical speeds of the rotor on undamped isotropic supports (stiffness kxx), rad/s, ascending:
+    /// (forward, backward), from  K v = ω²(M ∓ G) v. Above the last entry there are none.
+    ///
+    /// # Errors
+    /// [`RotorError::OffShaft`] for a support beyond the ends; [`RotorError::Numeric`] without enough supports.
+    pub fn critical_speeds_rad_s(
+        &self,
+        supports: &[Support],
+    ) -> Result<(Vec<f64>, Vec<f64>), RotorError> {
+        let matrices = self.plane_matrices();
+        let mut k = matrices.stiffness.clone();
+        for support in supports {
+            let row = self.shape_at("support", support.position_m)?;
+            for (i, a) in &row {
+                for (j, b) in &row {
+                    k[(*i, *j)] += support.stiffness_n_per_m[0][0] * a * b;
+                }
+            }
+        }
+        // K is definite, M − G need not be: solve for 1/ω².
+        let solve = |sign: f64| -> Result<Vec<f64>, RotorError> {
+            let n = self.dofs();
+            let m = Mat::from_fn(n, n, |i, j| {
+                matrices.mass[(i, j)] - sign * matrices.gyroscopic[(i, j)]
+            });
+            let inverse = crate::linalg::definite_eigen(&m, &k)?.values;
+            let largest = inverse.last().copied().unwrap_or_default();
+            // Rounding level of the inverse eigenvalues; smaller ones are infinite speeds.
+            let found = inverse.iter().rev().filter(|v| **v > 1e-13 * largest);
+            Ok(found.map(|v| v.sqrt().recip()).collect())
+        };
+        Ok((solve(1.0)?, solve(-1.0)?))
+    }
+}
+
+fn spectrum(values: impl IntoIterator<Item = (c64, f64)>, to_hz: f64) -> WhirlSpectrum {
+    let mut found = WhirlSpectrum::default();
+    for (value, whirl) in values {
+        if value.im.abs() > OSCILLATING_RAD_S {
+            found.modes.push(WhirlMode {
+                natural_rad_s: value.norm(),
+                damped_rad_s: value.im.abs(),
+                damping_ratio: -value.re / value.norm(),
+                whirl,
+            });
+        } else if value.re > OSCILLATING_RAD_S {
+            found.unstable_real_poles_rad_s.push(value.re);
+        }
+    }
+    found.modes.retain(|m| m.damped_rad_s <= TAU * to_hz);
+    found.modes.sort_by(|a, b| {
+        a.damped_rad_s
+            .total_cmp(&b.damped_rad_s)
+            .then(a.whirl.total_cmp(&b.whirl))
+    });
+    found.unstable_real_poles_rad_s.sort_by(f64::total_cmp);
+    found
+}

@@ -1,0 +1,623 @@
+//! A spindle, a tool, and the two together: domain values that keep every rule of the file format.
+//! Channel order everywhere: front_x, front_y, rear_x, rear_y. z in m from the nose face, the tool at z < 0.
+
+use super::SpindleError;
+use super::effect::{Effect, EffectKind, Location};
+use crate::rotor::{Disc, Joint, PointMass, Rotor, RotorError, Section};
+
+/// A bearing of the spindle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Next to the tool.
+    Front,
+    /// Next to the tail.
+    Rear,
+}
+
+impl Side {
+    /// Front, rear.
+    pub const BOTH: [Self; 2] = [Self::Front, Self::Rear];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Rear => "rear",
+        }
+    }
+}
+
+/// A radial magnetic bearing: f = ki·i + ks·x on the rotor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bearing {
+    /// Force per current, N/A.
+    pub ki_n_per_a: f64,
+    /// Negative stiffness as a positive number, N/m.
+    pub ks_n_per_m: f64,
+    /// Static capacity, N.
+    pub max_force_n: f64,
+    /// Bias current, A.
+    pub bias_current_a: f64,
+    /// Largest coil current, A.
+    pub max_current_a: f64,
+    /// Air gap, m.
+    pub gap_m: f64,
+    /// Factor on the sensor signal.
+    pub sensor_gain: f64,
+}
+
+/// Axial positions, m from the nose face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Planes {
+    /// Front sensor.
+    pub front_sensor_m: f64,
+    /// Front actuator.
+    pub front_actuator_m: f64,
+    /// Rear actuator.
+    pub rear_actuator_m: f64,
+    /// Rear sensor.
+    pub rear_sensor_m: f64,
+}
+
+/// Amplifiers, sensors, processor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Electronics {
+    /// First-order bandwidth of the closed current loops, Hz.
+    pub amplifier_bandwidth_hz: f64,
+    /// First-order bandwidth of the sensors, Hz.
+    pub sensor_bandwidth_hz: f64,
+    /// Sensor noise, m rms per axis.
+    pub sensor_noise_m: f64,
+    /// Effective delay from sampling to current command, the hold's half sample included, s.
+    pub delay_s: f64,
+    /// Sample rate, Hz.
+    pub sample_rate_hz: f64,
+}
+
+impl Electronics {
+    /// Sample period, s.
+    pub fn sample_period_s(&self) -> f64 {
+        self.sample_rate_hz.recip()
+    }
+}
+
+/// A spindle without its tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spindle {
+    /// Name.
+    pub name: String,
+    /// Elements from the nose face to the tail.
+    pub sections: Vec<Section>,
+    /// Discs, positions from the nose face.
+    pub discs: Vec<Disc>,
+    /// Damping ratios of the free-free flexible modes; the last serves all higher modes.
+    pub damping_ratio: Vec<f64>,
+    /// Flexible modes kept in the design model, per plane.
+    pub flexible_modes: usize,
+    /// False for a model that was built for standstill.
+    pub gyroscopics: bool,
+    /// Sensor and actuator planes.
+    pub planes: Planes,
+    /// Front bearing.
+    pub front: Bearing,
+    /// Rear bearing.
+    pub rear: Bearing,
+    /// Electronics.
+    pub electronics: Electronics,
+    /// Largest speed, rpm.
+    pub max_rpm: f64,
+    /// Radial clearance of the backup bearings, m.
+    pub backup_clearance_m: f64,
+    /// Effects added to the nominal model.
+    pub effects: Vec<Effect>,
+}
+
+impl Spindle {
+    /// Front or rear bearing.
+    pub fn bearing(&self, side: Side) -> &Bearing {
+        match side {
+            Side::Front => &self.front,
+            Side::Rear => &self.rear,
+        }
+    }
+
+    /// The same spindle with one more effect.
+    pub fn with_effect(&self, effect: Effect) -> Self {
+        let mut spindle = self.clone();
+        spindle.effects.push(effect);
+        spindle
+    }
+
+    /// Checks every rule that concerns the spindle alone.
+    ///
+    /// # Errors
+    /// [`SpindleError`] with the key path of the first rule that is broken.
+    pub fn validate(&self) -> Result<(), SpindleError> {
+        let rotor =
+            Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
+        let positive =
+            |path: String, value: f64| rule(value > 0.0, path, value, "must be a positive number");
+        for side in Side::BOTH {
+            let (b, name) = (self.bearing(side), side.name());
+            let path = |key: &str| format!("bearings.{name}.{key}");
+            positive(path("ki_n_per_a"), b.ki_n_per_a)?;
+            let ks = "must be zero or a positive number: negative stiffness is given as a positive number";
+            rule(b.ks_n_per_m >= 0.0, path("ks_n_per_m"), b.ks_n_per_m, ks)?;
+            positive(path("max_force_n"), b.max_force_n)?;
+            positive(path("bias_current_a"), b.bias_current_a)?;
+            positive(path("max_current_a"), b.max_current_a)?;
+            positive(path("gap_m"), b.gap_m)?;
+            positive(path("sensor_gain"), b.sensor_gain)?;
+        }
+        let e = &self.electronics;
+        positive(
+            "electronics.amplifier_bandwidth_hz".into(),
+            e.amplifier_bandwidth_hz,
+        )?;
+        positive(
+            "electronics.sensor_bandwidth_hz".into(),
+            e.sensor_bandwidth_hz,
+        )?;
+        positive("electronics.sample_rate_hz".into(), e.sample_rate_hz)?;
+        let zero = "must be zero or a positive number";
+        let noise = e.sensor_noise_m;
+        rule(
+            noise >= 0.0,
+            "electronics.sensor_noise_m".into(),
+            noise,
+            zero,
+        )?;
+        rule(
+            e.delay_s >= 0.0,
+            "electronics.delay_s".into(),
+            e.delay_s,
+            zero,
+        )?;
+        rule(
+            // A rounding step below half a sample is still half a sample.
+            e.delay_s >= 0.5 * e.sample_period_s() * (1.0 - 1e-9),
+            "electronics.delay_s".into(),
+            e.delay_s,
+            "must be at least half a sample period: the hold alone delays that much",
+        )?;
+        positive("speed.max_rpm".into(), self.max_rpm)?;
+        positive("backup_clearance_m".into(), self.backup_clearance_m)?;
+        if self.damping_ratio.is_empty() {
+            return Err(SpindleError::Name {
+                path: "rotor.damping_ratio".into(),
+                name: "[]".into(),
+                rule: "needs at least one value".into(),
+            });
+        }
+        for (i, zeta) in self.damping_ratio.iter().enumerate() {
+            let ok = (0.0..1.0).contains(zeta);
+            let path = format!("rotor.damping_ratio[{i}]");
+            rule(ok, path, *zeta, "must be at least 0 and below 1")?;
+        }
+        let most = rotor.dofs() - 2;
+        rule(
+            self.flexible_modes >= 1 && self.flexible_modes <= most,
+            "rotor.flexible_modes".into(),
+            self.flexible_modes as f64,
+            &format!("must lie between 1 and the {most} flexible modes of the rotor model"),
+        )?;
+        let p = &self.planes;
+        let planes = [
+            ("planes.front_sensor_m", p.front_sensor_m),
+            ("planes.front_actuator_m", p.front_actuator_m),
+            ("planes.rear_actuator_m", p.rear_actuator_m),
+            ("planes.rear_sensor_m", p.rear_sensor_m),
+        ];
+        for (path, value) in planes {
+            rule(
+                value >= 0.0 && value <= rotor.to_m() + 1e-6,
+                path.into(),
+                value,
+                &format!("must lie on the rotor, between 0 and {:.6}", rotor.to_m()),
+            )?;
+        }
+        for (i, effect) in self.effects.iter().enumerate() {
+            effect.validate().map_err(|error| at_effect(i, error))?;
+        }
+        Ok(())
+    }
+}
+
+/// A tool, holder included.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tool {
+    /// Name.
+    pub name: String,
+    /// Elements from the nose face outwards to the tip.
+    pub sections: Vec<Section>,
+    /// Discs, positions counted outwards from the nose face.
+    pub discs: Vec<Disc>,
+    /// Distance of the tool plane from the nose face, outwards, m.
+    pub tool_plane_m: f64,
+}
+
+impl Tool {
+    /// Overhang from the nose face, m.
+    pub fn length_m(&self) -> f64 {
+        self.sections.iter().map(|s| s.length_m).sum()
+    }
+
+    /// Checks every rule of the tool.
+    ///
+    /// # Errors
+    /// [`SpindleError`] with the key path of the first rule that is broken.
+    pub fn validate(&self) -> Result<(), SpindleError> {
+        // In list order first, so that an error names the element of the file.
+        Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Tool)?;
+        let length = self.length_m();
+        rule(
+            self.tool_plane_m >= 0.0 && self.tool_plane_m <= length + 1e-6,
+            "tool_plane_m".into(),
+            self.tool_plane_m,
+            &format!("must lie on the tool, between 0 and {length:.6}"),
+        )
+    }
+
+    /// The tool as a shaft at z ≤ 0, tip first.
+    fn rotor(&self) -> Result<Rotor, SpindleError> {
+        let sections = self.sections.iter().rev().map(Section::reversed).collect();
+        let outwards = |d: &Disc| Disc {
+            position_m: -d.position_m,
+            ..*d
+        };
+        let discs: Vec<Disc> = self.discs.iter().map(outwards).collect();
+        Rotor::new(-self.length_m(), sections, &discs).map_err(SpindleError::Tool)
+    }
+}
+
+/// One spindle with one tool: what a model is built from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// The spindle, effects included.
+    pub spindle: Spindle,
+    /// The tool in it.
+    pub tool: Tool,
+}
+
+/// A bearing with its chain after all effects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EffectiveBearing {
+    /// N/A.
+    pub ki_n_per_a: f64,
+    /// N/m, positive.
+    pub ks_n_per_m: f64,
+    /// Amplifier, Hz.
+    pub amplifier_bandwidth_hz: f64,
+    /// Eddy-current corner, Hz.
+    pub eddy_corner_hz: Option<f64>,
+    /// Second-order sensor low-pass, Hz.
+    pub sensor_lowpass_hz: Option<f64>,
+    /// Sensor plane, m.
+    pub sensor_m: f64,
+    /// Actuator plane, m.
+    pub actuator_m: f64,
+    /// Factor on the sensor signal.
+    pub sensor_gain: f64,
+    /// Symmetric x–y cross term of ki.
+    pub coupling_ratio: f64,
+    /// Rotation of the sensor axes, rad.
+    pub sensor_angle_rad: f64,
+}
+
+/// Stator mass on its foundation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Housing {
+    /// kg.
+    pub mass_kg: f64,
+    /// rad/s.
+    pub omega_rad_s: f64,
+    /// −.
+    pub damping_ratio: f64,
+}
+
+/// Everything the plant needs besides the shaft, after all effects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effective {
+    /// Front, rear.
+    pub bearings: [EffectiveBearing; 2],
+    /// Total delay, s.
+    pub delay_s: f64,
+    /// Factor on the gyroscopic matrix.
+    pub gyroscopic_factor: f64,
+    /// Rotating damping β, s.
+    pub loss_time_s: f64,
+    /// Circulatory stiffness at positions, (m, N/m).
+    pub cross_coupling: Vec<(f64, f64)>,
+    /// Springs to ground at positions, (m, N/m).
+    pub added_stiffness: Vec<(f64, f64)>,
+    /// Housing modes.
+    pub housings: Vec<Housing>,
+    /// Factors on modal damping, (mode from 1, factor).
+    pub modal_damping: Vec<(usize, f64)>,
+}
+
+impl Machine {
+    /// A spindle with a tool, both validated, effects checked against the two.
+    ///
+    /// # Errors
+    /// [`SpindleError`] with the key path of the first rule that is broken.
+    pub fn new(spindle: Spindle, tool: Tool) -> Result<Self, SpindleError> {
+        spindle.validate()?;
+        tool.validate()?;
+        let machine = Self { spindle, tool };
+        for i in 0..machine.spindle.effects.len() {
+            machine.check_effect(i)?;
+        }
+        Ok(machine)
+    }
+
+    /// The same machine with one more effect. The effect's numbers are checked when a plant is built from it.
+    pub fn with_effect(&self, effect: Effect) -> Self {
+        Self {
+            spindle: self.spindle.with_effect(effect),
+            tool: self.tool.clone(),
+        }
+    }
+
+    /// Position of the tool plane, m (negative).
+    pub fn tool_plane_m(&self) -> f64 {
+        -self.tool.tool_plane_m
+    }
+
+    /// The assembled shaft, tool included, with every effect that changes the free-free rotor.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when a part breaks a rule.
+    pub fn rotor(&self) -> Result<Rotor, SpindleError> {
+        let tool = self.tool.rotor()?;
+        let spindle = Rotor::new(0.0, self.spindle.sections.clone(), &self.spindle.discs)
+            .map_err(SpindleError::Rotor)?;
+        let joints = self.of_kind(EffectKind::ToolJoint);
+        let joint = joints.map(|e| joint(&e.values)).reduce(in_series);
+        let shaft = SpindleError::Shaft;
+        let mut rotor = Rotor::join(&tool, &spindle, joint).map_err(shaft)?;
+        for effect in &self.spindle.effects {
+            let value = effect.values.first().copied().unwrap_or_default();
+            let mass = |position_m| PointMass {
+                position_m,
+                mass_kg: value,
+            };
+            match (effect.kind, &effect.location) {
+                (EffectKind::ToolMass, _) => {
+                    let tip = rotor.from_m();
+                    rotor = rotor.with_point_mass(mass(tip)).map_err(shaft)?;
+                }
+                (EffectKind::AddedMass, Location::Position(z)) => {
+                    rotor = rotor.with_point_mass(mass(*z)).map_err(shaft)?;
+                }
+                (EffectKind::RegionStiffness, Location::Region(region)) => {
+                    let inside = |s: &Section| s.region.as_ref() == Some(region);
+                    rotor = rotor
+                        .with_modulus_factors(|_, s| if inside(s) { value } else { 1.0 })
+                        .map_err(shaft)?;
+                }
+                _ => {}
+            }
+        }
+        Ok(rotor)
+    }
+
+    /// Bearings, chain and additions after all effects.
+    pub fn effective(&self) -> Effective {
+        let (s, p, e) = (
+            &self.spindle,
+            &self.spindle.planes,
+            &self.spindle.electronics,
+        );
+        let nominal = |b: &Bearing, sensor_m, actuator_m| EffectiveBearing {
+            ki_n_per_a: b.ki_n_per_a,
+            ks_n_per_m: b.ks_n_per_m,
+            amplifier_bandwidth_hz: e.amplifier_bandwidth_hz,
+            eddy_corner_hz: None,
+            sensor_lowpass_hz: None,
+            sensor_m,
+            actuator_m,
+            sensor_gain: b.sensor_gain,
+            coupling_ratio: 0.0,
+            sensor_angle_rad: 0.0,
+        };
+        let mut all = Effective {
+            bearings: [
+                nominal(&s.front, p.front_sensor_m, p.front_actuator_m),
+                nominal(&s.rear, p.rear_sensor_m, p.rear_actuator_m),
+            ],
+            delay_s: e.delay_s,
+            gyroscopic_factor: if s.gyroscopics { 1.0 } else { 0.0 },
+            loss_time_s: 0.0,
+            cross_coupling: vec![],
+            added_stiffness: vec![],
+            housings: vec![],
+            modal_damping: vec![],
+        };
+        for effect in &s.effects {
+            all.apply(effect);
+        }
+        all
+    }
+
+    /// Damping ratio of flexible mode `k`, counted from 0, after all effects.
+    pub fn damping_ratio(&self, k: usize) -> f64 {
+        let list = &self.spindle.damping_ratio;
+        let nominal = list.get(k).or(list.last()).copied().unwrap_or_default();
+        let factors = self.of_kind(EffectKind::ModalDamping);
+        factors
+            .filter(|e| e.location == Location::Mode(k + 1))
+            .filter_map(|e| e.value("factor"))
+            .fold(nominal, |zeta, factor| zeta * factor)
+    }
+
+    /// Effects of one kind, in file order.
+    pub fn of_kind(&self, kind: EffectKind) -> impl Iterator<Item = &Effect> {
+        self.spindle.effects.iter().filter(move |e| e.kind == kind)
+    }
+
+    /// Regions of spindle and tool, in order of their first element, tool first.
+    pub fn regions(&self) -> Vec<String> {
+        let mut regions: Vec<String> = vec![];
+        let sections = self.tool.sections.iter().chain(&self.spindle.sections);
+        for region in sections.filter_map(|s| s.region.as_ref()) {
+            if !regions.contains(region) {
+                regions.push(region.clone());
+            }
+        }
+        regions
+    }
+
+    fn check_effect(&self, i: usize) -> Result<(), SpindleError> {
+        let effect = &self.spindle.effects[i];
+        let end = self
+            .spindle
+            .sections
+            .iter()
+            .map(|s| s.length_m)
+            .sum::<f64>();
+        let start = -self.tool.length_m();
+        match &effect.location {
+            Location::Region(region) if !self.regions().contains(region) => {
+                Err(SpindleError::Name {
+                    path: format!("effects[{i}].region"),
+                    name: region.clone(),
+                    rule: format!(
+                        "is a region that no element has; there are: {}",
+                        self.regions().join(", ")
+                    ),
+                })
+            }
+            Location::Position(z) => rule(
+                *z >= start - 1e-6 && *z <= end + 1e-6,
+                format!("effects[{i}].position_m"),
+                *z,
+                &format!("must lie on the rotor, between {start:.6} and {end:.6}"),
+            ),
+            _ => Ok(()),
+        }?;
+        let effective = self.effective();
+        for bearing in &effective.bearings {
+            for z in [bearing.sensor_m, bearing.actuator_m] {
+                let ok = z >= start && z <= end + 1e-6;
+                let rule_text = "moves a plane off the rotor";
+                rule(ok, format!("effects[{i}]"), z, rule_text)?;
+            }
+        }
+        let total = effective.delay_s;
+        let least = 0.5 * self.spindle.electronics.sample_period_s();
+        rule(
+            total >= least * (1.0 - 1e-9),
+            format!("effects[{i}]"),
+            total,
+            "is the total delay in s, which must be at least half a sample period",
+        )
+    }
+}
+
+impl Effective {
+    fn apply(&mut self, effect: &Effect) {
+        let value = effect.values.first().copied().unwrap_or_default();
+        if let Location::Bearing(which) = effect.location {
+            for (i, bearing) in self.bearings.iter_mut().enumerate() {
+                if which.includes(i) {
+                    bearing.apply(effect.kind, value);
+                }
+            }
+        }
+        match (effect.kind, &effect.location) {
+            (EffectKind::LoopDelay, _) => self.delay_s += value,
+            (EffectKind::Gyroscopic, _) => self.gyroscopic_factor = value,
+            (EffectKind::InternalDamping, _) => self.loss_time_s += value,
+            (EffectKind::CrossCoupling, Location::Position(z)) => {
+                self.cross_coupling.push((*z, value));
+            }
+            (EffectKind::AddedStiffness, Location::Position(z)) => {
+                self.added_stiffness.push((*z, value));
+            }
+            (EffectKind::ModalDamping, Location::Mode(mode)) => {
+                self.modal_damping.push((*mode, value));
+            }
+            (EffectKind::HousingMode, _) => {
+                if let [mass_kg, frequency_hz, damping_ratio] = effect.values[..] {
+                    self.housings.push(Housing {
+                        mass_kg,
+                        omega_rad_s: std::f64::consts::TAU * frequency_hz,
+                        damping_ratio,
+                    });
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+impl EffectiveBearing {
+    fn apply(&mut self, kind: EffectKind, value: f64) {
+        match kind {
+            EffectKind::AmplifierBandwidth => self.amplifier_bandwidth_hz = value,
+            EffectKind::EddyCurrents => self.eddy_corner_hz = Some(value),
+            EffectKind::SensorLowpass => self.sensor_lowpass_hz = Some(value),
+            EffectKind::SensorOffset => self.sensor_m += value,
+            EffectKind::ActuatorOffset => self.actuator_m += value,
+            EffectKind::NegativeStiffness => self.ks_n_per_m *= value,
+            EffectKind::ForceConstant => self.ki_n_per_a *= value,
+            EffectKind::SensorGain => self.sensor_gain *= value,
+            EffectKind::BearingCoupling => self.coupling_ratio += value,
+            EffectKind::AxisMisalignment => self.sensor_angle_rad += value.to_radians(),
+            _ => {}
+        }
+    }
+}
+
+fn joint(values: &[f64]) -> Joint {
+    let at = |i: usize| values.get(i).copied().unwrap_or_default();
+    Joint {
+        translational_n_per_m: at(0),
+        rotational_n_m_per_rad: at(1),
+        damping_n_m_s_per_rad: at(2),
+    }
+}
+
+/// Two joints listed for one place: their flexibilities add; the smaller damping is kept, an underestimate.
+fn in_series(a: Joint, b: Joint) -> Joint {
+    let series = |x: f64, y: f64| x * y / (x + y);
+    Joint {
+        translational_n_per_m: series(a.translational_n_per_m, b.translational_n_per_m),
+        rotational_n_m_per_rad: series(a.rotational_n_m_per_rad, b.rotational_n_m_per_rad),
+        damping_n_m_s_per_rad: a.damping_n_m_s_per_rad.min(b.damping_n_m_s_per_rad),
+    }
+}
+
+fn rule(holds: bool, path: String, value: f64, text: &str) -> Result<(), SpindleError> {
+    if holds && value.is_finite() {
+        return Ok(());
+    }
+    Err(SpindleError::Value {
+        path,
+        value,
+        rule: text.to_owned(),
+    })
+}
+
+fn at_effect(i: usize, error: SpindleError) -> SpindleError {
+    match error {
+        SpindleError::Value { path, value, rule } => SpindleError::Value {
+            path: format!("effects[{i}].{path}"),
+            value,
+            rule,
+        },
+        SpindleError::Name { path, name, rule } => SpindleError::Name {
+            path: format!("effects[{i}].{path}"),
+            name,
+            rule,
+        },
+        other => other,
+    }
+}
+
+impl From<RotorError> for SpindleError {
+    fn from(error: RotorError) -> Self {
+        Self::Shaft(error)
+    }
+}

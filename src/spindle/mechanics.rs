@@ -1,0 +1,362 @@
+//! The magnetically levitated shaft without electronics, in the complex coordinate r = x + jy, at one speed.
+//!
+//! η̈ + (C − jΩG) η̇ + (K − jK_c) η = Φᵀ f,  x_p = φ_p η + Σ_q R_pq f_q, with η the modal coordinates of [`Basis`] and one
+//! more for each housing mode. C is diagonal (2ζω, plus βω² of rotating damping), K = diag ω², K_c = Ωβ diag ω².
+//! Magnets, springs to ground and circulatory forces are feedback at ports: f_p = g_p x_p + d_p ẋ_p, g complex.
+//! Every effect of the catalogue keeps both planes alike here: what does not (cross terms of ki, turned sensors) acts on
+//! currents and signals, see [`super::plant`].
+
+use super::machine::{Effective, Machine};
+use super::{SpindleError, plant::ModelDetail};
+use crate::linalg::{Mat, c64, solve_complex};
+use crate::rotor::basis::Cut;
+use crate::rotor::modes::RIGID;
+use crate::rotor::{Basis, PlanarModes, Rotor};
+
+/// Ports of the shaft, in this order; further ones belong to effects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Port {
+    /// Control force of the front bearing, its reaction on the housing.
+    FrontControl = 0,
+    /// Control force of the rear bearing.
+    RearControl = 1,
+    /// Tool plane.
+    Tool = 2,
+    /// Front actuator plane, absolute.
+    FrontActuator = 3,
+    /// Rear actuator plane, absolute.
+    RearActuator = 4,
+    /// Front sensor plane relative to the housing.
+    FrontSensor = 5,
+    /// Rear sensor plane relative to the housing.
+    RearSensor = 6,
+}
+
+/// Number of named ports.
+const NAMED: usize = 7;
+
+/// Modes below this stay in [`ModelDetail::Full`], Hz; pseudo-modes of the ports stand for the rest. The error grows with
+/// the fourth power of f/f_cut: below 1e-7 at 4 kHz.
+const FULL_BELOW_HZ: f64 = 40_000.0;
+/// At least so many flexible modes stay in [`ModelDetail::Full`].
+const FULL_AT_LEAST: usize = 8;
+
+/// Lowest angular frequency at which a free rigid mode is evaluated, rad/s: at zero its compliance is infinite. The closed
+/// magnet loop hides the difference to 1e-7.
+const RIGID_FLOOR_RAD_S: f64 = 0.1;
+
+/// Feedback at a port: f = gain·x + rate·ẋ.
+#[derive(Clone, Copy, Debug)]
+struct Feedback {
+    port: usize,
+    gain_n_per_m: c64,
+    rate_n_s_per_m: f64,
+}
+
+/// The shaft on its magnets at one speed, one complex plane.
+#[derive(Clone, Debug)]
+pub struct Mechanics {
+    omega_rad_s: Vec<f64>,
+    /// Flexible modes that are true modes of the free-free shaft.
+    flexible: usize,
+    damping: Vec<f64>,
+    circulatory: Vec<f64>,
+    /// Ω × factor × G; `None` when zero.
+    gyroscopic: Option<Mat<f64>>,
+    ports: Mat<f64>,
+    residual: Mat<f64>,
+    feedback: Vec<Feedback>,
+}
+
+/// The shaft as complex second-order matrices between its named ports, feedback closed.
+#[derive(Clone, Debug)]
+pub struct ClosedMatrices {
+    /// Stiffness with magnets, n×n.
+    pub k: Mat<c64>,
+    /// Damping with gyroscopics, n×n.
+    pub c: Mat<c64>,
+    /// Forces (front control, rear control, tool, front and rear actuator) to η̈, n×5.
+    pub b: Mat<c64>,
+    /// η to displacements (front, rear sensor, tool, front and rear actuator), 5×n.
+    pub c_out: Mat<c64>,
+    /// Feedthrough, 5×5.
+    pub d: Mat<c64>,
+}
+
+impl Mechanics {
+    /// The shaft of a machine at a speed.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when a part breaks a rule or an eigenvalue iteration fails.
+    pub fn new(
+        machine: &Machine,
+        effective: &Effective,
+        speed_rad_s: f64,
+        detail: ModelDetail,
+    ) -> Result<Self, SpindleError> {
+        let rotor = machine.rotor()?;
+        let modes = PlanarModes::new(&rotor)?;
+        let (rows, mut feedback) = port_rows(machine, effective, &rotor, &modes)?;
+        let (flexible, cut) = match detail {
+            ModelDetail::Full => {
+                let low = modes.flexible_hz();
+                let below = low.iter().take_while(|f| **f < FULL_BELOW_HZ).count();
+                (below.max(FULL_AT_LEAST), Cut::PseudoModes)
+            }
+            ModelDetail::Modes {
+                flexible,
+                static_residual: true,
+            } => (flexible, Cut::StaticResidual),
+            ModelDetail::Modes { flexible, .. } => (flexible, Cut::Dropped),
+        };
+        let basis = Basis::new(&modes, &rows, flexible, cut)?;
+        let (n, p) = (basis.len(), rows.len());
+        let housings = &effective.housings;
+        let size = n + housings.len();
+        let mut omega_rad_s = basis.omega_rad_s.clone();
+        let mut damping = Vec::with_capacity(size);
+        for (k, w) in basis.omega_rad_s.iter().enumerate() {
+            let zeta = if k < RIGID {
+                0.0
+            } else {
+                machine.damping_ratio(k - RIGID)
+            };
+            damping.push(2.0 * zeta * w + effective.loss_time_s * w * w);
+        }
+        let turn = speed_rad_s * effective.loss_time_s;
+        let mut circulatory: Vec<f64> = omega_rad_s.iter().map(|w| turn * w * w).collect();
+        for housing in housings {
+            omega_rad_s.push(housing.omega_rad_s);
+            damping.push(2.0 * housing.damping_ratio * housing.omega_rad_s);
+            circulatory.push(0.0);
+        }
+        let relative = [
+            Port::FrontControl as usize,
+            Port::RearControl as usize,
+            Port::FrontSensor as usize,
+            Port::RearSensor as usize,
+        ];
+        let ports = Mat::from_fn(p, size, |i, k| {
+            if k < n {
+                basis.ports[(i, k)]
+            } else if relative.contains(&i) {
+                -housings[k - n].mass_kg.sqrt().recip()
+            } else {
+                0.0
+            }
+        });
+        // A dashpot reads the kept modes only: through the residual it would turn into a derivative of the force.
+        let damped: Vec<usize> = feedback
+            .iter()
+            .filter(|f| f.rate_n_s_per_m != 0.0)
+            .map(|f| f.port)
+            .collect();
+        let residual = Mat::from_fn(p, p, |i, j| {
+            if damped.contains(&i) || damped.contains(&j) {
+                0.0
+            } else {
+                basis.residual_m_per_n[(i, j)]
+            }
+        });
+        feedback.retain(|f| f.gain_n_per_m.norm() > 0.0 || f.rate_n_s_per_m != 0.0);
+        let factor = speed_rad_s * effective.gyroscopic_factor;
+        let gyroscopic = (factor != 0.0).then(|| {
+            Mat::from_fn(size, size, |i, j| {
+                if i < n && j < n {
+                    factor * basis.gyroscopic[(i, j)]
+                } else {
+                    0.0
+                }
+            })
+        });
+        Ok(Self {
+            omega_rad_s,
+            flexible: basis.flexible,
+            damping,
+            circulatory,
+            gyroscopic,
+            ports,
+            residual,
+            feedback,
+        })
+    }
+
+    /// Angular frequencies of all coordinates, rad/s: two rigid, true flexible modes, pseudo-modes, housing.
+    pub fn omega_rad_s(&self) -> &[f64] {
+        &self.omega_rad_s
+    }
+
+    /// Number of true flexible modes, which follow the two rigid ones.
+    pub fn flexible(&self) -> usize {
+        self.flexible
+    }
+
+    /// True when the two planes do not couple, so that the response at −ω is the conjugate of that at ω.
+    pub fn planes_are_decoupled(&self) -> bool {
+        self.gyroscopic.is_none()
+            && self.circulatory.iter().all(|c| *c == 0.0)
+            && self.feedback.iter().all(|f| f.gain_n_per_m.im == 0.0)
+    }
+
+    /// Complex receptance between all ports at a signed angular frequency (ω < 0: backward), magnets closed, P×P.
+    pub fn receptance(&self, omega_rad_s: f64) -> Mat<c64> {
+        let (p, n) = (self.ports.nrows(), self.omega_rad_s.len());
+        let w = if omega_rad_s.abs() < RIGID_FLOOR_RAD_S {
+            RIGID_FLOOR_RAD_S.copysign(omega_rad_s)
+        } else {
+            omega_rad_s
+        };
+        let diagonal = |k: usize| {
+            c64::new(
+                self.omega_rad_s[k].powi(2) - w * w,
+                w * self.damping[k] - self.circulatory[k],
+            )
+        };
+        let real = |x: f64| c64::new(x, 0.0);
+        let open = match &self.gyroscopic {
+            None => {
+                let inverse: Vec<c64> = (0..n).map(|k| diagonal(k).inv()).collect();
+                let scaled = Mat::from_fn(n, p, |k, j| inverse[k] * self.ports[(j, k)]);
+                self.read(&scaled)
+            }
+            Some(g) => {
+                let z = Mat::from_fn(n, n, |i, j| {
+                    let own = if i == j { diagonal(i) } else { real(0.0) };
+                    own + w * g[(i, j)]
+                });
+                let force = Mat::from_fn(n, p, |k, j| real(self.ports[(j, k)]));
+                self.read(&solve_complex(&z, &force))
+            }
+        };
+        if self.feedback.is_empty() {
+            return open;
+        }
+        // X = H + H_f κ (I − H_ff κ)⁻¹ H_f·
+        let f = &self.feedback;
+        let gain = |i: usize| f[i].gain_n_per_m + c64::new(0.0, w * f[i].rate_n_s_per_m);
+        let m = f.len();
+        let unit = Mat::from_fn(m, m, |i, j| {
+            real(f64::from(u8::from(i == j))) - open[(f[i].port, f[j].port)] * gain(j)
+        });
+        let rows = Mat::from_fn(m, p, |i, j| open[(f[i].port, j)]);
+        let closed = solve_complex(&unit, &rows);
+        Mat::from_fn(p, p, |i, j| {
+            (0..m).fold(open[(i, j)], |sum, k| {
+                sum + open[(i, f[k].port)] * gain(k) * closed[(k, j)]
+            })
+        })
+    }
+
+    /// Ports × forces from coordinates × forces, residual added.
+    fn read(&self, coordinates: &Mat<c64>) -> Mat<c64> {
+        let (p, n) = (self.ports.nrows(), self.ports.ncols());
+        Mat::from_fn(p, p, |i, j| {
+            (0..n).fold(c64::new(self.residual[(i, j)], 0.0), |sum, k| {
+                sum + coordinates[(k, j)] * self.ports[(i, k)]
+            })
+        })
+    }
+
+    /// Second-order matrices with the feedback closed, for a realisation.
+    pub fn closed(&self) -> ClosedMatrices {
+        let (n, m) = (self.omega_rad_s.len(), self.feedback.len());
+        let f = &self.feedback;
+        let real = |x: f64| c64::new(x, 0.0);
+        let inputs = [0usize, 1, 2, 3, 4];
+        let outputs = [5usize, 6, 2, 3, 4];
+        // κT with T = (I − R_ff κ)⁻¹: forces of the feedback ports from their modal displacements.
+        let unit = Mat::from_fn(m, m, |i, j| {
+            let own = f64::from(u8::from(i == j));
+            real(own) - f[j].gain_n_per_m * self.residual[(f[i].port, f[j].port)]
+        });
+        let t = solve_complex(&unit, &Mat::identity(m, m));
+        let force = Mat::from_fn(m, m, |i, j| f[i].gain_n_per_m * t[(i, j)]);
+        let phi_f = Mat::from_fn(m, n, |i, k| real(self.ports[(f[i].port, k)]));
+        let r_fu = Mat::from_fn(m, 5, |i, j| real(self.residual[(f[i].port, inputs[j])]));
+        let r_yf = Mat::from_fn(5, m, |i, j| real(self.residual[(outputs[i], f[j].port)]));
+        let on_modes = phi_f.transpose() * &force;
+        let magnets = &on_modes * &phi_f;
+        let (b_extra, c_extra) = (&on_modes * &r_fu, &r_yf * (&force * &phi_f));
+        let d_extra = &r_yf * (&force * &r_fu);
+        ClosedMatrices {
+            k: Mat::from_fn(n, n, |i, j| {
+                let own = if i == j {
+                    c64::new(self.omega_rad_s[i].powi(2), -self.circulatory[i])
+                } else {
+                    real(0.0)
+                };
+                own - magnets[(i, j)]
+            }),
+            c: Mat::from_fn(n, n, |i, j| {
+                let own = if i == j { self.damping[i] } else { 0.0 };
+                let dashpots: f64 = f
+                    .iter()
+                    .map(|f| f.rate_n_s_per_m * self.ports[(f.port, i)] * self.ports[(f.port, j)])
+                    .sum();
+                let turn = self.gyroscopic.as_ref().map_or(0.0, |g| g[(i, j)]);
+                c64::new(own - dashpots, -turn)
+            }),
+            b: Mat::from_fn(n, 5, |k, j| b_extra[(k, j)] + self.ports[(inputs[j], k)]),
+            c_out: Mat::from_fn(5, n, |i, k| c_extra[(i, k)] + self.ports[(outputs[i], k)]),
+            d: Mat::from_fn(5, 5, |i, j| {
+                d_extra[(i, j)] + self.residual[(outputs[i], inputs[j])]
+            }),
+        }
+    }
+}
+
+/// Amplitudes of all ports over all modes, and the feedback at them.
+fn port_rows(
+    machine: &Machine,
+    effective: &Effective,
+    rotor: &Rotor,
+    modes: &PlanarModes,
+) -> Result<(Vec<Vec<f64>>, Vec<Feedback>), SpindleError> {
+    let at = |what: &str, z: f64| -> Result<Vec<f64>, SpindleError> {
+        Ok(modes.amplitudes(&rotor.shape_at(what, z)?))
+    };
+    let [front, rear] = &effective.bearings;
+    let (front_actuator, rear_actuator) = (
+        at("front actuator", front.actuator_m)?,
+        at("rear actuator", rear.actuator_m)?,
+    );
+    let mut rows = vec![
+        front_actuator.clone(),
+        rear_actuator.clone(),
+        at("tool plane", machine.tool_plane_m())?,
+        front_actuator,
+        rear_actuator,
+        at("front sensor", front.sensor_m)?,
+        at("rear sensor", rear.sensor_m)?,
+    ];
+    debug_assert_eq!(rows.len(), NAMED);
+    let spring = |port: usize, gain_n_per_m: c64| Feedback {
+        port,
+        gain_n_per_m,
+        rate_n_s_per_m: 0.0,
+    };
+    let mut feedback = vec![
+        spring(Port::FrontControl as usize, c64::new(front.ks_n_per_m, 0.0)),
+        spring(Port::RearControl as usize, c64::new(rear.ks_n_per_m, 0.0)),
+    ];
+    for (z, k) in &effective.added_stiffness {
+        feedback.push(spring(rows.len(), c64::new(-k, 0.0)));
+        rows.push(at("added stiffness", *z)?);
+    }
+    for (z, q) in &effective.cross_coupling {
+        feedback.push(spring(rows.len(), c64::new(0.0, *q)));
+        rows.push(at("cross coupling", *z)?);
+    }
+    for ([a, b], joint) in rotor.joints() {
+        if joint.damping_n_m_s_per_rad != 0.0 {
+            feedback.push(Feedback {
+                port: rows.len(),
+                gain_n_per_m: c64::new(0.0, 0.0),
+                rate_n_s_per_m: -joint.damping_n_m_s_per_rad,
+            });
+            rows.push(modes.amplitudes(&[(2 * a + 1, 1.0), (2 * b + 1, -1.0)]));
+        }
+    }
+    Ok((rows, feedback))
+}

@@ -1,0 +1,225 @@
+//! The plant as a state space: continuous with Padé delays, or sampled with the hold and the exact delay.
+//!
+//! States: delays, amplifiers, eddy-current filters, shaft of the x plane (s·η, η̇), shaft of the y plane, sensors. A
+//! matrix A + jB that acts on r = x + jy is [[A, −B], [B, A]] on (x, y). Two things have no finite state space and are
+//! stated: the delay in continuous time (Padé of the order asked), and eddy currents: 1/(1+√(s/ω_e)) is replaced by real
+//! poles half a decade apart from 1 Hz to 100 kHz, fitted to its Stieltjes density √x/(π(1+x)); error below 1 % there.
+
+use super::SpindleError;
+use super::machine::EffectiveBearing;
+use super::plant::{AXES, CHANNELS, LOWPASS_DAMPING, Plant};
+use crate::linalg::{Mat, c64};
+use crate::lti::connect::{append, series};
+use crate::lti::delay::{pade, sample_with_delay};
+use crate::lti::{Continuous, Discrete, StateSpace};
+use crate::rotor::modes::RIGID;
+use std::f64::consts::{PI, TAU};
+
+/// Force inputs and displacement outputs besides the four axes.
+const LOADS: usize = CHANNELS - AXES;
+
+impl Plant {
+    /// Continuous state space, 10×10, with Padé approximants of `pade_order` for the delay (0: without delay).
+    ///
+    /// # Errors
+    /// [`SpindleError::Numeric`] when the connection fails.
+    pub fn state_space(&self, pade_order: usize) -> Result<StateSpace<Continuous>, SpindleError> {
+        self.state_space_with_modal_ports(pade_order, 0)
+    }
+
+    /// As [`Plant::state_space`], with the ports of modal uncertainty behind the ten channels: for each of the first
+    /// `modes` flexible modes an input w (x, then y) that adds to q̈ and the modal coordinate q (x, then y) as output.
+    ///
+    /// # Errors
+    /// As [`Plant::state_space`].
+    pub fn state_space_with_modal_ports(
+        &self,
+        pade_order: usize,
+        modes: usize,
+    ) -> Result<StateSpace<Continuous>, SpindleError> {
+        let delay = if pade_order == 0 || self.delay_s() <= 0.0 {
+            StateSpace::gain(Mat::identity(AXES, AXES), Continuous)
+        } else {
+            let one = pade(self.delay_s(), pade_order)?;
+            append(&append(&one, &one), &append(&one, &one))
+        };
+        let undelayed = self.undelayed(modes)?;
+        let others = undelayed.inputs() - AXES;
+        let pass = StateSpace::gain(Mat::identity(others, others), Continuous);
+        Ok(series(&append(&delay, &pass), &undelayed)?)
+    }
+
+    /// Sampled state space, 10×10: zero-order hold on every input, currents later by delay_s − Tₛ/2, outputs at the sample
+    /// instants. Exact between the samples; a delay below half a sample counts as half a sample.
+    ///
+    /// # Errors
+    /// [`SpindleError::Numeric`] when the exponential overflows.
+    pub fn sampled(&self) -> Result<StateSpace<Discrete>, SpindleError> {
+        self.sampled_with_modal_ports(0)
+    }
+
+    /// As [`Plant::sampled`] with the modal ports of [`Plant::state_space_with_modal_ports`].
+    ///
+    /// # Errors
+    /// As [`Plant::sampled`].
+    pub fn sampled_with_modal_ports(
+        &self,
+        modes: usize,
+    ) -> Result<StateSpace<Discrete>, SpindleError> {
+        let period = self.sample_period_s;
+        let pure = (self.delay_s() - 0.5 * period).max(0.0);
+        Ok(sample_with_delay(
+            &self.undelayed(modes)?,
+            AXES,
+            pure,
+            period,
+        )?)
+    }
+
+    /// The plant without its delay.
+    fn undelayed(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
+        let [front, rear] = &self.effective.bearings;
+        let before = append(&self.actuator_chain(front)?, &self.actuator_chain(rear)?);
+        let after = append(&self.sensor_chain(front)?, &self.sensor_chain(rear)?);
+        let shaft = self.shaft(modes)?;
+        let pass = |n: usize| StateSpace::gain(Mat::identity(n, n), Continuous);
+        let ports = 2 * modes.min(self.mechanics.flexible());
+        let first = series(&append(&before, &pass(LOADS + ports)), &shaft)?;
+        Ok(series(&first, &append(&after, &pass(LOADS + ports)))?)
+    }
+
+    /// Currents (x, y) to forces (x, y) of one bearing.
+    fn actuator_chain(
+        &self,
+        bearing: &EffectiveBearing,
+    ) -> Result<StateSpace<Continuous>, SpindleError> {
+        let mut axis = first_order(bearing.amplifier_bandwidth_hz)?;
+        if let Some(corner) = bearing.eddy_corner_hz {
+            axis = series(&axis, &half_order_lag(corner)?)?;
+        }
+        let force = bearing.force_matrix();
+        Ok(append(&axis, &axis).scale_outputs(&Mat::from_fn(2, 2, |i, j| force[i][j])))
+    }
+
+    /// Displacements (x, y) to signals (x, y) of one bearing.
+    fn sensor_chain(
+        &self,
+        bearing: &EffectiveBearing,
+    ) -> Result<StateSpace<Continuous>, SpindleError> {
+        let mut axis = first_order(self.sensor_bandwidth_hz)?;
+        if let Some(bandwidth) = bearing.sensor_lowpass_hz {
+            let w = TAU * bandwidth;
+            let filter = StateSpace::new(
+                Mat::from_fn(2, 2, |i, j| match (i, j) {
+                    (0, 0) => 0.0,
+                    (0, _) => w,
+                    (_, 0) => -w,
+                    _ => -2.0 * LOWPASS_DAMPING * w,
+                }),
+                Mat::from_fn(2, 1, |i, _| if i == 1 { w } else { 0.0 }),
+                Mat::from_fn(1, 2, |_, j| if j == 0 { 1.0 } else { 0.0 }),
+                Mat::zeros(1, 1),
+                Continuous,
+            )?;
+            axis = series(&axis, &filter)?;
+        }
+        let axes = bearing.axes_matrix();
+        let gain = Mat::from_fn(2, 2, |i, j| bearing.sensor_gain * axes[i][j]);
+        Ok(append(&axis, &axis).scale_inputs(&gain))
+    }
+
+    /// Forces (two controls, tool, two actuators; modal ports) to displacements (two sensors, tool, two actuators; q).
+    fn shaft(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
+        let closed = self.mechanics.closed();
+        let omega = self.mechanics.omega_rad_s();
+        let (n, m) = (omega.len(), modes.min(self.mechanics.flexible()));
+        let (size, channels) = (2 * n, 5 + m);
+        // Displacement states scaled to velocity size; 100 rad/s for the rigid modes is of the order of the magnets' poles.
+        let scale: Vec<f64> = omega.iter().map(|w| w.max(100.0)).collect();
+        let zero = c64::new(0.0, 0.0);
+        let a = Mat::from_fn(size, size, |i, j| match (i < n, j < n) {
+            (true, true) => zero,
+            (true, false) => c64::new(if i + n == j { scale[i] } else { 0.0 }, 0.0),
+            (false, true) => -closed.k[(i - n, j)] / scale[j],
+            (false, false) => -closed.c[(i - n, j - n)],
+        });
+        let b = Mat::from_fn(size, channels, |i, j| match (i < n, j < 5) {
+            (true, _) => zero,
+            (false, true) => closed.b[(i - n, j)],
+            (false, false) => c64::new(f64::from(u8::from(i - n == RIGID + j - 5)), 0.0),
+        });
+        let c = Mat::from_fn(channels, size, |i, j| match (j < n, i < 5) {
+            (false, _) => zero,
+            (true, true) => closed.c_out[(i, j)] / scale[j],
+            (true, false) => c64::new(f64::from(u8::from(j == RIGID + i - 5)) / scale[j], 0.0),
+        });
+        let d = Mat::from_fn(channels, channels, |i, j| {
+            if i < 5 && j < 5 {
+                closed.d[(i, j)]
+            } else {
+                zero
+            }
+        });
+        // States by plane, channels in pairs (x, y).
+        let by_plane = |k: usize, count: usize| (k / count, k % count);
+        let by_pair = |k: usize, _: usize| (k % 2, k / 2);
+        type Split = fn(usize, usize) -> (usize, usize);
+        let both = |m: &Mat<c64>, row: Split, column: Split| {
+            let (rows, columns) = (m.nrows(), m.ncols());
+            Mat::from_fn(2 * rows, 2 * columns, |i, j| {
+                let ((p, r), (q, s)) = (row(i, rows), column(j, columns));
+                match (p, q) {
+                    (0, 1) => -m[(r, s)].im,
+                    (1, 0) => m[(r, s)].im,
+                    _ => m[(r, s)].re,
+                }
+            })
+        };
+        Ok(StateSpace::new(
+            both(&a, by_plane, by_plane),
+            both(&b, by_plane, by_pair),
+            both(&c, by_pair, by_plane),
+            both(&d, by_pair, by_pair),
+            Continuous,
+        )?)
+    }
+}
+
+/// 1/(1 + s/ω).
+fn first_order(bandwidth_hz: f64) -> Result<StateSpace<Continuous>, SpindleError> {
+    let w = TAU * bandwidth_hz;
+    let m = |x: f64| Mat::from_fn(1, 1, |_, _| x);
+    Ok(StateSpace::new(m(-w), m(w), m(1.0), m(0.0), Continuous)?)
+}
+
+/// Lowest and highest pole of the rational half-order lag, Hz, and poles per decade.
+const HALF_ORDER_BAND_HZ: (f64, f64) = (0.1, 1e6);
+const HALF_ORDER_PER_DECADE: f64 = 2.0;
+
+/// 1/(1 + √(s/ω_e)) = (1/π) ∫ √x/(1+x) · dx/(x + s/ω_e), by the trapezoidal rule in ln x; the tail beyond the highest pole
+/// becomes a gain, what is missing below the lowest one is added there, so that the DC gain is 1.
+fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, SpindleError> {
+    let (low, high) = HALF_ORDER_BAND_HZ;
+    let step = std::f64::consts::LN_10 / HALF_ORDER_PER_DECADE;
+    let count = ((high / low).log10() * HALF_ORDER_PER_DECADE).round() as usize + 1;
+    let x = |k: usize| low / corner_hz * (step * k as f64).exp();
+    // Weight of 1/(x + s): (1/π) √x/(1+x) · x · step.
+    let weight = |x: f64| step / PI * x * x.sqrt() / (1.0 + x);
+    // ∫ beyond the last panel of (1/π) √x/(1+x)/x dx = (2/π) atan(1/√x) at its upper edge.
+    let edge = x(count - 1) * (0.5 * step).exp();
+    let tail = 2.0 / PI * edge.sqrt().recip().atan();
+    let inside: f64 = (0..count).map(|k| weight(x(k)) / x(k)).sum();
+    let missing = 1.0 - tail - inside;
+    let rate = TAU * corner_hz;
+    let gain = |k: usize| {
+        let extra = if k == 0 { missing * x(0) } else { 0.0 };
+        weight(x(k)) + extra
+    };
+    Ok(StateSpace::new(
+        Mat::from_fn(count, count, |i, j| if i == j { -rate * x(i) } else { 0.0 }),
+        Mat::from_fn(count, 1, |i, _| rate * x(i)),
+        Mat::from_fn(1, count, |_, j| gain(j) / x(j)),
+        Mat::from_fn(1, 1, |_, _| tail),
+        Continuous,
+    )?)
+}

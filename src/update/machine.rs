@@ -1,0 +1,81 @@
+//! The fit of a whole machine: spindle and tool go in, both come out with their elements' `modulus_scale` multiplied.
+
+use super::UpdateError;
+use super::gauss_newton::gauss_newton_rotor;
+use super::nelder_mead::nelder_mead_rotor;
+use super::outcome::Updated;
+use super::problem::UpdateSettings;
+use super::targets::{FrfTargets, Target, Targets};
+use crate::rotor::Section;
+use crate::spindle::Machine;
+
+/// A machine with updated moduli and the fit behind it.
+#[derive(Clone, Debug)]
+pub struct UpdatedMachine {
+    /// Spindle and tool with the factors applied to every element of a region.
+    pub machine: Machine,
+    /// Factors, errors, determinability, verdict.
+    pub fit: Updated,
+}
+
+/// Targets of the two coaxial FRFs: front sensor over front actuator, rear sensor over rear actuator, free-free rotor.
+pub fn front_and_rear(
+    machine: &Machine,
+    resonances: Vec<Option<Target>>,
+    front: Vec<Option<Target>>,
+    rear: Vec<Option<Target>>,
+) -> Targets {
+    let [f, r] = machine.effective().bearings;
+    let frf =
+        |name: &str, b: &crate::spindle::machine::EffectiveBearing, antiresonances| FrfTargets {
+            name: name.to_owned(),
+            output_m: b.sensor_m,
+            input_m: b.actuator_m,
+            antiresonances,
+        };
+    Targets {
+        resonances,
+        antiresonances: vec![frf("front", &f, front), frf("rear", &r, rear)],
+        mode_shapes: vec![],
+    }
+}
+
+/// Gauss–Newton on the moduli of a machine; see [`super::gauss_newton`](mod@super::gauss_newton).
+///
+/// # Errors
+/// As [`gauss_newton_rotor`], and [`UpdateError::Machine`] when the machine breaks a rule.
+pub fn gauss_newton(
+    machine: &Machine,
+    targets: &Targets,
+    settings: &UpdateSettings,
+) -> Result<UpdatedMachine, UpdateError> {
+    let fit = gauss_newton_rotor(&machine.rotor()?, targets, settings)?;
+    Ok(apply(machine, fit))
+}
+
+/// Nelder–Mead on the moduli of a machine; see [`super::nelder_mead`](mod@super::nelder_mead).
+///
+/// # Errors
+/// As [`gauss_newton`].
+pub fn nelder_mead(
+    machine: &Machine,
+    targets: &Targets,
+    settings: &UpdateSettings,
+) -> Result<UpdatedMachine, UpdateError> {
+    let fit = nelder_mead_rotor(&machine.rotor()?, targets, settings)?;
+    Ok(apply(machine, fit))
+}
+
+fn apply(machine: &Machine, fit: Updated) -> UpdatedMachine {
+    let mut machine = machine.clone();
+    let scale = |sections: &mut Vec<Section>| {
+        for section in sections {
+            if let Some(region) = &section.region {
+                section.modulus_scale *= fit.factor(region);
+            }
+        }
+    };
+    scale(&mut machine.spindle.sections);
+    scale(&mut machine.tool.sections);
+    UpdatedMachine { machine, fit }
+}

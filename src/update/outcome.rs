@@ -1,0 +1,311 @@
+//! The result of a fit: the updated rotor, its factors with standard deviations, the table of errors, what the data determine,
+//! and whether moduli can explain the data at all.
+
+use super::UpdateError;
+use super::determine::Determined;
+use super::problem::{Evaluation, Peak, Problem};
+use super::shapes::{self, ShapeComparison};
+use super::targets::Targets;
+use crate::rotor::Rotor;
+use crate::rotor::spectrum::Spectrum;
+
+/// How the factors were found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Gauss–Newton with sensitivities and prior.
+    GaussNewton,
+    /// Nelder–Mead on Eq. (7).
+    NelderMead,
+}
+
+impl Method {
+    /// Name on the command line and in `summary.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::GaussNewton => "gauss-newton",
+            Self::NelderMead => "nelder-mead",
+        }
+    }
+}
+
+/// What kind of peak.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PeakKind {
+    /// A pole of the free-free rotor.
+    Resonance,
+    /// A zero of one of its FRFs.
+    Antiresonance,
+}
+
+/// Modulus factor of one region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    /// Region.
+    pub region: String,
+    /// Factor on E and G relative to the model that was given.
+    pub factor: f64,
+    /// Standard deviation of ln factor, prior and data together; `None` from Nelder–Mead.
+    pub standard_deviation_ln: Option<f64>,
+}
+
+/// One row of the table of errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PeakError {
+    /// Resonance or antiresonance.
+    pub kind: PeakKind,
+    /// FRF of an antiresonance (`front`, `rear`, …); empty for a resonance.
+    pub frf: String,
+    /// Place in the measured list, from 1.
+    pub number: usize,
+    /// Measured frequency, Hz.
+    pub measured_hz: f64,
+    /// Relative standard deviation that the fit used.
+    pub relative_sd: f64,
+    /// The model before, Hz; `None` when no peak of it belongs to the measured one.
+    pub before_hz: Option<f64>,
+    /// The model after, Hz.
+    pub after_hz: Option<f64>,
+    /// Whether the fit was asked to meet it.
+    pub used: bool,
+}
+
+impl PeakError {
+    /// Model minus measurement, Hz.
+    pub fn error_hz(&self) -> Option<f64> {
+        self.after_hz.map(|f| f - self.measured_hz)
+    }
+
+    /// Model minus measurement, % of the measured frequency.
+    pub fn error_percent(&self) -> Option<f64> {
+        self.error_hz().map(|e| 100.0 * e / self.measured_hz)
+    }
+}
+
+/// Whether moduli can explain the data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explanation {
+    /// True when nothing speaks against it.
+    pub explained: bool,
+    /// Residuals and factors in standard deviations, squared and summed; χ² with as many degrees of freedom as data.
+    pub statistic: f64,
+    /// 99 % quantile of χ².
+    pub limit: f64,
+    /// One sentence.
+    pub statement: String,
+}
+
+/// Largest frequency error, %, that passes for scatter of readings when their noise had to be estimated.
+const READING_ERROR_PERCENT: f64 = 1.0;
+/// A factor beyond this, or below its inverse, is not a modulus any more: no lamination or joint softens a section
+/// tenfold, and no steel part is stiffer than its drawing by ten.
+const PLAUSIBLE_FACTOR: f64 = 10.0;
+
+impl Explanation {
+    pub(super) fn judge(
+        problem: &Problem,
+        end: &Evaluation,
+        statistic: f64,
+        data: usize,
+        noise_estimated: bool,
+    ) -> Self {
+        let limit = chi_squared_99(data);
+        let used = || {
+            problem
+                .peaks
+                .iter()
+                .zip(&end.compared)
+                .filter(|(p, _)| p.used)
+        };
+        let largest = used()
+            .map(|(_, c)| 100.0 * c.residual_ln.abs())
+            .fold(0.0, f64::max);
+        let missing = used().filter(|(_, c)| c.model.is_none()).count();
+        let extreme = problem
+            .chain
+            .regions
+            .iter()
+            .zip(&end.ln_factors)
+            .find(|(_, x)| x.abs() > PLAUSIBLE_FACTOR.ln());
+        let (explained, statement) = if missing > 0 {
+            let s = format!(
+                "{missing} of the measured peaks have no counterpart in the model whatever the moduli: the moduli cannot explain the data"
+            );
+            (false, s)
+        } else if let Some((region, x)) = extreme {
+            let s = format!(
+                "the data ask for modulus factor {:.3} in region {}, which no modulus has: the moduli cannot explain the data",
+                x.exp(),
+                region.name
+            );
+            (false, s)
+        } else if noise_estimated && largest > READING_ERROR_PERCENT {
+            let s = format!(
+                "the best moduli leave errors up to {largest:.2} %, more than readings scatter ({READING_ERROR_PERCENT} %): the moduli cannot explain the data"
+            );
+            (false, s)
+        } else if !noise_estimated && statistic > limit {
+            let s = format!(
+                "the best moduli leave χ² = {statistic:.1} against {limit:.1} (99 % for {data} data): the moduli cannot explain the data within their noise"
+            );
+            (false, s)
+        } else {
+            let s = format!(
+                "the moduli explain the data: largest error {largest:.3} %, χ² = {statistic:.1} (99 % limit {limit:.1})"
+            );
+            (true, s)
+        };
+        Self {
+            explained,
+            statistic,
+            limit,
+            statement,
+        }
+    }
+}
+
+/// 99 % quantile of χ² (Wilson and Hilferty 1931, good to 1 %).
+fn chi_squared_99(degrees: usize) -> f64 {
+    let n = degrees.max(1) as f64;
+    let c = 2.0 / (9.0 * n);
+    // 2.326 is the 99 % quantile of the normal distribution.
+    n * (1.0 - c + 2.326 * c.sqrt()).powi(3)
+}
+
+/// An updated model with everything one needs to judge it.
+#[derive(Clone, Debug)]
+pub struct Updated {
+    /// Method.
+    pub method: Method,
+    /// The rotor with the factors applied.
+    pub rotor: Rotor,
+    /// Factors, in order from the tool end.
+    pub factors: Vec<Factor>,
+    /// Number of model solutions.
+    pub evaluations: usize,
+    /// Number of iterations.
+    pub iterations: usize,
+    /// Table of errors, resonances first.
+    pub errors: Vec<PeakError>,
+    /// True when the noise was estimated because no standard deviations were given.
+    pub noise_estimated: bool,
+    /// What the data determine.
+    pub determined: Determined,
+    /// Whether moduli can explain the data.
+    pub explanation: Explanation,
+    /// Poles, shapes and antiresonances before.
+    pub before: Spectrum,
+    /// Poles, shapes and antiresonances after.
+    pub after: Spectrum,
+    /// Axial positions of the nodes of the shapes, m from the nose face.
+    pub node_position_m: Vec<f64>,
+    /// Measured shapes beside those of the updated model.
+    pub shapes: Vec<ShapeComparison>,
+}
+
+impl Updated {
+    /// Factor of a region; 1 for one that the fit does not know.
+    pub fn factor(&self, region: &str) -> f64 {
+        self.factors
+            .iter()
+            .find(|f| f.region == region)
+            .map_or(1.0, |f| f.factor)
+    }
+
+    /// Largest |error| in % over the peaks that the fit used; infinite when one has no counterpart.
+    pub fn largest_error_percent(&self) -> f64 {
+        self.errors
+            .iter()
+            .filter(|e| e.used)
+            .map(|e| e.error_percent().map_or(f64::INFINITY, f64::abs))
+            .fold(0.0, f64::max)
+    }
+}
+
+pub(super) struct Finish<'a> {
+    pub method: Method,
+    pub start: &'a Evaluation,
+    pub end: &'a Evaluation,
+    pub evaluations: usize,
+    pub iterations: usize,
+    pub relative_sd: Vec<f64>,
+    pub noise_estimated: bool,
+    pub determined: Determined,
+    pub explanation: Explanation,
+}
+
+pub(super) fn assemble(
+    rotor: &Rotor,
+    problem: &Problem,
+    finish: Finish<'_>,
+    targets: &Targets,
+) -> Result<Updated, UpdateError> {
+    let with_sd = finish.method == Method::GaussNewton;
+    let factors: Vec<Factor> = problem
+        .chain
+        .regions
+        .iter()
+        .zip(&finish.end.ln_factors)
+        .zip(&finish.determined.standard_deviation_ln)
+        .map(|((region, x), sd)| Factor {
+            region: region.name.clone(),
+            factor: x.exp(),
+            standard_deviation_ln: with_sd.then_some(*sd),
+        })
+        .collect();
+    let updated = rotor.with_modulus_factors(|_, section| {
+        let of = |name: &String| factors.iter().find(|f| &f.region == name);
+        section
+            .region
+            .as_ref()
+            .and_then(of)
+            .map_or(1.0, |f| f.factor)
+    })?;
+    let hz = |e: &Evaluation, i: usize| e.compared[i].model.map(|(_, f)| f);
+    let row = |(i, peak): (usize, &Peak)| PeakError {
+        kind: peak.kind,
+        frf: match peak.kind {
+            PeakKind::Resonance => String::new(),
+            PeakKind::Antiresonance => problem.frf_names[peak.frf].clone(),
+        },
+        number: peak.index + 1,
+        measured_hz: peak.target.frequency_hz,
+        relative_sd: finish.relative_sd[i],
+        before_hz: hz(finish.start, i),
+        after_hz: hz(finish.end, i),
+        used: peak.used,
+    };
+    Ok(Updated {
+        method: finish.method,
+        errors: problem.peaks.iter().enumerate().map(row).collect(),
+        shapes: shapes::compare(&updated, &finish.end.spectrum, &targets.mode_shapes)?,
+        rotor: updated,
+        factors,
+        evaluations: finish.evaluations,
+        iterations: finish.iterations,
+        noise_estimated: finish.noise_estimated,
+        determined: finish.determined,
+        explanation: finish.explanation,
+        before: finish.start.spectrum.clone(),
+        after: finish.end.spectrum.clone(),
+        node_position_m: problem.chain.position_m.clone(),
+    })
+}
+
+/// At least half of the peaks must have a partner before a fit makes sense.
+pub(super) fn check_matches(problem: &Problem, start: &Evaluation) -> Result<(), UpdateError> {
+    let used = || {
+        problem
+            .peaks
+            .iter()
+            .zip(&start.compared)
+            .filter(|(p, _)| p.used)
+    };
+    let (measured, matched) = (
+        used().count(),
+        used().filter(|(_, c)| c.model.is_some()).count(),
+    );
+    if 2 * matched < measured {
+        return Err(UpdateError::NoMatch { matched, measured });
+    }
+    Ok(())
+}
