@@ -1,8 +1,12 @@
 //! K(s) to firmware: PID, reduction, discretisation, realisation, fixed-point and float arithmetic.
 
 pub mod arithmetic;
+pub mod cma_es;
 pub mod law;
 pub mod modal;
+pub mod pid;
+pub mod pid_objective;
+pub mod pid_tune;
 pub mod realise;
 pub mod scaling;
 pub mod sections;

@@ -344,13 +344,13 @@ fn effect(file: &str, index: usize, read: EffectFile) -> Result<Effect, InputErr
     let allowed = format!("{} takes {}", kind.name(), takes.join(", "));
     let fail = |rule: String| Err(InputError::new(file, rule).with_hint(allowed.clone()));
     let values = given.iter().map(|(k, v)| (*k, v.is_some()));
-    for (key, present) in values.chain(placed) {
-        if present && !takes.contains(&key) {
-            return fail(format!("{path}.{key}: does not belong to {}", kind.name()));
-        }
-        if !present && takes.contains(&key) {
-            return fail(format!("{path}.{key}: is missing"));
-        }
+    let present: Vec<&str> = values.chain(placed).filter(|p| p.1).map(|p| p.0).collect();
+    // A foreign key explains a missing one, so it is named first.
+    if let Some(key) = present.iter().find(|key| !takes.contains(key)) {
+        return fail(format!("{path}.{key}: does not belong to {}", kind.name()));
+    }
+    if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
+        return fail(format!("{path}.{key}: is missing"));
     }
     let location = match kind.location() {
         LocationKind::None => Location::None,

@@ -6,6 +6,7 @@ pub mod doubled;
 pub mod doubling;
 pub mod error;
 pub mod exponential;
+pub mod gramian;
 pub mod hermitian;
 pub mod lapack;
 pub mod lyapunov;

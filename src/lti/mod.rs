@@ -1,5 +1,6 @@
 //! Linear time-invariant systems: state space with its time base in the type, connections, responses.
 
+pub mod balance;
 pub mod connect;
 pub mod delay;
 pub mod level_set;

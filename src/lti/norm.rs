@@ -148,7 +148,11 @@ fn linf_norm_with(
     })
 }
 
-fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, NumericError> {
+/// H(γ) of the module for balanced states: axis eigenvalues jω are the frequencies where a gain meets γ.
+///
+/// # Errors
+/// [`NumericError`] when γ is a gain of the feedthrough.
+pub fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, NumericError> {
     let (n, m) = (s.order(), s.inputs());
     let dtd = s.d.transpose() * &s.d;
     // Everything is divided by γ: gains of 1e±8 stay in range.

@@ -150,11 +150,36 @@ pub struct DFit {
     pub system: StateSpace<Continuous>,
 }
 
+/// How hard a fit is searched for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// Linear programmes from one start and a short polish: a start for further optimisation.
+    Quick,
+    /// Several starts, polished until they settle.
+    Thorough,
+}
+
 /// Fits of order 0, 1, … `highest`; the weighted error never grows with the order.
 ///
 /// # Errors
 /// [`DfitError::Numeric`] when a fit cannot be realised.
 pub fn fit_up_to(data: &Magnitudes, highest: usize) -> Result<Vec<DFit>, DfitError> {
+    fit_with_effort(data, highest, Effort::Thorough)
+}
+
+/// As [`fit_up_to`] with a choice of effort.
+///
+/// # Errors
+/// As [`fit_up_to`].
+pub fn fit_with_effort(
+    data: &Magnitudes,
+    highest: usize,
+    effort: Effort,
+) -> Result<Vec<DFit>, DfitError> {
+    let (starts_used, polish_rounds) = match effort {
+        Effort::Quick => (1, 8),
+        Effort::Thorough => (usize::MAX, 60),
+    };
     let mut fits = vec![realised(data, data.constant())?];
     for order in 1..=highest {
         let lower = fits[order - 1].factors.clone();
@@ -162,8 +187,8 @@ pub fn fit_up_to(data: &Magnitudes, highest: usize) -> Result<Vec<DFit>, DfitErr
         let mut error = weighted_error(data, &best);
         // Below this the lower order is exact already.
         if error > 1e-9 {
-            for start in starts(data, order, &lower) {
-                let trial = polish(data, start, 60);
+            for start in starts(data, order, &lower).into_iter().take(starts_used) {
+                let trial = polish(data, start, polish_rounds);
                 let next = weighted_error(data, &trial);
                 if next < error {
                     (best, error) = (trial, next);

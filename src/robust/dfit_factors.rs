@@ -66,6 +66,12 @@ impl Factors {
         self.poles.iter().map(Factor::degree).sum()
     }
 
+    /// Whether another function has factors of the same kinds in the same order.
+    pub fn orders_match(&self, other: &Self) -> bool {
+        let kinds = |list: &[Factor]| list.iter().map(Factor::degree).collect::<Vec<_>>();
+        kinds(&self.zeros) == kinds(&other.zeros) && kinds(&self.poles) == kinds(&other.poles)
+    }
+
     /// 1/d.
     pub fn inverse(&self) -> Self {
         Self {

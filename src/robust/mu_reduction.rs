@@ -159,13 +159,14 @@ pub fn assemble(
     structure: &Structure,
     parts: &[(Component, Scaling)],
     largest_bound: f64,
+    coupling: f64,
 ) -> Scaling {
     let mut whole = Scaling::identity(structure);
-    // What is left of the coupling adds at most its own size to the bound: ten digits below it, or below the size of M.
+    // What is left of the coupling adds at most its own size to the bound.
     let allowed = if largest_bound > 0.0 {
-        1e-10 * largest_bound
+        coupling * largest_bound
     } else {
-        1e-12 * max_singular_value_complex(m)
+        0.01 * coupling * max_singular_value_complex(m)
     };
     let mut factors: Vec<f64> = vec![];
     for (k, (part, scaling)) in parts.iter().enumerate() {

@@ -1,13 +1,27 @@
 //! One integration binary: less linking of heavy dependencies.
+mod architecture;
 mod augment;
 mod connections;
 mod control_cases;
 mod dfit;
+mod dk;
 mod firmware;
 mod identify_sweeps;
+mod input_files;
 mod mu_constant;
+mod mu_system;
+mod pid;
 mod plots;
+mod results_folder;
 mod rotor_cases;
 mod rotor_reference;
+mod solve_care;
+mod solve_cases;
+mod solve_discretise;
+mod solve_hinfnorm;
+mod solve_hinfsyn;
+mod solve_reduce;
+mod spindle_effects;
+mod spindle_plant;
 mod uff;
 mod update_reference;

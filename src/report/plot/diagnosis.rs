@@ -136,7 +136,7 @@ pub fn impedance(
         (
             "recovered from the data",
             recovered,
-            Look::points(Color::Black, Marker::Circle),
+            data_look(frequency_hz.len()),
         ),
         (
             fitted_name.as_str(),
@@ -162,6 +162,15 @@ pub fn impedance(
         "Impedance that the model lacks, as recovered from the data, and the fitted shape.",
         vec![magnitude, phase],
     )
+}
+
+/// Data as open circles, or as a dotted line where circles would run into each other.
+fn data_look(points: usize) -> Look {
+    if points <= 120 {
+        Look::points(Color::Black, Marker::Circle)
+    } else {
+        Role::Measured.look()
+    }
 }
 
 /// Ranking of hypotheses: the larger the score the better. Best first; drawn from the top.
@@ -190,12 +199,7 @@ pub fn before_after(title: &str, quantity: &str, unit: &str, curves: &[Curve]) -
     panel.series = curves
         .iter()
         .map(|c| match c.role {
-            Role::Measured => Series::curve(
-                c.name,
-                c.x,
-                c.y,
-                Look::points(Color::Black, Marker::Circle).with_width(1.0),
-            ),
+            Role::Measured => Series::curve(c.name, c.x, c.y, data_look(c.x.len())),
             _ => c.series(),
         })
         .collect();

@@ -175,10 +175,20 @@ pub fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2], PlotE
             .series
             .iter()
             .all(|s| !matches!(s.shape, Shape::Bars { .. } | Shape::LyingBars { .. }));
-    Ok(if tight {
-        [low, high]
-    } else {
-        round_range(axis.scale, [low, high])
+    if tight {
+        return Ok([low, high]);
+    }
+    // A little air, so that nothing is drawn along the frame; none below bars, which stand on their axis.
+    let air = 0.03 * (high - low);
+    Ok(match axis.scale {
+        Scale::Log => round_range(Scale::Log, [low / 1.05, high * 1.05]),
+        Scale::Linear => round_range(
+            Scale::Linear,
+            [
+                if low == 0.0 { 0.0 } else { low - air },
+                if high == 0.0 { 0.0 } else { high + air },
+            ],
+        ),
     })
 }
 

@@ -48,6 +48,12 @@ pub struct ToolQuantity<'a> {
 /// A batch of tools: one panel a quantity, one group of bars a tool.
 pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figure {
     const COLORS: [Color; 4] = [Color::Blue, Color::Orange, Color::Green, Color::Purple];
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in quantities.iter().flat_map(|q| &q.bars) {
+        if !names.contains(name) {
+            names.push(name);
+        }
+    }
     let panels = quantities.iter().map(|q| {
         let mut panel = Panel::new(
             q.label,
@@ -55,10 +61,12 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
             Axis::linear(q.label, q.unit),
         );
         let width = 0.76 / q.bars.len().max(1) as f64;
-        for (k, ((name, values), color)) in q.bars.iter().zip(COLORS.iter().cycle()).enumerate() {
+        for (k, (name, values)) in q.bars.iter().enumerate() {
+            let place = names.iter().position(|n| n == name).unwrap_or(0) % COLORS.len();
+            let color = COLORS.get(place).copied().unwrap_or(Color::Blue);
             let centre = (k as f64 + 0.5) * width - 0.38;
             let x: Vec<f64> = (0..values.len()).map(|t| t as f64 + centre).collect();
-            let look = Look::line(*color, Dash::Solid);
+            let look = Look::line(color, Dash::Solid);
             panel.series.push(
                 Series::curve(name, &x, values, look).shaped(Shape::Bars { width: 0.9 * width }),
             );

@@ -123,7 +123,7 @@ fn prepare<'a>(ruler: &Canvas, panel: &'a Panel) -> Result<Prepared<'a>, PlotErr
     for (_, label) in &y_ticks.major {
         widest = widest.max(ruler.text_width(label, number)?);
     }
-    let mut right: f64 = 18.0;
+    let mut right: f64 = 24.0;
     for level in &panel.levels {
         right = right.max(16.0 + ruler.text_width(&level.label, face(SMALL - 1.0, false, 60))?);
     }
