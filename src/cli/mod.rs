@@ -2,6 +2,7 @@
 //! Exit 0 done; 1 done but a target is missed; 2 error, nothing written.
 
 pub mod failure;
+pub mod progress;
 
 mod batch;
 mod check;
@@ -16,6 +17,7 @@ mod report;
 mod run;
 mod simulate;
 mod solve;
+mod stdout;
 mod update;
 
 use clap::{Parser, Subcommand};

@@ -140,10 +140,7 @@ impl Realisation {
 
     /// All rows in the order of computation: signals, outputs, states.
     pub fn rows(&self) -> impl Iterator<Item = &Row> {
-        self.signals
-            .iter()
-            .chain(&self.outputs)
-            .chain(&self.states)
+        self.signals.iter().chain(&self.outputs).chain(&self.states)
     }
 
     /// Multiplications (equal to additions) per sample.

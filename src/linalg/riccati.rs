@@ -117,7 +117,7 @@ pub fn care_with(
 
 /// Residual below which a solution counts as found by the fast road; the γ iteration needs no more.
 const GOOD: f64 = 1e-10;
-/// Residual above which a candidate is no start for Newton.
+/// Residual above which the fast road does not try Newton.
 const USABLE: f64 = 1e-3;
 
 /// Balanced problem.
@@ -196,7 +196,12 @@ impl Data {
             }
             failed.push(found);
         }
-        Err(failed)
+        // Ill-conditioned, but not hopeless: residuals of f64 are noise here, those of doubled precision are not.
+        let refined = failed
+            .iter()
+            .filter(|c| c.closed_loop_max_real < 0.0 && c.residual < USABLE)
+            .find_map(|c| self.refined(&c.x));
+        refined.ok_or(failed)
     }
 
     /// One Newton step in f64, kept when it helps.
@@ -225,8 +230,8 @@ impl Data {
             .collect();
         all.sort_by(|x, y| x.residual.total_cmp(&y.residual));
         for start in &all {
+            // From any stabilising start Newton's method converges when G ≥ 0 (Kleinman 1968).
             if start.closed_loop_max_real < 0.0
-                && start.residual < USABLE
                 && let Some(found) = self.refined(&start.x)
             {
                 return Ok(found);

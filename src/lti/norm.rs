@@ -133,7 +133,13 @@ fn linf_norm_with(
             upper: 0.0,
         });
     }
-    let found = peak(&value, &seeds(poles), floor, &|g| hamiltonian(&s, g), rel_tol)?;
+    let found = peak(
+        &value,
+        &seeds(poles),
+        floor,
+        &|g| hamiltonian(&s, g),
+        rel_tol,
+    )?;
     let zero = found.lower <= floor;
     Ok(HinfNorm {
         norm: if zero { 0.0 } else { found.lower },
@@ -142,7 +148,11 @@ fn linf_norm_with(
     })
 }
 
-fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, NumericError> {
+/// H(γ) of the module for balanced states: axis eigenvalues jω are the frequencies where a gain meets γ.
+///
+/// # Errors
+/// [`NumericError`] when γ is a gain of the feedthrough.
+pub fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, NumericError> {
     let (n, m) = (s.order(), s.inputs());
     let dtd = s.d.transpose() * &s.d;
     // Everything is divided by γ: gains of 1e±8 stay in range.
@@ -157,9 +167,7 @@ fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, Numer
     Ok(Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, true) => s.a[(i, j)] + by[(i, j)] / gamma / gamma,
         (true, false) => bx[(i, j - n)] / gamma,
-        (false, true) => {
-            -(cc[(i - n, j)] + dy[(i - n, j)] / gamma / gamma) / gamma
-        }
+        (false, true) => -(cc[(i - n, j)] + dy[(i - n, j)] / gamma / gamma) / gamma,
         (false, false) => -s.a[(j - n, i - n)] - by[(j - n, i - n)] / gamma / gamma,
     }))
 }

@@ -3,4 +3,3 @@
 pub mod closed_loop;
 pub mod sensitivity;
 pub mod stiffness;
-pub mod verify;

@@ -141,7 +141,11 @@ impl Side {
     ///
     /// # Errors
     /// [`NumericError`] when eigenvalues fail.
-    pub fn smallest_level(&self, regulator: &Regulator, rel_tol: f64) -> Result<Peak, NumericError> {
+    pub fn smallest_level(
+        &self,
+        regulator: &Regulator,
+        rel_tol: f64,
+    ) -> Result<Peak, NumericError> {
         let (m1, m2) = (self.b1.ncols(), self.b2.ncols());
         let free = self.free_errors();
         let nothing = Peak {
@@ -184,7 +188,10 @@ impl Side {
             * (max_singular_value(&self.d11)
                 + self.b1.norm_l2() * self.c1.norm_l2() / self.a.norm_l2().max(1e-300));
         let places = seeds(&poles);
-        let found = places.iter().map(|w| value(*w)).fold(at_infinity.max(value(0.0)), f64::max);
+        let found = places
+            .iter()
+            .map(|w| value(*w))
+            .fold(at_infinity.max(value(0.0)), f64::max);
         if found <= floor {
             return Ok(nothing);
         }
@@ -235,6 +242,10 @@ pub fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, Numer
     let f = solve(&r, &(d.transpose() * &side.c1 + b.transpose() * x))?;
     let m1 = side.b1.ncols();
     Ok(Mat::from_fn(f.nrows(), f.ncols(), |i, j| {
-        if i < m1 { -f[(i, j)] / gamma } else { -f[(i, j)] }
+        if i < m1 {
+            -f[(i, j)] / gamma
+        } else {
+            -f[(i, j)]
+        }
     }))
 }
