@@ -23,3 +23,4 @@ mod solve_hinfnorm;
 mod solve_hinfsyn;
 mod solve_reduce;
 mod pid;
+mod simulate;
