@@ -3,7 +3,7 @@
 use super::{Failure, Outcome, stdout};
 use crate::controller::arithmetic::q31;
 use crate::controller::discretise::discretised;
-use crate::controller::realise::{Realisation, modal_form};
+use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
 use crate::controller::sections::second_order_sections;
 use crate::controller::verification::{Verification, VerificationError, verify};

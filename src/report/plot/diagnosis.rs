@@ -136,7 +136,6 @@ pub fn impedance(
         (
             "recovered from the data",
             recovered,
-            Look::points(Color::Black, Marker::Circle),
             data_look(frequency_hz.len()),
         ),
         (
@@ -200,12 +199,6 @@ pub fn before_after(title: &str, quantity: &str, unit: &str, curves: &[Curve]) -
     panel.series = curves
         .iter()
         .map(|c| match c.role {
-            Role::Measured => Series::curve(
-                c.name,
-                c.x,
-                c.y,
-                Look::points(Color::Black, Marker::Circle).with_width(1.0),
-            ),
             Role::Measured => Series::curve(c.name, c.x, c.y, data_look(c.x.len())),
             _ => c.series(),
         })

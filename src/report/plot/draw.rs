@@ -187,9 +187,6 @@ pub(super) fn heat_map(canvas: &Canvas, frame: &Frame, heat: &HeatMap) -> Result
             while let Some((_, more)) = cells.next_if(|(v, _)| quantise(**v) == shade_here) {
                 end = more.last().copied().unwrap_or(end);
             }
-            let (a, b) = (
-                frame.clamp((frame.px(start), top)),
-                frame.clamp((frame.px(end), bottom)),
             // Half a pixel of overlap hides the seams that anti-aliasing would show between neighbours.
             let (a, b) = (
                 frame.clamp((frame.px(start), top)),

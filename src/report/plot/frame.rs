@@ -175,10 +175,6 @@ pub fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2], PlotE
             .series
             .iter()
             .all(|s| !matches!(s.shape, Shape::Bars { .. } | Shape::LyingBars { .. }));
-    Ok(if tight {
-        [low, high]
-    } else {
-        round_range(axis.scale, [low, high])
     if tight {
         return Ok([low, high]);
     }

@@ -66,7 +66,6 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
             let color = COLORS.get(place).copied().unwrap_or(Color::Blue);
             let centre = (k as f64 + 0.5) * width - 0.38;
             let x: Vec<f64> = (0..values.len()).map(|t| t as f64 + centre).collect();
-            let look = Look::line(*color, Dash::Solid);
             let look = Look::line(color, Dash::Solid);
             panel.series.push(
                 Series::curve(name, &x, values, look).shaped(Shape::Bars { width: 0.9 * width }),

@@ -106,7 +106,6 @@ pub fn mode_shapes(
         let axis = if k == last { x() } else { x().unlabelled() };
         let y = Axis::linear("Amplitude", "")
             .with_range(-1.15, 1.15)
-            .with_step(0.5);
             .with_step(1.0);
         let mut panel = Panel::new(heading, axis, y);
         let reference = curves.first().copied();
@@ -237,12 +236,6 @@ pub fn campbell(title: &str, lines: &[CampbellLine], orders: &[f64]) -> Figure {
         .iter()
         .flat_map(|l| &l.speed_rpm)
         .fold(0.0, |a: f64, b| a.max(*b));
-    for order in orders {
-        let name = format!("{order}× speed");
-        let y = [0.0, order * last / 60.0];
-        panel
-            .series
-            .push(Series::curve(&name, &[0.0, last], &y, Role::Limit.look()));
     for (order, dash) in orders.iter().zip(
         [Dash::DashDot, Dash::Dotted, Dash::Dashed]
             .into_iter()
