@@ -15,6 +15,7 @@ mod plots;
 mod results_folder;
 mod rotor_cases;
 mod rotor_reference;
+mod simulate;
 mod solve_care;
 mod solve_cases;
 mod solve_discretise;
