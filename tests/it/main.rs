@@ -1,6 +1,7 @@
 //! One integration binary: less linking of heavy dependencies.
 mod architecture;
 mod augment;
+mod chatter;
 mod connections;
 mod control_cases;
 mod dfit;
@@ -15,4 +16,5 @@ mod rotor_cases;
 mod rotor_reference;
 mod spindle_effects;
 mod spindle_plant;
+mod tools;
 mod update_reference;
