@@ -2,6 +2,7 @@
 
 pub mod comparison;
 pub mod design;
+pub mod interim;
 
 use crate::controller::ControllerError;
 use crate::controller::verification::VerificationError;

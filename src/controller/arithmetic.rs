@@ -53,9 +53,10 @@ impl Float32Program {
     /// One sample: currents (A) from displacements (m); advances the state.
     pub fn step(&mut self, y: &[f32]) -> Vec<f32> {
         let mut v = self.state.clone();
-        v.extend((0..self.rows.inputs).map(|j| {
-            clamp_f32(y.get(j).copied().unwrap_or(0.0), self.input_limit_m)
-        }));
+        v.extend(
+            (0..self.rows.inputs)
+                .map(|j| clamp_f32(y.get(j).copied().unwrap_or(0.0), self.input_limit_m)),
+        );
         for row in &self.rows.signals {
             let value = sum_f32(row, &v);
             v.push(value);
@@ -134,8 +135,9 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
         scaled.limits.input_m,
         scaled.limits.output_a,
     );
-    let rows =
-        |list: &[Row]| -> Result<Vec<FixedRow>, ControllerError> { list.iter().map(fixed).collect() };
+    let rows = |list: &[Row]| -> Result<Vec<FixedRow>, ControllerError> {
+        list.iter().map(fixed).collect()
+    };
     Ok(Q31Program {
         signals: rows(&exact.signals)?,
         outputs: rows(&exact.outputs)?,
@@ -151,7 +153,11 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
 fn fixed(row: &Row) -> Result<FixedRow, ControllerError> {
     let sum: f64 = row.iter().map(|t| t.coefficient.abs()).sum();
     // Rounding may add half a unit a term; the shift must leave room for it.
-    let exponent = if sum > 0.0 { sum.log2().ceil() as i32 } else { -31 };
+    let exponent = if sum > 0.0 {
+        sum.log2().ceil() as i32
+    } else {
+        -31
+    };
     for s in exponent.max(-31)..=30 {
         let factor = f64::from(31 - s).exp2();
         let terms: Vec<(usize, f64)> = row
@@ -266,7 +272,11 @@ impl Q31Program {
             half_unit + coefficients
         };
         let errors = |exact: &[Row], held: &[Row]| -> Vec<f64> {
-            exact.iter().zip(held).map(|(e, h)| row_error(e, h)).collect()
+            exact
+                .iter()
+                .zip(held)
+                .map(|(e, h)| row_error(e, h))
+                .collect()
         };
         let signals = errors(&self.exact.signals, &held.signals);
         let outputs = errors(&self.exact.outputs, &held.outputs);

@@ -1,8 +1,12 @@
 //! K(s) to firmware: PID, reduction, discretisation, realisation, fixed-point and float arithmetic.
 
 pub mod arithmetic;
+pub mod cma_es;
 pub mod law;
 pub mod modal;
+pub mod pid;
+pub mod pid_objective;
+pub mod pid_tune;
 pub mod realise;
 pub mod scaling;
 pub mod sections;
@@ -26,7 +30,9 @@ pub enum ControllerError {
         source: NumericError,
     },
     /// The realised controller does not reproduce the transfer matrix it came from.
-    #[error("{step}: the transfer matrix changed by {error:.1e} of its peak, at most {allowed:.1e} is accepted")]
+    #[error(
+        "{step}: the transfer matrix changed by {error:.1e} of its peak, at most {allowed:.1e} is accepted"
+    )]
     Inaccurate {
         /// The step.
         step: &'static str,

@@ -58,11 +58,8 @@ pub fn block_diagonalise(system: &StateSpace<Discrete>) -> Result<ModalForm, Con
         let (balanced, scale) = balance(&a);
         let split = split(&balanced)?;
         worst = worst.max(split.condition);
-        let inverse = solve(
-            &split.transform,
-            &Mat::identity(states.len(), states.len()),
-        )
-        .map_err(in_step("modal form"))?;
+        let inverse = solve(&split.transform, &Mat::identity(states.len(), states.len()))
+            .map_err(in_step("modal form"))?;
         // x = D T x̃, hence B̃ = T⁻¹ D⁻¹ B and C̃ = C D T.
         let b = &inverse
             * Mat::from_fn(states.len(), system.inputs(), |i, j| {
@@ -218,9 +215,7 @@ fn most_parallel(clusters: &[Cluster]) -> (usize, usize) {
 fn initial_groups(poles: &[c64]) -> Vec<Vec<c64>> {
     let mut groups: Vec<Vec<c64>> = Vec::new();
     for pole in poles.iter().filter(|p| p.im >= 0.0) {
-        let near = |q: &c64| {
-            (pole - q).norm() < CLUSTER_DISTANCE * pole.norm().max(1.0)
-        };
+        let near = |q: &c64| (pole - q).norm() < CLUSTER_DISTANCE * pole.norm().max(1.0);
         match groups.iter_mut().find(|g| g.iter().any(near)) {
             Some(group) => group.push(*pole),
             None => groups.push(vec![*pole]),
@@ -305,9 +300,7 @@ fn rotation_basis(a: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
     if imaginary < 1e-3 * real {
         return q.clone();
     }
-    let small = Mat::from_fn(2, 2, |i, j| {
-        (if j == 0 { v[i].re } else { v[i].im }) / real
-    });
+    let small = Mat::from_fn(2, 2, |i, j| (if j == 0 { v[i].re } else { v[i].im }) / real);
     q * small
 }
 

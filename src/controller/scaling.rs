@@ -103,7 +103,9 @@ pub fn scaled(
         .map(|k| {
             // Without a finite gain: what the scaled states and inputs can add up to.
             let reach = || {
-                (0..n).map(|j| maps[k][j].abs() * state_scale[j]).sum::<f64>()
+                (0..n)
+                    .map(|j| maps[k][j].abs() * state_scale[j])
+                    .sum::<f64>()
                     + (0..m)
                         .map(|j| maps[k][n + j].abs() * limits.input_m)
                         .sum::<f64>()

@@ -159,9 +159,7 @@ fn cascade(axis: &StateSpace<Discrete>) -> Result<Vec<Section>, ControllerError>
         }]);
     }
     let n = axis.order();
-    let shifted = Mat::from_fn(n, n, |i, j| {
-        -axis.a[(i, j)] + if i == j { z0 } else { 0.0 }
-    });
+    let shifted = Mat::from_fn(n, n, |i, j| -axis.a[(i, j)] + if i == j { z0 } else { 0.0 });
     let m = solve(&shifted, &Mat::identity(n, n)).map_err(in_step(step))?;
     let (mb, cm) = (&m * &axis.b, &axis.c * &m);
     let pencil = Mat::from_fn(n, n, |i, j| -m[(i, j)] + mb[(i, 0)] * cm[(0, j)] / gain);

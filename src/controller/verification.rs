@@ -95,7 +95,8 @@ pub fn verify(
         .into_par_iter()
         .map(|k| {
             let speed_rpm = machine.spindle.max_rpm * k as f64 / last as f64;
-            let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?.sampled()?;
+            let plant =
+                Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?.sampled()?;
             Ok(SpeedCheck {
                 speed_rpm,
                 growth_rate_per_s: growth_rate(&plant, controller).map_err(|source| {
@@ -124,4 +125,3 @@ pub enum VerificationError {
     #[error(transparent)]
     Loop(#[from] ControllerError),
 }
-

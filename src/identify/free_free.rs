@@ -4,7 +4,7 @@
 //! nor its zeros of bending, and those known are divided out so that residues keep their sign. What is left is the rotor on the
 //! negative stiffness of its magnets; the shift between that and the free-free rotor, f(ks = 0) − f(ks), is taken from the
 //! finite-element model of the given machine and added. It is below a few hertz and nearly independent of the moduli, so that a
-//! nominal model serves; a fifth of it is added to the standard deviation.
+//! nominal model serves; a tenth of it is added to the standard deviation.
 //! The two control axes of a plane see the same rotor at rest: poles are fitted to both together, zeros averaged.
 
 use super::IdentifyError;
@@ -21,8 +21,8 @@ use std::f64::consts::TAU;
 const LOWEST_HZ: f64 = 100.0;
 /// Entries are not believed beyond this relative standard deviation, however well the repeats agree.
 const ENTRY_FLOOR: f64 = 5e-4;
-/// Share of the model's shift that counts as uncertain: ks is known to 10 %, the shape at the magnet to as much.
-const SHIFT_UNCERTAINTY: f64 = 0.2;
+/// Share of the model's shift that counts as uncertain: ks is known to some 5–10 %.
+const SHIFT_UNCERTAINTY: f64 = 0.1;
 /// A peak of the model belongs to a measured one when it lies within this factor: nominal models are 10–30 % off.
 const SAME_PEAK: f64 = 1.35;
 

@@ -28,9 +28,9 @@ pub fn condition(a: &Mat<f64>) -> Result<f64, NumericError> {
             iterations: a.nrows(),
             residual: f64::NAN,
         })?;
-    let (largest, smallest) = values
-        .iter()
-        .fold((0.0f64, f64::INFINITY), |(hi, lo), s| (hi.max(*s), lo.min(*s)));
+    let (largest, smallest) = values.iter().fold((0.0f64, f64::INFINITY), |(hi, lo), s| {
+        (hi.max(*s), lo.min(*s))
+    });
     Ok(if smallest > 0.0 {
         largest / smallest
     } else {

@@ -21,7 +21,9 @@ use crate::lti::connect::lower_lft;
 use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::predict::closed_loop::both_planes;
-use crate::robust::dk::{DkSettings, DkStep, iterate};
+use super::interim::{DkSettings, DkStep, iterate};
+use crate::lti::balance::frequency_weighted_balance;
+use crate::robust::MuError;
 use crate::robust::mu_system::{MuPeak, MuPoint, MuSystem};
 use crate::robust::prescale::{constant_scales, scaled};
 use crate::spindle::Machine;
@@ -153,7 +155,7 @@ pub fn design(
     let outcome = iterate(&scaled(&problems.synthesis, &scales), &settings.dk, progress)?;
     let full = outcome.controller;
     let full_stage = stage("full order", &problems, &full)?;
-    let (reduced, orders_tried) = reduce(&problems, &full, &full_stage, settings)?;
+    let (reduced, orders_tried) = reduce(&problems, &scales, &full, settings)?;
     let reduced_stage = stage("reduced order", &problems, &reduced)?;
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
@@ -306,15 +308,63 @@ fn figures(peak: &MuPeak) -> PeakFigures {
     }
 }
 
-/// Lowest order whose μ on the covered problem stays within budget and that keeps the loop stable.
+/// Lowest order whose μ on the synthesis problem stays within budget and whose loop is stable.
+///
+/// Balanced truncation of K weighted by what the loop makes of a change of K: F_l(P, K + ΔK) − F_l(P, K) =
+/// N₁₂ ΔK (I − N₂₂ ΔK)⁻¹ N₂₁ (Anderson and Liu 1989), with N the loop closed by K and opened again beside it.
 fn reduce(
     problems: &Problems,
+    scales: &[f64],
     full: &StateSpace<Continuous>,
-    at_full: &Stage,
     settings: &DesignSettings,
 ) -> Result<(StateSpace<Continuous>, Vec<(usize, f64)>), PipelineError> {
-    let _ = (problems, at_full, settings);
-    Ok((full.clone(), vec![(full.order(), at_full.covered.upper)]))
+    const STAGE: &str = "reduction";
+    let numeric = || PipelineError::numeric(STAGE);
+    let plant = scaled(&problems.synthesis, scales);
+    let (nw, nz) = (plant.disturbances(), plant.errors());
+    let twice = |first: usize, count: usize| -> Vec<usize> {
+        (0..first).chain(first..first + count).chain(first..first + count).collect()
+    };
+    let ports = plant.system.select(
+        &twice(nz, plant.measurements),
+        &twice(nw, plant.controls),
+    );
+    let opened = lower_lft(&ports, full).map_err(numeric())?;
+    let list = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
+    let output_weight = opened.select(&list(0, nz), &list(nw, plant.controls));
+    let input_weight = opened.select(&list(nz, plant.measurements), &list(0, nw));
+    let balancing = frequency_weighted_balance(full, Some(&input_weight), Some(&output_weight))
+        .map_err(numeric())?;
+    let reference = attained(&problems.synthesis, full)?.unwrap_or(f64::INFINITY);
+    let budget = reference * (1.0 + settings.reduction_budget);
+    let mut tried = vec![];
+    for order in balancing.kept().max(1)..full.order() {
+        for candidate in [balancing.truncated(order), balancing.residualised(order)] {
+            // A cut that is singular at this order is no candidate.
+            let Ok(candidate) = candidate else { continue };
+            let Some(mu) = attained(&problems.synthesis, &candidate)? else { continue };
+            tried.push((order, mu));
+            if mu <= budget {
+                tried.push((full.order(), reference));
+                return Ok((candidate, tried));
+            }
+        }
+    }
+    tried.push((full.order(), reference));
+    Ok((full.clone(), tried))
+}
+
+/// Largest upper bound of μ found over frequency; `None` for an unstable loop.
+fn attained(
+    plant: &GeneralizedPlant,
+    controller: &StateSpace<Continuous>,
+) -> Result<Option<f64>, PipelineError> {
+    const STAGE: &str = "reduction";
+    match closed(STAGE, plant, controller) {
+        Ok(system) => Ok(Some(system.search().map_err(PipelineError::mu(STAGE))?.0.upper)),
+        Err(PipelineError::Mu { source: MuError::Unstable { .. }, .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// μ over true frequency: Hz, upper, lower.

@@ -41,7 +41,11 @@ fn names(count: usize) -> Value {
 /// A matrix as a list of rows.
 fn rows(matrix: &Mat<f64>) -> Value {
     (0..matrix.nrows())
-        .map(|i| (0..matrix.ncols()).map(|j| matrix[(i, j)]).collect::<Vec<_>>())
+        .map(|i| {
+            (0..matrix.ncols())
+                .map(|j| matrix[(i, j)])
+                .collect::<Vec<_>>()
+        })
         .collect::<Vec<_>>()
         .into()
 }

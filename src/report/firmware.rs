@@ -206,7 +206,11 @@ fn test_vectors(mut float: Float32Program, mut fixed: Q31Program) -> String {
     let mut random = ChaCha8Rng::seed_from_u64(TEST_SEED);
     let mut text = String::from("sample");
     for unit in ["m", "a", "q31", "q31"].into_iter().enumerate() {
-        let (prefix, count) = if unit.0 % 2 == 0 { ("y", inputs) } else { ("u", outputs) };
+        let (prefix, count) = if unit.0 % 2 == 0 {
+            ("y", inputs)
+        } else {
+            ("u", outputs)
+        };
         for k in 0..count {
             let _ = write!(text, ",{prefix}_{}_{}", channel_name(k), unit.1);
         }

@@ -36,11 +36,7 @@ pub fn header(
     let rows = &scaled.rows;
     let products = rows.multiplications();
     let (f32_memory, q31_memory) = (memory(scaled, 0), memory(scaled, 1));
-    let verified = if verification.is_stable() {
-        "1"
-    } else {
-        "0"
-    };
+    let verified = if verification.is_stable() { "1" } else { "0" };
     let mut text = String::new();
     let notes: String = rows
         .notes
@@ -154,7 +150,9 @@ pub fn stability_words(verification: &Verification) -> String {
             bad.speed_rpm,
             range()
         ),
-        (None, None) => "NOT VERIFIED: the closed loop was not checked. Forced by the user".to_owned(),
+        (None, None) => {
+            "NOT VERIFIED: the closed loop was not checked. Forced by the user".to_owned()
+        }
     }
 }
 
@@ -172,7 +170,11 @@ pub fn source(
         rows.signals.len(),
         rows.outputs.len(),
     );
-    let index = if n + m + s <= 256 { "uint8_t" } else { "uint16_t" };
+    let index = if n + m + s <= 256 {
+        "uint8_t"
+    } else {
+        "uint16_t"
+    };
     let mut text = String::from(
         "/* Written by muspin; see controller.h. Every value is a sum of products: coefficient k times value source[k] of\n \
          * v = [states; inputs; signals]. Rows in order: signals, outputs, next states; row r ends before row_end[r]. */\n\
@@ -216,10 +218,11 @@ pub fn source(
         &mut text,
         &format!("static const float f32_coefficient[{count}]"),
         &labels,
-        float
-            .rows
-            .rows()
-            .map(|row| row.iter().map(|t| hex_float(t.coefficient as f32)).collect()),
+        float.rows.rows().map(|row| {
+            row.iter()
+                .map(|t| hex_float(t.coefficient as f32))
+                .collect()
+        }),
     );
     let _ = writeln!(
         text,

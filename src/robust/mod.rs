@@ -9,6 +9,7 @@ pub mod dk_flatten;
 pub mod dk_scale;
 pub mod dscale;
 pub mod lmi;
+pub mod prescale;
 pub mod mu;
 pub mod mu_certificate;
 pub mod mu_lower;

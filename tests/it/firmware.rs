@@ -33,9 +33,8 @@ fn hidden(blocks: &[Mat<f64>], inputs: usize, outputs: usize, seed: u64) -> Stat
         );
     }
     let n = a.nrows();
-    let mut draw = |r, c, scale: f64| {
-        Mat::from_fn(r, c, |_, _| scale * random.random_range(-1.0..1.0))
-    };
+    let mut draw =
+        |r, c, scale: f64| Mat::from_fn(r, c, |_, _| scale * random.random_range(-1.0..1.0));
     let t = Mat::<f64>::identity(n, n) + draw(n, n, 0.5);
     let inverse = muspin::linalg::solve(&t, &Mat::identity(n, n)).unwrap();
     let (b, c, d) = (
@@ -106,18 +105,34 @@ fn repeated_and_defective_poles_share_a_larger_block() {
     });
     let twice = pair(700.0, 0.02);
     for (name, blocks) in [
-        ("Jordan block of three", vec![jordan, real(0.1), pair(500.0, 0.1)]),
-        ("near-defective pair", vec![near, real(-0.2), pair(2000.0, 0.3)]),
+        (
+            "Jordan block of three",
+            vec![jordan, real(0.1), pair(500.0, 0.1)],
+        ),
+        (
+            "near-defective pair",
+            vec![near, real(-0.2), pair(2000.0, 0.3)],
+        ),
         ("two equal pairs", vec![twice.clone(), twice, real(0.4)]),
-        ("one equal pole in four", vec![real(0.7), real(0.7), real(0.7), real(0.7)]),
-        ("poles at zero", vec![real(0.0), real(0.0), pair(100.0, 0.5)]),
+        (
+            "one equal pole in four",
+            vec![real(0.7), real(0.7), real(0.7), real(0.7)],
+        ),
+        (
+            "poles at zero",
+            vec![real(0.0), real(0.0), pair(100.0, 0.5)],
+        ),
         ("integrators", vec![real(1.0), real(1.0), real(0.5)]),
     ] {
         let k = hidden(&blocks, 2, 2, 7);
         let realisation = modal_form(&k).unwrap_or_else(|e| panic!("{name}: {e}"));
         let back = realisation.to_state_space().unwrap();
         assert!(largest_difference(&k, &back) < 1e-8, "{name}");
-        assert_eq!(realisation.blocks.iter().sum::<usize>(), k.order(), "{name}");
+        assert_eq!(
+            realisation.blocks.iter().sum::<usize>(),
+            k.order(),
+            "{name}"
+        );
     }
 }
 
@@ -125,17 +140,30 @@ fn repeated_and_defective_poles_share_a_larger_block() {
 fn a_gain_without_states_is_realised() {
     let k = StateSpace::gain(Mat::from_fn(4, 4, |i, j| (i * 4 + j) as f64 - 7.5), TIME);
     let realisation = modal_form(&k).unwrap();
-    assert_eq!(largest_difference(&k, &realisation.rounded_f32().unwrap()), 0.0);
+    assert_eq!(
+        largest_difference(&k, &realisation.rounded_f32().unwrap()),
+        0.0
+    );
 }
 
 fn pid_like() -> StateSpace<Discrete> {
     let mut axes = Vec::new();
     for (kp, f1, f2) in [(-11_000.0, 1400.0, 2500.0), (-9000.0, 900.0, 3000.0)] {
         let a = block2(
-            &block2(&real(0.9997), &Mat::zeros(1, 1), &Mat::zeros(1, 1), &real(0.3)),
+            &block2(
+                &real(0.9997),
+                &Mat::zeros(1, 1),
+                &Mat::zeros(1, 1),
+                &real(0.3),
+            ),
             &Mat::zeros(2, 4),
             &Mat::zeros(4, 2),
-            &block2(&pair(f1, 0.3), &Mat::zeros(2, 2), &Mat::zeros(2, 2), &pair(f2, 0.2)),
+            &block2(
+                &pair(f1, 0.3),
+                &Mat::zeros(2, 2),
+                &Mat::zeros(2, 2),
+                &pair(f2, 0.2),
+            ),
         );
         let b = Mat::from_fn(6, 1, |i, _| 0.5 + 0.1 * i as f64);
         let c = Mat::from_fn(1, 6, |_, j| kp * [1e-4, -0.8, 0.3, -0.2, 0.4, 0.1][j]);
@@ -177,11 +205,16 @@ fn scaled_states_never_leave_their_range_for_inputs_within_the_limit() {
         x = (0..x.len())
             .map(|i| {
                 (0..x.len()).map(|j| system.a[(i, j)] * x[j]).sum::<f64>()
-                    + (0..4).map(|j| system.b[(i, j)] * y[j] * LIMITS.input_m).sum::<f64>()
+                    + (0..4)
+                        .map(|j| system.b[(i, j)] * y[j] * LIMITS.input_m)
+                        .sum::<f64>()
             })
             .collect();
         for (i, value) in x.iter().enumerate() {
-            assert!(rows.anti_windup[i] || value.abs() <= 1.0 + 1e-9, "state {i}: {value}");
+            assert!(
+                rows.anti_windup[i] || value.abs() <= 1.0 + 1e-9,
+                "state {i}: {value}"
+            );
         }
     }
 }
@@ -189,7 +222,10 @@ fn scaled_states_never_leave_their_range_for_inputs_within_the_limit() {
 fn rounding_is_small(realisation: &Realisation, k: &StateSpace<Discrete>) {
     let rows = scaled(realisation, LIMITS).unwrap();
     let single = rows.rows.rounded_f32().unwrap();
-    assert!(largest_difference(k, &single) < 2e-5);
+    let change = largest_difference(k, &single);
+    // Direct-form sections hold a slow pole only to 6e-8/(1 − |z|), here 2e-4; modal form is free of that.
+    let allowed = if realisation.signals.is_empty() { 5e-6 } else { 1e-3 };
+    assert!(change < allowed, "{change:e}");
     let fixed = q31(&rows).unwrap();
     assert!(largest_difference(k, &fixed.rounded().unwrap()) < 1e-5);
 }
@@ -221,14 +257,22 @@ fn q31_stays_within_its_derived_bound_of_exact_arithmetic() {
             let exact: Vec<f64> = y.iter().map(|v| fixed.decode_input(*v)).collect();
             let u = fixed.step(&y);
             let dot = |m: &Mat<f64>, i: usize, v: &[f64]| {
-                v.iter().enumerate().map(|(j, v)| m[(i, j)] * v).sum::<f64>()
+                v.iter()
+                    .enumerate()
+                    .map(|(j, v)| m[(i, j)] * v)
+                    .sum::<f64>()
             };
             for (i, value) in u.iter().enumerate() {
                 let expected = dot(&k.c, i, &x) + dot(&k.d, i, &exact);
-                assert!(expected.abs() < LIMITS.output_a, "the comparison must be linear");
+                assert!(
+                    expected.abs() < LIMITS.output_a,
+                    "the comparison must be linear"
+                );
                 worst = worst.max((fixed.decode_output(*value) - expected).abs());
             }
-            x = (0..x.len()).map(|i| dot(&k.a, i, &x) + dot(&k.b, i, &exact)).collect();
+            x = (0..x.len())
+                .map(|i| dot(&k.a, i, &x) + dot(&k.b, i, &exact))
+                .collect();
         }
         assert!(worst <= bound, "{worst:e} A against a bound of {bound:e} A");
         assert!(bound < 1e-3, "a bound of {bound:e} A says nothing");
@@ -274,8 +318,21 @@ fn compile_and_run(k: &StateSpace<Discrete>, realisation: &Realisation) {
     let header = std::fs::read_to_string(folder.path().join("controller.h")).unwrap();
     assert!(header.contains("NOT VERIFIED") && header.contains("#define MUSPIN_VERIFIED 0"));
     let compiler = std::process::Command::new("cc")
-        .args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"])
-        .args(["-ffp-contract=off", "-DMUSPIN_SELF_TEST", "controller.c", "-o", "selftest"])
+        .args([
+            "-std=c99",
+            "-O2",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-pedantic",
+        ])
+        .args([
+            "-ffp-contract=off",
+            "-DMUSPIN_SELF_TEST",
+            "controller.c",
+            "-o",
+            "selftest",
+        ])
         .current_dir(folder.path())
         .output()
         .unwrap();
@@ -298,7 +355,10 @@ fn compile_and_run(k: &StateSpace<Discrete>, realisation: &Realisation) {
 fn generated_c_reproduces_the_vectors_bit_for_bit() {
     compile_and_run(&typical(), &modal_form(&typical()).unwrap());
     compile_and_run(&pid_like(), &second_order_sections(&pid_like()).unwrap());
-    let gain = StateSpace::gain(Mat::from_fn(4, 4, |i, j| -1e4 * f64::from(u8::from(i == j))), TIME);
+    let gain = StateSpace::gain(
+        Mat::from_fn(4, 4, |i, j| -1e4 * f64::from(u8::from(i == j))),
+        TIME,
+    );
     compile_and_run(&gain, &modal_form(&gain).unwrap());
 }
 
