@@ -1,6 +1,7 @@
 //! One integration binary: less linking of heavy dependencies.
 mod architecture;
 mod augment;
+mod chatter;
 mod connections;
 mod control_cases;
 mod dfit;
@@ -25,4 +26,5 @@ mod solve_reduce;
 mod spindle_effects;
 mod spindle_plant;
 mod uff;
+mod tools;
 mod update_reference;
