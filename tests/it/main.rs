@@ -13,6 +13,7 @@ mod mu_constant;
 mod mu_system;
 mod pid;
 mod plots;
+mod reference_run;
 mod results_folder;
 mod rotor_cases;
 mod rotor_reference;
