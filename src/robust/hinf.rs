@@ -139,6 +139,17 @@ fn refuted(gamma: f64, found: &HinfSolution) -> SynthesisError {
     }
 }
 
+/// The optimal level alone, without a controller: for searches over weights and scales.
+///
+/// # Errors
+/// As [`synthesise`].
+pub fn optimal_level(
+    plant: &GeneralizedPlant,
+    settings: &HinfSettings,
+) -> Result<f64, SynthesisError> {
+    Search::new(plant)?.optimum(settings, &mut 0)
+}
+
 /// Relative tolerance of the level peaks and of the verified norm.
 const LEVEL_TOL: f64 = 1e-9;
 
