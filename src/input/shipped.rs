@@ -48,7 +48,10 @@ pub fn text(source: &str, what: &str, shipped: &[Shipped]) -> Result<String, Inp
         let hint = if names.is_empty() {
             "check the path".to_owned()
         } else {
-            format!("check the path, or take a shipped {what}: {} (nearest: {near})", names.join(", "))
+            format!(
+                "check the path, or take a shipped {what}: {} (nearest: {near})",
+                names.join(", ")
+            )
         };
         return Err(InputError::new(source, rule).with_hint(hint));
     }
