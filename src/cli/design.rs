@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     add_predictions(&mut summary, "mu", &rest, &speed);
     for (stem, figure) in robustness(&found)
         .into_iter()
-        .chain(predictions(&[(Role::Mu, &rest), (Role::Mu, &speed)], machine.spindle.max_rpm / 60.0))
+        .chain(predictions(&[(Role::Mu, &rest), (Role::Mu, &speed)], &[], machine.spindle.max_rpm / 60.0))
     {
         folder.add_plot(&stem, &figure)?;
     }

@@ -6,7 +6,6 @@ use super::progress::Progress;
 use super::update::targets;
 use super::{Failure, Outcome, stdout};
 use crate::controller::pid_tune::{TuneSettings, TunedPid, textbook, tune};
-use crate::controller::verification::VerificationError;
 use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::Design;
@@ -53,12 +52,6 @@ impl Default for Arguments {
             measurement: None,
             out: "results/reference".into(),
         }
-    }
-}
-
-impl From<VerificationError> for Failure {
-    fn from(error: VerificationError) -> Self {
-        Self::new(error.to_string()).with_hint("check bearings and electronics of the spindle file")
     }
 }
 
@@ -211,7 +204,7 @@ fn assemble(
         (Role::Pid, &tuned[1]),
         (Role::TextbookPid, &untuned[1]),
     ];
-    for (stem, figure) in robustness(design).into_iter().chain(predictions(&runs, top / 60.0)) {
+    for (stem, figure) in robustness(design).into_iter().chain(predictions(&runs, &[], top / 60.0)) {
         folder.add_plot(&stem, &figure)?;
     }
     add_controller(&mut folder, machine, design)?;

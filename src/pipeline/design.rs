@@ -160,7 +160,7 @@ pub fn design(
     settings: &DesignSettings,
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<Design, PipelineError> {
-    let (problems, scales) = pose(machine, weights, settings)?;
+    let (problems, scales, _) = pose(machine, weights, settings)?;
     let outcome = iterate(&scaled(&problems.synthesis, &scales), &settings.dk, progress)?;
     let full = outcome.controller;
     let full_stage = stage("full order", &problems, &full)?;
@@ -219,7 +219,7 @@ fn pose(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
-) -> Result<(Problems, Vec<f64>), PipelineError> {
+) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
     let top_speed = machine.spindle.max_rpm * TAU / 60.0;
     let kept = machine.spindle.flexible_modes;
     let split = gyroscopic_split(machine, top_speed, kept)?;
@@ -248,22 +248,22 @@ fn pose(
         None => settings.sensitivity_limits.iter().map(|l| Some(*l)).chain([None]).collect(),
     };
     let mut start: Vec<f64> = covered_modes.iter().map(|_| STARTING_SCALE).collect();
-    let mut chosen = None;
-    for limit in candidates {
+    let mut attempt = |limit: Option<f64>| -> Result<_, PipelineError> {
         let synthesis = build(&covered_modes, limit)?;
         let found = constant_scales(&synthesis, &start)?;
         start.clone_from(&found.scale);
         start.pop();
-        let accepted = found.gamma <= settings.gamma_target;
-        chosen = Some((synthesis, limit, found.scale));
-        if accepted {
+        Ok((synthesis, limit, found.scale, found.gamma))
+    };
+    let mut candidates = candidates.into_iter();
+    let mut chosen = attempt(candidates.next().flatten())?;
+    for limit in candidates {
+        if chosen.3 <= settings.gamma_target {
             break;
         }
+        chosen = attempt(limit)?;
     }
-    let (synthesis, sensitivity_limit, scales) = match chosen {
-        Some(chosen) => chosen,
-        None => (build(&covered_modes, None)?, None, vec![]),
-    };
+    let (synthesis, sensitivity_limit, scales, gamma) = chosen;
     let problems = Problems {
         specification: build(&written, None)?,
         covered: build(&covered_modes, None)?,
@@ -273,7 +273,56 @@ fn pose(
         covered_modes,
         split,
     };
-    Ok((problems, scales))
+    Ok((problems, scales, gamma))
+}
+
+/// Optimal γ with constant scales of the covered problem without a bound on T, the tool's specification tightened by
+/// `tightening`: an upper bound of the μ that a design reaches.
+///
+/// # Errors
+/// [`PipelineError`] when the plant or every synthesis fails.
+pub fn covered_gamma(
+    machine: &Machine,
+    weights: &Weights,
+    tightening: f64,
+    settings: &DesignSettings,
+) -> Result<f64, PipelineError> {
+    let tightened = Weights {
+        tool_tightening: weights.tool_tightening * tightening,
+        ..weights.clone()
+    };
+    let only = DesignSettings { sensitivity_limits: vec![], ..settings.clone() };
+    Ok(pose(machine, &tightened, &only)?.2)
+}
+
+/// Largest factor on the tool's specification (displacements divided by it) for which [`covered_gamma`] is at most one,
+/// within 2 %, searched between 1/64 and 64.
+///
+/// # Errors
+/// As [`covered_gamma`].
+pub fn largest_tightening(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+) -> Result<f64, PipelineError> {
+    let meets = |factor: f64| Ok::<_, PipelineError>(covered_gamma(machine, weights, factor, settings)? <= 1.0);
+    let (mut low, mut high) = (1.0 / 64.0, 64.0);
+    // Octaves first, from the factor asked: most specifications are within a factor of four.
+    let mut factor = 1.0;
+    let up = meets(factor)?;
+    while factor > low && factor < high {
+        let next = if up { factor * 2.0 } else { factor / 2.0 };
+        if meets(next)? != up {
+            (low, high) = if up { (factor, next) } else { (next, factor) };
+            break;
+        }
+        factor = next;
+    }
+    while high / low > 1.02 {
+        let middle = (low * high).sqrt();
+        if meets(middle)? { low = middle } else { high = middle }
+    }
+    Ok(low)
 }
 
 /// Where the search for constant scales of modal channels starts: q is of the order 1e-6 m√kg, √(2r)ω₀ of 1e3 rad/s.

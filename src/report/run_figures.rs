@@ -145,9 +145,27 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
     ]
 }
 
+/// A measured dynamic stiffness.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Name in the legend.
+    pub name: String,
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// |F/x|, N/m.
+    pub stiffness_n_per_m: Vec<f64>,
+}
+
 /// Dynamic stiffness at the tool and sensitivity, at every speed given: (stem, figure).
-pub fn predictions(runs: &[(Role, &Prediction)], max_speed_hz: f64) -> Vec<(String, Figure)> {
+pub fn predictions(
+    runs: &[(Role, &Prediction)],
+    measured: &[Measured],
+    max_speed_hz: f64,
+) -> Vec<(String, Figure)> {
     let mut speeds: Vec<f64> = runs.iter().map(|(_, p)| p.speed_rpm).collect();
+    speeds.extend(measured.iter().map(|m| m.speed_rpm));
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();
     let label = |rpm: f64| format!("{rpm:.0} rpm");
@@ -164,6 +182,12 @@ pub fn predictions(runs: &[(Role, &Prediction)], max_speed_hz: f64) -> Vec<(Stri
                     x: &p.stiffness[0].frequency_hz,
                     y: &p.stiffness[0].magnitude_n_per_m,
                 })
+                .chain(measured.iter().filter(|m| m.speed_rpm == *rpm).map(|m| Curve {
+                    name: &m.name,
+                    role: Role::Measured,
+                    x: &m.frequency_hz,
+                    y: &m.stiffness_n_per_m,
+                }))
                 .collect();
             (label.as_str(), curves)
         })
