@@ -24,4 +24,5 @@ mod solve_reduce;
 mod spindle_effects;
 mod spindle_plant;
 mod uff;
+mod update_commands;
 mod update_reference;
