@@ -28,4 +28,5 @@ mod spindle_effects;
 mod spindle_plant;
 mod uff;
 mod tools;
+mod update_commands;
 mod update_reference;
