@@ -6,3 +6,6 @@ mod rotor_reference;
 mod control_cases;
 mod mu_constant;
 mod update_reference;
+mod diagnose_folder;
+mod diagnose_model;
+mod diagnose_examples;
