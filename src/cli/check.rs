@@ -1,9 +1,7 @@
 //! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys.
 
 use super::{Failure, Outcome, stdout};
-use crate::input::{
-    InputError, load_controller, load_spindle, load_tool, load_weights, shipped,
-};
+use crate::input::{InputError, load_controller, load_spindle, load_tool, load_weights, shipped};
 use crate::spindle::{Machine, Spindle};
 use std::path::Path;
 

@@ -53,7 +53,8 @@ impl From<crate::input::InputError> for Failure {
 
 impl From<crate::spindle::SpindleError> for Failure {
     fn from(error: crate::spindle::SpindleError) -> Self {
-        Self::new(error.to_string()).with_hint("`muspin check` on the spindle and tool files shows more")
+        Self::new(error.to_string())
+            .with_hint("`muspin check` on the spindle and tool files shows more")
     }
 }
 

@@ -94,12 +94,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {
     let (from, to, points) = (arguments.from, arguments.to, arguments.points);
     if !(arguments.speed.is_finite() && arguments.speed >= 0.0) {
-        let rule = format!("--speed: {} must be zero or a positive number", arguments.speed);
+        let rule = format!(
+            "--speed: {} must be zero or a positive number",
+            arguments.speed
+        );
         return Err(Failure::new(rule).with_hint("the speed is in rpm"));
     }
     if !(from.is_finite() && from > 0.0 && to.is_finite() && to >= from) {
-        return Err(Failure::new(format!("--from {from} --to {to}: no frequency range"))
-            .with_hint("frequencies are in Hz, 0 < from ≤ to"));
+        return Err(
+            Failure::new(format!("--from {from} --to {to}: no frequency range"))
+                .with_hint("frequencies are in Hz, 0 < from ≤ to"),
+        );
     }
     if points == 0 {
         return Err(Failure::new("--points 0: no frequency").with_hint("give 1 or more"));

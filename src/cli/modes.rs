@@ -29,12 +29,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let machine = load_machine(&arguments.spindle, &arguments.tool)?;
     for rpm in &arguments.speeds {
         if !(rpm.is_finite() && *rpm >= 0.0) {
-            return Err(Failure::new(format!("--speeds: {rpm} must be zero or a positive number"))
-                .with_hint("speeds are in rpm, for example --speeds 0,10000,50000"));
+            return Err(
+                Failure::new(format!("--speeds: {rpm} must be zero or a positive number"))
+                    .with_hint("speeds are in rpm, for example --speeds 0,10000,50000"),
+            );
         }
     }
     let rotor = machine.rotor()?;
-    let ratios = (0..rotor.dofs()).map(|k| machine.damping_ratio(k)).collect();
+    let ratios = (0..rotor.dofs())
+        .map(|k| machine.damping_ratio(k))
+        .collect();
     let damping = Damping::Modal(ratios);
     let factor = machine.effective().gyroscopic_factor;
     let properties = rotor.mass_properties();

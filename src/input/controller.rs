@@ -41,10 +41,15 @@ pub fn load_controller(source: &str) -> Result<Controller, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError> {
-    let read: ControllerFile = serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?;
+    let read: ControllerFile =
+        serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?;
     for (key, names) in [("inputs", &read.inputs), ("outputs", &read.outputs)] {
         if names.iter().ne(CHANNELS.iter()) {
-            let rule = format!("{key}: {} must be {}", names.join(", "), CHANNELS.join(", "));
+            let rule = format!(
+                "{key}: {} must be {}",
+                names.join(", "),
+                CHANNELS.join(", ")
+            );
             return Err(InputError::new(file, rule)
                 .with_hint("reorder the rows or columns of the matrices to this channel order"));
         }
@@ -85,12 +90,20 @@ fn matrix(
     }
     for (i, row) in rows.iter().enumerate() {
         if row.len() != expected_columns {
-            let rule = format!("{key}[{i}]: has {} columns, must have {expected_columns}", row.len());
+            let rule = format!(
+                "{key}[{i}]: has {} columns, must have {expected_columns}",
+                row.len()
+            );
             return Err(InputError::new(file, rule).with_hint(hint));
         }
         if let Some(j) = row.iter().position(|x| !x.is_finite()) {
-            return Err(InputError::new(file, format!("{key}[{i}][{j}]: must be a number")));
+            return Err(InputError::new(
+                file,
+                format!("{key}[{i}][{j}]: must be a number"),
+            ));
         }
     }
-    Ok(Mat::from_fn(expected_rows, expected_columns, |i, j| rows[i][j]))
+    Ok(Mat::from_fn(expected_rows, expected_columns, |i, j| {
+        rows[i][j]
+    }))
 }

@@ -80,7 +80,8 @@ impl InputError {
         } else if text.contains("missing field") {
             "add the key; spindles/reference.yaml shows a complete file".to_owned()
         } else if text.contains("invalid type") || text.contains("invalid value") {
-            "numbers are written plainly, without units or quotes; units stand in the key".to_owned()
+            "numbers are written plainly, without units or quotes; units stand in the key"
+                .to_owned()
         } else {
             "check indentation, brackets and colons at this line".to_owned()
         };

@@ -5,14 +5,20 @@
 
 pub mod controller;
 pub mod error;
+pub mod hammer;
+pub mod measurement;
 pub mod shipped;
 pub mod spindle;
+pub mod sweep;
 pub mod tool;
+pub mod uff;
+pub mod uff_frf;
 pub mod weights;
 pub mod write;
 
 pub use controller::{load_controller, read_controller};
 pub use error::InputError;
+pub use measurement::{Measurement, load_measurement};
 pub use spindle::{load_spindle, read_spindle};
 pub use tool::{load_tool, read_tool};
 pub use weights::{load_weights, read_weights};

@@ -175,7 +175,10 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
         sensor_gain: b.sensor_gain,
     };
     let effects = read.effects.unwrap_or_default();
-    let effects = effects.into_iter().enumerate().map(|(i, e)| effect(file, i, e));
+    let effects = effects
+        .into_iter()
+        .enumerate()
+        .map(|(i, e)| effect(file, i, e));
     let spindle = Spindle {
         sections: sections(file, "rotor.elements", read.rotor.elements, &materials)?,
         discs: discs(read.rotor.discs),
@@ -215,18 +218,32 @@ pub(super) fn materials(
     let mut materials = vec![];
     for (name, m) in read {
         let bad = |key: &str, value: f64, rule: &str| {
-            Err(InputError::new(file, format!("{path}.{name}.{key}: {value} {rule}"))
-                .with_hint("correct the value; the file format gives units in the key"))
+            Err(
+                InputError::new(file, format!("{path}.{name}.{key}: {value} {rule}"))
+                    .with_hint("correct the value; the file format gives units in the key"),
+            )
         };
         let positive = |x: f64| x.is_finite() && x > 0.0;
         if !positive(m.youngs_modulus_pa) {
-            return bad("youngs_modulus_pa", m.youngs_modulus_pa, "must be a positive number");
+            return bad(
+                "youngs_modulus_pa",
+                m.youngs_modulus_pa,
+                "must be a positive number",
+            );
         }
         if !positive(m.density_kg_m3) {
-            return bad("density_kg_m3", m.density_kg_m3, "must be a positive number");
+            return bad(
+                "density_kg_m3",
+                m.density_kg_m3,
+                "must be a positive number",
+            );
         }
         if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
-            return bad("poisson_ratio", m.poisson_ratio, "must lie between -1 and 0.5");
+            return bad(
+                "poisson_ratio",
+                m.poisson_ratio,
+                "must lie between -1 and 0.5",
+            );
         }
         materials.push(Material::isotropic(
             &name,
@@ -249,14 +266,21 @@ pub(super) fn sections(
     for (i, e) in read.into_iter().enumerate() {
         let Some(material) = materials.iter().find(|m| m.name == e.material) else {
             let known = nearest(&e.material, materials.iter().map(|m| m.name.as_str()));
-            let rule = format!("{path}[{i}].material: there is no material {:?}", e.material);
+            let rule = format!(
+                "{path}[{i}].material: there is no material {:?}",
+                e.material
+            );
             return Err(InputError::new(file, rule).with_hint(match known {
                 Some(name) => format!("did you mean `{name}`? Materials stand under `materials:`"),
                 None => "add it under `materials:`".to_owned(),
             }));
         };
-        let mut section =
-            Section::cylinder(e.length_m, e.outer_diameter_m, e.inner_diameter_m, material.clone());
+        let mut section = Section::cylinder(
+            e.length_m,
+            e.outer_diameter_m,
+            e.inner_diameter_m,
+            material.clone(),
+        );
         section.mass_outer_diameter_m = [e.mass_outer_diameter_m.unwrap_or(e.outer_diameter_m); 2];
         section.mass_inner_diameter_m = [e.mass_inner_diameter_m.unwrap_or(e.inner_diameter_m); 2];
         section.modulus_scale = e.modulus_scale;
@@ -320,13 +344,13 @@ fn effect(file: &str, index: usize, read: EffectFile) -> Result<Effect, InputErr
     let allowed = format!("{} takes {}", kind.name(), takes.join(", "));
     let fail = |rule: String| Err(InputError::new(file, rule).with_hint(allowed.clone()));
     let values = given.iter().map(|(k, v)| (*k, v.is_some()));
-    for (key, present) in values.chain(placed) {
-        if present && !takes.contains(&key) {
-            return fail(format!("{path}.{key}: does not belong to {}", kind.name()));
-        }
-        if !present && takes.contains(&key) {
-            return fail(format!("{path}.{key}: is missing"));
-        }
+    let present: Vec<&str> = values.chain(placed).filter(|p| p.1).map(|p| p.0).collect();
+    // A foreign key explains a missing one, so it is named first.
+    if let Some(key) = present.iter().find(|key| !takes.contains(key)) {
+        return fail(format!("{path}.{key}: does not belong to {}", kind.name()));
+    }
+    if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
+        return fail(format!("{path}.{key}: is missing"));
     }
     let location = match kind.location() {
         LocationKind::None => Location::None,
@@ -351,7 +375,11 @@ fn effect(file: &str, index: usize, read: EffectFile) -> Result<Effect, InputErr
     let values = kind.parameters().iter().map(value).collect();
     Effect::new(kind, location, values).map_err(|error| {
         let error = match error {
-            SpindleError::Value { path: key, value, rule } => SpindleError::Value {
+            SpindleError::Value {
+                path: key,
+                value,
+                rule,
+            } => SpindleError::Value {
                 path: format!("{path}.{key}"),
                 value,
                 rule,

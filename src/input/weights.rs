@@ -55,7 +55,11 @@ pub fn load_weights(source: &str) -> Result<Weights, InputError> {
 /// [`InputError`] that says what is wrong and where.
 pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
     let read: WeightsFile = serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))?;
-    let places = [("tool", &read.tool), ("front", &read.front), ("rear", &read.rear)];
+    let places = [
+        ("tool", &read.tool),
+        ("front", &read.front),
+        ("rear", &read.rear),
+    ];
     for (place, limits) in &places {
         let values = [
             ("max_dc_load_n", Some(limits.max_dc_load_n)),
@@ -63,7 +67,10 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
             ("max_dc_displacement_m", Some(limits.max_dc_displacement_m)),
             ("max_hf_displacement_m", Some(limits.max_hf_displacement_m)),
             ("load_crossover_hz", limits.load_crossover_hz),
-            ("displacement_crossover_hz", limits.displacement_crossover_hz),
+            (
+                "displacement_crossover_hz",
+                limits.displacement_crossover_hz,
+            ),
         ];
         for (key, value) in values {
             positive(file, &format!("{place}.{key}"), value)?;
@@ -73,7 +80,10 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         ("current_limit_a", read.current_limit_a),
         ("current_rolloff_hz", read.current_rolloff_hz),
         ("sensor_noise_m", read.sensor_noise_m),
-        ("complementary_sensitivity_limit", read.complementary_sensitivity_limit),
+        (
+            "complementary_sensitivity_limit",
+            read.complementary_sensitivity_limit,
+        ),
         ("integral_corner_hz", read.integral_corner_hz),
         ("tool_tightening", read.tool_tightening),
     ];

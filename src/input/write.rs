@@ -8,9 +8,18 @@ use crate::spindle::{Effect, Location, Side, Spindle, Tool};
 pub fn spindle_yaml(spindle: &Spindle) -> String {
     let mut lines = vec![format!("name: {}", text(&spindle.name)), "rotor:".into()];
     lines.push("  materials:".into());
-    lines.extend(materials(&spindle.sections).iter().map(|m| format!("    {}", material(m))));
+    lines.extend(
+        materials(&spindle.sections)
+            .iter()
+            .map(|m| format!("    {}", material(m))),
+    );
     lines.push("  elements:".into());
-    lines.extend(spindle.sections.iter().map(|s| format!("    - {}", section(s))));
+    lines.extend(
+        spindle
+            .sections
+            .iter()
+            .map(|s| format!("    - {}", section(s))),
+    );
     if !spindle.discs.is_empty() {
         lines.push("  discs:".into());
         lines.extend(spindle.discs.iter().map(|d| format!("    - {}", disc(d))));
@@ -55,7 +64,10 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
     ];
     lines.extend(electronics.map(|(key, value)| format!("  {key}: {}", number(value))));
     lines.push(format!("speed: {{max_rpm: {}}}", number(spindle.max_rpm)));
-    lines.push(format!("backup_clearance_m: {}", number(spindle.backup_clearance_m)));
+    lines.push(format!(
+        "backup_clearance_m: {}",
+        number(spindle.backup_clearance_m)
+    ));
     if spindle.effects.is_empty() {
         lines.push("effects: []".into());
     } else {
@@ -68,7 +80,11 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
 /// A tool file (formats.md, section 2), its materials included.
 pub fn tool_yaml(tool: &Tool) -> String {
     let mut lines = vec![format!("name: {}", text(&tool.name)), "materials:".into()];
-    lines.extend(materials(&tool.sections).iter().map(|m| format!("  {}", material(m))));
+    lines.extend(
+        materials(&tool.sections)
+            .iter()
+            .map(|m| format!("  {}", material(m))),
+    );
     lines.push("elements:".into());
     lines.extend(tool.sections.iter().map(|s| format!("  - {}", section(s))));
     if !tool.discs.is_empty() {
@@ -90,7 +106,11 @@ pub fn effect(effect: &Effect) -> String {
         Location::Region(region) => parts.push(format!("region: {}", text(region))),
     }
     let names = effect.kind.parameters().iter();
-    parts.extend(names.zip(&effect.values).map(|(key, v)| format!("{key}: {}", number(*v))));
+    parts.extend(
+        names
+            .zip(&effect.values)
+            .map(|(key, v)| format!("{key}: {}", number(*v))),
+    );
     format!("{{{}}}", parts.join(", "))
 }
 
@@ -108,9 +128,13 @@ pub fn number(x: f64) -> String {
 /// Plain where that is safe, else in double quotes.
 fn text(value: &str) -> String {
     let plain = value.chars().next().is_some_and(char::is_alphabetic)
-        && value.chars().all(|c| c.is_alphanumeric() || "-_".contains(c))
-        && !["true", "false", "null", "yes", "no", "on", "off", "y", "n", "nan", "inf"]
-            .contains(&value.to_lowercase().as_str());
+        && value
+            .chars()
+            .all(|c| c.is_alphanumeric() || "-_".contains(c))
+        && ![
+            "true", "false", "null", "yes", "no", "on", "off", "y", "n", "nan", "inf",
+        ]
+        .contains(&value.to_lowercase().as_str());
     if plain {
         return value.to_owned();
     }
@@ -119,7 +143,10 @@ fn text(value: &str) -> String {
 }
 
 fn pairs(values: &[(&str, f64)]) -> String {
-    let parts: Vec<String> = values.iter().map(|(k, v)| format!("{k}: {}", number(*v))).collect();
+    let parts: Vec<String> = values
+        .iter()
+        .map(|(k, v)| format!("{k}: {}", number(*v)))
+        .collect();
     parts.join(", ")
 }
 
@@ -151,10 +178,16 @@ fn section(s: &Section) -> String {
     ])];
     parts.push(format!("material: {}", text(&s.material.name)));
     if s.mass_outer_diameter_m != s.outer_diameter_m {
-        parts.push(pairs(&[("mass_outer_diameter_m", s.mass_outer_diameter_m[0])]));
+        parts.push(pairs(&[(
+            "mass_outer_diameter_m",
+            s.mass_outer_diameter_m[0],
+        )]));
     }
     if s.mass_inner_diameter_m != s.inner_diameter_m {
-        parts.push(pairs(&[("mass_inner_diameter_m", s.mass_inner_diameter_m[0])]));
+        parts.push(pairs(&[(
+            "mass_inner_diameter_m",
+            s.mass_inner_diameter_m[0],
+        )]));
     }
     if s.modulus_scale != 1.0 {
         parts.push(pairs(&[("modulus_scale", s.modulus_scale)]));

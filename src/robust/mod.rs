@@ -1,11 +1,21 @@
 //! Synthesis and analysis: H∞, μ bounds, D-scales and their fits, the D-K loop.
 
+pub mod dfit;
+pub mod dfit_factors;
+pub mod dfit_linear;
+pub mod dfit_polish;
+pub mod dk;
+pub mod dk_flatten;
+pub mod dk_scale;
 pub mod dscale;
 pub mod lmi;
+pub mod prescale;
 pub mod mu;
+pub mod mu_certificate;
 pub mod mu_lower;
 pub mod mu_mixed;
 pub mod mu_reduction;
+pub mod mu_system;
 pub mod structure;
 
 pub use structure::MuError;

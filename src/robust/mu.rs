@@ -24,13 +24,27 @@ pub struct MuBounds {
     pub scaling: Scaling,
 }
 
+/// What is left of the coupling between irreducible parts, relative to the bound.
+const COUPLING: f64 = 1e-10;
+/// The same for scalings that are used over an interval of frequency, where moderate scales matter more.
+const SYSTEM_COUPLING: f64 = 1e-6;
+
+/// Upper bound with a scaling of moderate spread, for one frequency of a system; `m` must fit and be finite.
+pub(super) fn upper_bound_for_system(
+    m: &Mat<c64>,
+    structure: &Structure,
+) -> Result<(f64, Scaling), MuError> {
+    let (upper, scaling, _) = upper_by_parts(m, structure, SYSTEM_COUPLING)?;
+    Ok((upper, scaling))
+}
+
 /// Upper bound of μ(M) with its scaling.
 ///
 /// # Errors
 /// [`MuError`] when the blocks do not fit, the data are not finite, or a decomposition fails.
 pub fn upper_bound(m: &Mat<c64>, blocks: &[Block]) -> Result<(f64, Scaling), MuError> {
     let structure = Structure::new(blocks)?;
-    let (upper, scaling, _) = upper_by_parts(m, &structure)?;
+    let (upper, scaling, _) = upper_by_parts(m, &structure, COUPLING)?;
     Ok((upper, scaling))
 }
 
@@ -53,7 +67,7 @@ pub fn lower_bound(m: &Mat<c64>, blocks: &[Block]) -> Result<WorstCase, MuError>
 /// As [`upper_bound`].
 pub fn bounds(m: &Mat<c64>, blocks: &[Block]) -> Result<MuBounds, MuError> {
     let structure = Structure::new(blocks)?;
-    let (upper, scaling, parts) = upper_by_parts(m, &structure)?;
+    let (upper, scaling, parts) = upper_by_parts(m, &structure, COUPLING)?;
     let mut best = WorstCase::none(&structure);
     for part in &parts {
         if part.upper <= best.value {
@@ -87,6 +101,7 @@ struct Part {
 fn upper_by_parts(
     m: &Mat<c64>,
     structure: &Structure,
+    coupling: f64,
 ) -> Result<(f64, Scaling, Vec<Part>), MuError> {
     structure.check(m)?;
     let mut parts = vec![];
@@ -111,7 +126,7 @@ fn upper_by_parts(
         .iter()
         .map(|p| (p.component.clone(), p.scaling.clone()))
         .collect();
-    let whole = mu_reduction::assemble(m, structure, &pairs, largest);
+    let whole = mu_reduction::assemble(m, structure, &pairs, largest, coupling);
     let upper = whole.bound(m);
     let plain = max_singular_value_complex(m);
     // An overflow of the assembled scales leaves the plain bound, which always holds.

@@ -9,7 +9,6 @@ pub mod determine;
 pub mod gauss_newton;
 pub mod machine;
 pub mod matching;
-pub mod model;
 pub mod nelder_mead;
 pub mod outcome;
 pub mod problem;
@@ -59,14 +58,6 @@ pub enum UpdateError {
         what: String,
         /// The value.
         frequency_hz: f64,
-    },
-    /// The rotor is not one chain of nodes.
-    #[error("the rotor model couples nodes {from} and {to}, which are not neighbours")]
-    NotAChain {
-        /// First node.
-        from: usize,
-        /// Second node.
-        to: usize,
     },
     /// The rotor model breaks a rule.
     #[error(transparent)]

@@ -16,7 +16,14 @@ fn reference_cases_lie_between_the_bounds() {
         let blocks = block_list(&case.data["blocks"]);
         let reference = |key: &str| case.reference[key].as_f64().unwrap();
         let found = mu::bounds(&m, &blocks).unwrap();
-        eprintln!("{:24} upper {:.9} ref {:.9} lower {:.9} ref {:.9}", case.id, found.upper, reference("upper_bound"), found.lower, reference("lower_bound"));
+        eprintln!(
+            "{:24} upper {:.9} ref {:.9} lower {:.9} ref {:.9}",
+            case.id,
+            found.upper,
+            reference("upper_bound"),
+            found.lower,
+            reference("lower_bound")
+        );
         assert!(
             found.upper >= reference("lower_bound") * (1.0 - 1e-9),
             "{}: upper {} below the reference lower bound",
@@ -25,10 +32,19 @@ fn reference_cases_lie_between_the_bounds() {
         );
         let absolute = case.tolerance["upper_abs"].as_f64().unwrap();
         let limit = reference("upper_bound") * (1.0 + 1e-4) + absolute;
-        assert!(found.upper <= limit, "{}: {} > {limit}", case.id, found.upper);
+        assert!(
+            found.upper <= limit,
+            "{}: {} > {limit}",
+            case.id,
+            found.upper
+        );
         assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12) + 1e-300);
         assert!((found.scaling.bound(&m) - found.upper).abs() <= 1e-9 * found.upper + 1e-12);
-        assert!(found.lower <= found.upper * (1.0 + 1e-9) + 1e-12, "{}", case.id);
+        assert!(
+            found.lower <= found.upper * (1.0 + 1e-9) + 1e-12,
+            "{}",
+            case.id
+        );
         assert!(
             found.lower >= 0.999 * reference("lower_bound"),
             "{}: lower {} reference {}",

@@ -1,0 +1,87 @@
+//! The D-scales of a D-K iteration: one stable, minimum-phase dᵢ(s) per block, the last block's is 1.
+//!
+//! P_D = blkdiag(D_L, I) P blkdiag(D_R⁻¹, I) is the plant of the next synthesis; D_L repeats dᵢ over the outputs that block i
+//! reads, D_R over the inputs that it feeds. Repeated scalars get dᵢI: the bound of that choice holds for them, too.
+
+use super::dfit_factors::Factors;
+use super::structure::Structure;
+use crate::augment::GeneralizedPlant;
+use crate::linalg::{Mat, NumericError, c64};
+use crate::lti::connect::{append, series};
+use crate::lti::{Continuous, StateSpace};
+
+/// One rational scale per block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DScales {
+    /// Scales in block order; the last one is the constant 1.
+    pub factors: Vec<Factors>,
+}
+
+impl DScales {
+    /// D = I.
+    pub fn identity(blocks: usize) -> Self {
+        Self {
+            factors: vec![Factors::constant(0.0); blocks],
+        }
+    }
+
+    /// Orders of the scales, without the last.
+    pub fn orders(&self) -> Vec<usize> {
+        let own = self.factors.len().saturating_sub(1);
+        self.factors[..own].iter().map(Factors::order).collect()
+    }
+
+    /// |dᵢ(jω)| per block; at infinity the high-frequency gain.
+    pub fn magnitudes(&self, omega_rad_s: f64) -> Vec<f64> {
+        // Corners lie many decades below this frequency, and its fourth power is finite.
+        let omega = omega_rad_s.min(1e60);
+        self.factors
+            .iter()
+            .map(|f| f.ln_magnitude(omega).exp())
+            .collect()
+    }
+
+    /// The scaled generalized plant.
+    ///
+    /// # Errors
+    /// [`NumericError`] when a scale cannot be realised.
+    pub fn scaled_plant(
+        &self,
+        plant: &GeneralizedPlant,
+        structure: &Structure,
+    ) -> Result<GeneralizedPlant, NumericError> {
+        let empty = StateSpace::gain(Mat::zeros(0, 0), Continuous);
+        let (mut left, mut right) = (empty.clone(), empty);
+        for (span, factors) in structure.spans.iter().zip(&self.factors) {
+            let (d, inverse) = (factors.state_space()?, factors.inverse().state_space()?);
+            for _ in span.z.clone() {
+                left = append(&left, &d);
+            }
+            for _ in span.w.clone() {
+                right = append(&right, &inverse);
+            }
+        }
+        let through = |n: usize| StateSpace::gain(Mat::identity(n, n), Continuous);
+        left = append(&left, &through(plant.measurements));
+        right = append(&right, &through(plant.controls));
+        Ok(GeneralizedPlant {
+            system: series(&series(&right, &plant.system)?, &left)?,
+            blocks: vec![],
+            ..plant.clone()
+        })
+    }
+}
+
+/// M scaled by one number per block.
+pub fn scaled_matrix(m: &Mat<c64>, structure: &Structure, d: &[f64]) -> Mat<c64> {
+    let (mut rows, mut cols) = (vec![1.0; m.nrows()], vec![1.0; m.ncols()]);
+    for (span, d) in structure.spans.iter().zip(d) {
+        for i in span.z.clone() {
+            rows[i] = *d;
+        }
+        for j in span.w.clone() {
+            cols[j] = *d;
+        }
+    }
+    Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (rows[i] / cols[j]))
+}

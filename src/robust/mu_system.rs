@@ -1,0 +1,228 @@
+//! μ of a stable system over frequency: the upper bound at a point, on a grid, and its largest value over all frequencies.
+//!
+//! Grid: DC, infinity, a log grid over and beyond the poles, and points packed round every lightly damped pole, where
+//! peaks hide between the points of a log grid. Every local maximum is then refined by golden section. What the search
+//! finds is attained; that nothing larger exists is proved by `mu_certificate`.
+
+use super::mu::{self, MuBounds};
+use super::mu_certificate;
+use super::structure::{MuError, Scaling, Structure};
+use crate::augment::Block;
+use crate::linalg::{Mat, c64};
+use crate::lti::norm::seeds;
+use crate::lti::responder::FrequencyResponder;
+use crate::lti::{Continuous, StateSpace};
+use rayon::prelude::*;
+
+/// The upper bound at one frequency.
+#[derive(Clone, Debug)]
+pub struct MuPoint {
+    /// Frequency, rad/s; infinity for s = ∞.
+    pub omega_rad_s: f64,
+    /// Upper bound of μ there.
+    pub upper: f64,
+    /// The scaling that proves it.
+    pub scaling: Scaling,
+}
+
+/// The largest value over all frequencies with its certificate.
+#[derive(Clone, Debug)]
+pub struct MuPeak {
+    /// No frequency has a larger μ (certified by frozen scalings that cover the axis).
+    pub upper: f64,
+    /// Largest upper bound attained at a frequency.
+    pub attained: f64,
+    /// Its frequency, rad/s; infinity for s = ∞.
+    pub omega_rad_s: f64,
+    /// Bounds at that frequency: the lower bound and its perturbation.
+    pub bounds: MuBounds,
+    /// Frozen scalings used by the certificate.
+    pub scalings: usize,
+}
+
+/// A stable system prepared for μ at many frequencies.
+#[derive(Clone, Debug)]
+pub struct MuSystem {
+    pub(super) system: StateSpace<Continuous>,
+    pub(super) structure: Structure,
+    blocks: Vec<Block>,
+    responder: FrequencyResponder<Continuous>,
+    poles: Vec<c64>,
+}
+
+/// Ratio between a certificate and the largest attained value: a third of what a peak may be off by.
+pub const CERTIFICATE_SLACK: f64 = 3e-4;
+
+impl MuSystem {
+    /// Checks shapes and stability.
+    ///
+    /// # Errors
+    /// [`MuError::Shape`], [`MuError::Unstable`], or a failed decomposition.
+    pub fn new(system: &StateSpace<Continuous>, blocks: &[Block]) -> Result<Self, MuError> {
+        let structure = Structure::new(blocks)?;
+        let direct = Mat::from_fn(system.outputs(), system.inputs(), |i, j| {
+            c64::new(system.d[(i, j)], 0.0)
+        });
+        structure.check(&direct)?;
+        let poles = system.poles()?;
+        let growth_rate = poles.iter().map(|p| p.re).fold(f64::NEG_INFINITY, f64::max);
+        if growth_rate >= 0.0 {
+            return Err(MuError::Unstable { growth_rate });
+        }
+        Ok(Self {
+            responder: FrequencyResponder::new(system),
+            system: system.clone(),
+            structure,
+            blocks: blocks.to_vec(),
+            poles,
+        })
+    }
+
+    /// N(jω); ω may be infinite.
+    pub fn response(&self, omega_rad_s: f64) -> Mat<c64> {
+        self.responder.at_or_infinity(omega_rad_s)
+    }
+
+    /// The upper bound at a frequency.
+    ///
+    /// # Errors
+    /// [`MuError`] when the response is not finite or a decomposition fails.
+    pub fn point(&self, omega_rad_s: f64) -> Result<MuPoint, MuError> {
+        let m = self.response(omega_rad_s);
+        if !m.is_all_finite() {
+            return Err(MuError::NotFinite { omega_rad_s });
+        }
+        let (upper, scaling) = mu::upper_bound_for_system(&m, &self.structure)?;
+        Ok(MuPoint {
+            omega_rad_s,
+            upper,
+            scaling,
+        })
+    }
+
+    /// Upper bounds on a grid, in its order.
+    ///
+    /// # Errors
+    /// As [`Self::point`].
+    pub fn sweep(&self, omega_rad_s: &[f64]) -> Result<Vec<MuPoint>, MuError> {
+        omega_rad_s.par_iter().map(|w| self.point(*w)).collect()
+    }
+
+    /// DC, infinity, and where to look in between.
+    pub fn grid(&self) -> Vec<f64> {
+        let mut list = seeds(&self.poles);
+        let (lo, hi) = (list.first().copied(), list.last().copied());
+        if let (Some(lo), Some(hi)) = (lo, hi) {
+            let decades = (hi / lo).log10().max(1.0);
+            // Ten points a decade, at most 150: wider spans are empty at their ends.
+            let count = (10.0 * decades).min(150.0) as usize;
+            list.extend((0..=count).map(|k| lo * (hi / lo).powf(k as f64 / count as f64)));
+        }
+        for pole in self.poles.iter().filter(|p| p.im > 0.0) {
+            let width = pole.re.abs();
+            if width < 0.3 * pole.norm() {
+                for k in [-8.0, -3.0, -1.0, -0.4, 0.4, 1.0, 3.0, 8.0] {
+                    list.push((pole.im + k * width).max(0.0));
+                }
+            }
+        }
+        list.push(0.0);
+        list.push(f64::INFINITY);
+        list.retain(|w| *w >= 0.0);
+        list.sort_by(f64::total_cmp);
+        list.dedup();
+        list
+    }
+
+    /// The largest upper bound on the grid and between its points, as far as a search sees it, with all points met.
+    ///
+    /// # Errors
+    /// As [`Self::point`].
+    pub fn search(&self) -> Result<(MuPoint, Vec<MuPoint>), MuError> {
+        let points = self.sweep(&self.grid())?;
+        let largest = points.iter().map(|p| p.upper).fold(0.0, f64::max);
+        let maxima: Vec<usize> = (0..points.len())
+            .filter(|k| {
+                let here = points[*k].upper;
+                let not_below = |other: Option<&MuPoint>| other.is_none_or(|o| here >= o.upper);
+                // A peak between two points of this density rises by a few percent at most.
+                here >= 0.9 * largest
+                    && not_below(k.checked_sub(1).and_then(|b| points.get(b)))
+                    && not_below(points.get(k + 1))
+            })
+            .collect();
+        let refined: Result<Vec<MuPoint>, MuError> = maxima
+            .par_iter()
+            .map(|k| {
+                let lo = points[k.saturating_sub(1)].omega_rad_s;
+                let hi = points[(k + 1).min(points.len() - 1)].omega_rad_s;
+                self.golden(lo, &points[*k], hi)
+            })
+            .collect();
+        let best = refined?
+            .into_iter()
+            .max_by(|a, b| a.upper.total_cmp(&b.upper));
+        match best.or_else(|| points.first().cloned()) {
+            Some(best) => Ok((best, points)),
+            None => Err(MuError::EmptyBlock { block: 0 }),
+        }
+    }
+
+    /// Golden section for a maximum between two frequencies round a point.
+    fn golden(&self, lo: f64, middle: &MuPoint, hi: f64) -> Result<MuPoint, MuError> {
+        let mut best = middle.clone();
+        if !hi.is_finite() || hi <= lo {
+            return Ok(best);
+        }
+        let ratio = 0.5 * (5f64.sqrt() - 1.0);
+        let (mut a, mut b) = (lo, hi);
+        let mut c = self.point(b - ratio * (b - a))?;
+        let mut d = self.point(a + ratio * (b - a))?;
+        // 24 sections narrow the interval 1e5 times.
+        for _ in 0..24 {
+            for p in [&c, &d] {
+                if p.upper > best.upper {
+                    best = p.clone();
+                }
+            }
+            if c.upper > d.upper {
+                b = d.omega_rad_s;
+                d = c;
+                c = self.point(b - ratio * (b - a))?;
+            } else {
+                a = c.omega_rad_s;
+                c = d;
+                d = self.point(a + ratio * (b - a))?;
+            }
+            if b - a < 1e-7 * b {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Both bounds at a frequency.
+    ///
+    /// # Errors
+    /// As [`Self::point`].
+    pub fn bounds(&self, omega_rad_s: f64) -> Result<MuBounds, MuError> {
+        mu::bounds(&self.response(omega_rad_s), &self.blocks)
+    }
+
+    /// The certified peak over all frequencies; `slack` is the ratio allowed between certificate and attained value.
+    ///
+    /// # Errors
+    /// [`MuError::NotCovered`] when the certificate does not come to its end, else as [`Self::point`].
+    pub fn peak(&self, slack: f64) -> Result<MuPeak, MuError> {
+        let (best, points) = self.search()?;
+        let (end, scalings) = mu_certificate::certify(self, best, &points, slack)?;
+        let bounds = self.bounds(end.omega_rad_s)?;
+        Ok(MuPeak {
+            upper: end.upper * (1.0 + slack),
+            attained: end.upper,
+            omega_rad_s: end.omega_rad_s,
+            bounds,
+            scalings,
+        })
+    }
+}

@@ -1,0 +1,60 @@
+//! D-K iteration against the best peak that other programmes reached.
+
+use crate::control_cases::{Case, block_list, system};
+use muspin::augment::GeneralizedPlant;
+use muspin::lti::connect::lower_lft;
+use muspin::robust::dk::{DkSettings, iterate};
+use muspin::robust::mu_system::MuSystem;
+
+fn plant(case: &Case) -> GeneralizedPlant {
+    let count = |key: &str| case.data[key].as_u64().unwrap() as usize;
+    GeneralizedPlant {
+        system: system(&case.data),
+        controls: count("m2"),
+        measurements: count("p2"),
+        blocks: block_list(&case.data["blocks"]),
+    }
+}
+
+fn run(id: &str, limit: f64, order_limit: usize) {
+    let case = Case::named("dk", id);
+    let plant = plant(&case);
+    let start = std::time::Instant::now();
+    let outcome = iterate(&plant, &DkSettings::default(), &mut |s| {
+        eprintln!(
+            "{id} {:2} gamma {:.5} mu {:.5} at {:.4} order {} d {:?} {:?} {:?}",
+            s.iteration, s.gamma, s.mu_peak, s.peak_omega_rad_s, s.controller_order, s.d_orders, s.failure, start.elapsed()
+        );
+    })
+    .unwrap();
+    eprintln!("{id} certified {:.5} order {} {:?}", outcome.mu_peak, outcome.controller.order(), start.elapsed());
+    assert!(outcome.mu_peak <= limit, "{} > {limit}", outcome.mu_peak);
+    assert!(outcome.controller.order() <= order_limit);
+    // An independent dense look at the loop.
+    let closed = lower_lft(&plant.system, &outcome.controller).unwrap();
+    let dense = MuSystem::new(&closed, &plant.blocks).unwrap();
+    let grid: Vec<f64> = (0..400).map(|k| 10f64.powf(-4.0 + 0.025 * f64::from(k))).collect();
+    let largest = dense
+        .sweep(&grid)
+        .unwrap()
+        .iter()
+        .map(|p| p.upper)
+        .fold(0.0, f64::max);
+    assert!(largest <= outcome.mu_peak);
+    assert!(outcome.mu_lower_peak <= outcome.mu_peak);
+}
+
+#[test]
+fn distillation_column() {
+    run("skogestad_column", 0.995, 22);
+}
+
+#[test]
+fn magnetic_bearing_plane() {
+    run("amb_1plane", 1.14, 40);
+}
+
+#[test]
+fn two_mass_spring() {
+    run("two_mass_real", 0.9136448, 14);
+}
