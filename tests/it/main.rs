@@ -30,3 +30,6 @@ mod uff;
 mod tools;
 mod update_commands;
 mod update_reference;
+mod diagnose_folder;
+mod diagnose_model;
+mod diagnose_examples;
