@@ -1,6 +1,7 @@
 //! One integration binary: less linking of heavy dependencies.
 mod architecture;
 mod augment;
+mod chatter;
 mod connections;
 mod control_cases;
 mod dfit;
@@ -15,6 +16,7 @@ mod plots;
 mod results_folder;
 mod rotor_cases;
 mod rotor_reference;
+mod simulate;
 mod solve_care;
 mod solve_cases;
 mod solve_discretise;
@@ -23,6 +25,7 @@ mod solve_hinfsyn;
 mod solve_reduce;
 mod spindle_effects;
 mod spindle_plant;
+mod tools;
 mod uff;
 mod update_commands;
 mod update_reference;

@@ -51,6 +51,7 @@ fn cma_es_minimises_the_rosenbrock_function_reproducibly() {
         step: 0.3,
         seed: 5,
         tolerance: 1e-12,
+        target: f64::NEG_INFINITY,
     };
     let run = || minimise(&rosenbrock, &[-0.5; 6], &settings, &mut |_, _| {}).unwrap();
     let (first, second) = (run(), run());
