@@ -28,6 +28,8 @@ mod spindle_effects;
 mod spindle_plant;
 mod uff;
 mod tools;
+mod tools;
+mod uff;
 mod update_commands;
 mod update_reference;
 mod diagnose_folder;

@@ -5,9 +5,7 @@ use muspin::input::{load_machine, load_measurement};
 use muspin::rotor::chain_assembly;
 use muspin::rotor::spectrum::{Query, spectrum};
 use muspin::spindle::{Effect, EffectKind, Location};
-use muspin::update::{
-    Method, Target, UpdateSettings, front_and_rear, gauss_newton, nelder_mead,
-};
+use muspin::update::{Method, Target, UpdateSettings, front_and_rear, gauss_newton, nelder_mead};
 use serde_json::Value;
 
 fn muspin() -> Command {
@@ -31,7 +29,11 @@ fn both_methods_meet_the_published_frequencies_within_a_thousandth() {
             .arg(out.path())
             .output()
             .unwrap();
-        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        assert!(
+            run.status.success(),
+            "{}",
+            String::from_utf8_lossy(&run.stderr)
+        );
         let answer = json(&run.stdout);
         let updating = &answer["updating"];
         assert_eq!(updating["method"], method);
@@ -65,7 +67,12 @@ fn both_methods_meet_the_published_frequencies_within_a_thousandth() {
         }
         let summary = std::fs::read(out.path().join("summary.json")).unwrap();
         assert_eq!(json(&summary), answer);
-        for plot in ["modulus-factors", "determinability", "frequency-errors", "mode-shapes"] {
+        for plot in [
+            "modulus-factors",
+            "determinability",
+            "frequency-errors",
+            "mode-shapes",
+        ] {
             for end in ["svg", "csv"] {
                 assert!(out.path().join(format!("plots/{plot}.{end}")).is_file());
             }
@@ -114,14 +121,40 @@ fn a_sweep_is_identified_first_and_then_updated() {
         .arg(out.path())
         .output()
         .unwrap();
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
     let answer = json(&run.stdout);
     assert_eq!(
-        answer["identification"]["resonances_hz"].as_array().unwrap().len(),
+        answer["identification"]["resonances_hz"]
+            .as_array()
+            .unwrap()
+            .len(),
         3
     );
-    assert!(answer["updating"]["largest_error_percent"].as_f64().unwrap() < 0.1);
+    assert!(
+        answer["updating"]["largest_error_percent"]
+            .as_f64()
+            .unwrap()
+            < 0.1
+    );
     assert_eq!(answer["updating"]["noise_estimated"], false);
+    // Cross FRFs and the hammer test at the tool were not used: the updated model predicts them.
+    let updating = &answer["updating"];
+    assert_eq!(updating["held_out"], serde_json::json!(["13", "31"]));
+    for name in ["13", "31"] {
+        let list = updating["errors_percent"]["antiresonances"][name]
+            .as_array()
+            .unwrap();
+        assert!(!list.is_empty());
+        for e in list.iter().filter_map(Value::as_f64) {
+            assert!(e.abs() < 1.0, "{name}: {e} %");
+        }
+    }
+    let tool = &updating["held_out_tool_frf"][0];
+    assert!(tool["after_db_rms"].as_f64().unwrap() < 1.5, "{tool}");
 }
 
 #[test]
@@ -134,10 +167,19 @@ fn identify_prints_peaks_and_writes_frfs() {
         .unwrap();
     assert!(run.status.success());
     let found = &json(&run.stdout)["identification"];
-    assert_eq!(found["antiresonances_hz"]["front"].as_array().unwrap().len(), 3);
+    assert_eq!(
+        found["antiresonances_hz"]["front"]
+            .as_array()
+            .unwrap()
+            .len(),
+        3
+    );
     let frf = std::fs::read_to_string(out.path().join("frf-0.csv")).unwrap();
     // frequency, 16 entries, 136 covariances, complex.
-    assert_eq!(frf.lines().next().unwrap().split(',').count(), 1 + 2 * (16 + 136));
+    assert_eq!(
+        frf.lines().next().unwrap().split(',').count(),
+        1 + 2 * (16 + 136)
+    );
     assert!(out.path().join("hammer-0.uff").is_file());
 }
 
@@ -168,25 +210,57 @@ fn bad_measurements_are_one_message_and_write_nothing() {
     };
     let head = "spindle: reference\ntool: paper-tool\nrecords:\n";
     let record = |r: &str| format!("{head}  - {{{r}}}\n");
-    check(&record("kind: sweeep, file: a.csv, speed_rpm: 0"), &["records[0].kind", "sweep"]);
-    check(&record("kind: sweep, file: a.csv, speed_rpm: 0"), &["records[0].file", "a.csv"]);
-    check(&record("kind: sweep, file: a.csv, sped_rpm: 0"), &["measurement.yaml:4", "speed_rpm"]);
+    check(
+        &record("kind: sweeep, file: a.csv, speed_rpm: 0"),
+        &["records[0].kind", "sweep"],
+    );
+    check(
+        &record("kind: sweep, file: a.csv, speed_rpm: 0"),
+        &["records[0].file", "a.csv"],
+    );
+    check(
+        &record("kind: sweep, file: a.csv, sped_rpm: 0"),
+        &["measurement.yaml:4", "speed_rpm"],
+    );
     check(&format!("{head} []\n"), &["measurement.yaml"]);
-    check("tool: paper-tool\nrecords: []\n", &["measurement.yaml", "spindle"]);
-    std::fs::write(folder.path().join("a.csv"), "frequency_hz,experiment\n50,1\n").unwrap();
-    check(&record("kind: sweep, file: a.csv, speed_rpm: 0"), &["a.csv:1", "repeat"]);
-    check(&record("kind: sweep, file: a.csv"), &["records[0].speed_rpm"]);
+    check(
+        "tool: paper-tool\nrecords: []\n",
+        &["measurement.yaml", "spindle"],
+    );
+    std::fs::write(
+        folder.path().join("a.csv"),
+        "frequency_hz,experiment\n50,1\n",
+    )
+    .unwrap();
+    check(
+        &record("kind: sweep, file: a.csv, speed_rpm: 0"),
+        &["a.csv:1", "repeat"],
+    );
+    check(
+        &record("kind: sweep, file: a.csv"),
+        &["records[0].speed_rpm"],
+    );
     std::fs::write(folder.path().join("f.yaml"), "resonances_hz: [1069, -3]\n").unwrap();
-    check(&record("kind: frequencies, file: f.yaml"), &["f.yaml", "resonances_hz[1]"]);
+    check(
+        &record("kind: frequencies, file: f.yaml"),
+        &["f.yaml", "resonances_hz[1]"],
+    );
     std::fs::write(folder.path().join("psd.uff"), "    -1\n    58\n").unwrap();
-    check(&record("kind: hammer, file: psd.uff, speed_rpm: 0"), &["psd.uff", "header"]);
+    check(
+        &record("kind: hammer, file: psd.uff, speed_rpm: 0"),
+        &["psd.uff", "header"],
+    );
 }
 
 #[test]
 fn what_moduli_cannot_explain_is_said_and_does_not_bend_them() {
     let machine = load_machine("reference", "paper-tool").unwrap();
     // A soft taper, which no modulus of an element beside it can imitate in eleven frequencies.
-    let joint = Effect::new(EffectKind::ToolJoint, Location::None, vec![2.5e8, 1.2e5, 0.0]);
+    let joint = Effect::new(
+        EffectKind::ToolJoint,
+        Location::None,
+        vec![2.5e8, 1.2e5, 0.0],
+    );
     let truth = machine.with_effect(joint.unwrap());
     let rotor = truth.rotor().unwrap();
     let chain = chain_assembly::chain(&rotor).unwrap();

@@ -101,6 +101,7 @@ pub fn load(name: &str) -> Case {
             output_m: node(&json["points"][*key]["out_node"]),
             input_m: node(&json["points"][*key]["in_node"]),
             antiresonances: list(&measured["antiresonances_hz"][*key]),
+            held_out: false,
         })
         .collect();
     let targets = Targets {
@@ -274,7 +275,9 @@ fn peaks_are_matched_by_pattern_and_not_by_place_in_the_list() {
     // A list in another order, and one resonance left out.
     let case = load("u01");
     let mut turned = load("u01");
-    turned.targets.antiresonances[0].antiresonances.rotate_left(1);
+    turned.targets.antiresonances[0]
+        .antiresonances
+        .rotate_left(1);
     turned.targets.antiresonances[1].antiresonances.reverse();
     turned.targets.resonances.remove(1);
     let (a, b) = (fit(&case), fit(&turned));
@@ -300,7 +303,9 @@ fn peaks_are_matched_by_pattern_and_not_by_place_in_the_list() {
 fn sensitivities_equal_differences() {
     // One Gauss–Newton step from the start predicts what a small change does: checked through the fit of a tiny change.
     let case = load("u01");
-    let factors: Vec<f64> = (0..15).map(|k| 1.0 + 1e-3 * ((k % 4) as f64 - 1.5)).collect();
+    let factors: Vec<f64> = (0..15)
+        .map(|k| 1.0 + 1e-3 * ((k % 4) as f64 - 1.5))
+        .collect();
     let changed = case
         .rotor
         .with_modulus_factors(|_, s| {
@@ -313,15 +318,25 @@ fn sensitivities_equal_differences() {
         max_evaluations: 1,
         ..Default::default()
     };
-    let at = |rotor: &Rotor| gauss_newton_rotor(rotor, &case.targets, &settings).unwrap().before;
+    let at = |rotor: &Rotor| {
+        gauss_newton_rotor(rotor, &case.targets, &settings)
+            .unwrap()
+            .before
+    };
     let (a, b) = (at(&case.rotor), at(&changed));
     let mut targets = case.targets.clone();
     for (t, f) in targets.resonances.iter_mut().zip(&b.poles_hz) {
-        *t = Some(Target { frequency_hz: *f, standard_deviation_hz: Some(0.0) });
+        *t = Some(Target {
+            frequency_hz: *f,
+            standard_deviation_hz: Some(0.0),
+        });
     }
     for (frf, zeros) in targets.antiresonances.iter_mut().zip(&b.zeros_hz) {
         for (t, f) in frf.antiresonances.iter_mut().zip(zeros) {
-            *t = Some(Target { frequency_hz: *f, standard_deviation_hz: Some(0.0) });
+            *t = Some(Target {
+                frequency_hz: *f,
+                standard_deviation_hz: Some(0.0),
+            });
         }
     }
     let settings = UpdateSettings {
