@@ -21,7 +21,18 @@ macro_rules! shipped {
 /// Spindles.
 pub const SPINDLES: &[Shipped] = shipped!["reference" => "spindles/reference.yaml"];
 /// Tools.
-pub const TOOLS: &[Shipped] = shipped!["paper-tool" => "spindles/tools/paper-tool.yaml"];
+pub const TOOLS: &[Shipped] = shipped![
+    "drill-8" => "spindles/tools/drill-8.yaml",
+    "endmill-10" => "spindles/tools/endmill-10.yaml",
+    "endmill-12-long" => "spindles/tools/endmill-12-long.yaml",
+    "endmill-16" => "spindles/tools/endmill-16.yaml",
+    "endmill-20-short" => "spindles/tools/endmill-20-short.yaml",
+    "endmill-6" => "spindles/tools/endmill-6.yaml",
+    "facemill-40" => "spindles/tools/facemill-40.yaml",
+    "long-reach-8" => "spindles/tools/long-reach-8.yaml",
+    "paper-tool" => "spindles/tools/paper-tool.yaml",
+    "test-arbor" => "spindles/tools/test-arbor.yaml",
+];
 /// Weights.
 pub const WEIGHTS: &[Shipped] = shipped!["benchmark" => "weights/benchmark.yaml"];
 /// Published frequencies.

@@ -1,5 +1,6 @@
 //! Closed loop, dynamic stiffness, sensitivity zones, worst case, time response.
 
+pub mod chatter;
 pub mod closed_loop;
 pub mod sensitivity;
 pub mod stiffness;

@@ -166,19 +166,21 @@ fn plain(value: &Value, unit: Option<&Unit>) -> String {
 /// Everything below a value as rows and grids, in the order of the file. Keys in `skip` are left out.
 pub fn flatten(value: &Value, skip: &[&str]) -> (Vec<Row>, Vec<Grid>) {
     let (mut rows, mut grids) = (Vec::new(), Vec::new());
-    walk("", "", value, skip, &mut rows, &mut grids);
+    walk(("", None), "", value, skip, &mut rows, &mut grids);
     (rows, grids)
 }
 
 fn walk(
-    label: &str,
+    (label, inherited): (&str, Option<&'static Unit>),
     key: &str,
     value: &Value,
     skip: &[&str],
     rows: &mut Vec<Row>,
     grids: &mut Vec<Grid>,
 ) {
-    let (own, _) = split(key);
+    let (own, unit) = split(key);
+    // `antiresonances_hz: {front: [..]}`: the unit of the outer key serves the inner ones.
+    let unit = unit.or(inherited);
     let label = match (label.is_empty(), own.is_empty()) {
         (true, _) => own,
         (false, true) => label.to_owned(),
@@ -187,19 +189,19 @@ fn walk(
     match value {
         Value::Object(map) => {
             for (k, v) in map.iter().filter(|(k, _)| !skip.contains(&k.as_str())) {
-                walk(&label, k, v, skip, rows, grids);
+                walk((&label, unit), k, v, skip, rows, grids);
             }
         }
         Value::Array(items) if !items.is_empty() && items.iter().all(Value::is_object) => {
-            grids.push(grid(&label, items))
+            grids.push(grid(&label, items));
         }
         Value::Array(items) if items.is_empty() => rows.push(Row {
             label,
             value: "none".to_owned(),
         }),
-        plain => rows.push(Row {
+        scalar => rows.push(Row {
             label,
-            value: text(key, plain),
+            value: plain(scalar, unit),
         }),
     }
 }
