@@ -5,6 +5,7 @@ use crate::identify::{IdentifyError, MeasuredFrf, identify, open_loop};
 use crate::input::load_measurement;
 use crate::report::atomic::write_file;
 use crate::report::identification::{frf_csv, identification_json};
+use crate::report::uff::{UffRecord, universal_file};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -85,6 +86,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let _ = writeln!(text, "{f},{:e},{:e},{sigma:e}", h.re, h.im);
         }
         files.push((format!("hammer-{k}.csv"), text));
+        let direction = 1 + hammer.axis as i64;
+        let record = UffRecord {
+            description: "compliance at the tool plane",
+            response: (1, direction),
+            reference: (1, direction),
+            frequency_hz: &hammer.frf.frequency_hz,
+            compliance: &hammer.frf.compliance,
+        };
+        files.push((format!("hammer-{k}.uff"), universal_file(&[record])));
     }
     if let Some(out) = &arguments.out {
         for (name, text) in &files {

@@ -8,6 +8,7 @@ mod batch;
 mod check;
 mod compare;
 mod design;
+mod design_arguments;
 mod diagnose;
 mod export;
 mod frf;

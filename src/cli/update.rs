@@ -83,7 +83,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement)?;
     let machine = measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
-    let (targets, identification) = targets(&measurement, &machine, arguments)?;
+    let (targets, identification) =
+        targets(&measurement, &machine, arguments.relative_deviation)?;
     let fit = |settings: &UpdateSettings| match arguments.method {
         MethodArgument::GaussNewton => gauss_newton(&machine, &targets, settings),
         MethodArgument::NelderMead => nelder_mead(&machine, &targets, settings),
@@ -158,10 +159,10 @@ fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
 }
 
 /// What to fit: the standstill sweep where there is one, else frequencies that were read off.
-fn targets(
+pub(super) fn targets(
     measurement: &Measurement,
     machine: &Machine,
-    arguments: &Arguments,
+    relative_deviation: Option<f64>,
 ) -> Result<(Targets, Option<Identification>), Failure> {
     let frfs = measurement
         .sweeps
@@ -185,7 +186,7 @@ fn targets(
             let each = |f: &Option<f64>| {
                 f.map(|f| Target {
                     frequency_hz: f,
-                    standard_deviation_hz: arguments.relative_deviation.map(|r| r * f),
+                    standard_deviation_hz: relative_deviation.map(|r| r * f),
                 })
             };
             frequencies.iter().map(each).collect()

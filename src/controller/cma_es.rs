@@ -22,6 +22,8 @@ pub struct CmaSettings {
     pub seed: u64,
     /// The run ends when σ times the largest standard deviation falls below this.
     pub tolerance: f64,
+    /// The run ends when the best value is at or below this; −∞ for never.
+    pub target: f64,
 }
 
 /// Result of a run.
@@ -129,7 +131,8 @@ pub fn minimise(
         });
         sigma *= ((cs / damping) * (length / expected - 1.0)).exp();
         let widest = deviations.iter().fold(0.0f64, |a, b| a.max(*b));
-        if !(sigma * widest > settings.tolerance) || !sigma.is_finite() {
+        let done = best_value <= settings.target || !sigma.is_finite();
+        if done || sigma * widest <= settings.tolerance {
             break;
         }
     }

@@ -2,6 +2,7 @@
 
 pub mod arithmetic;
 pub mod cma_es;
+pub mod discretise;
 pub mod law;
 pub mod modal;
 pub mod pid;

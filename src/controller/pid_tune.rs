@@ -167,7 +167,7 @@ pub fn textbook(
     let stable = |x: &[f64]| {
         filters(x).map_or(f64::INFINITY, |p| growth_cost(&objective, &p).max(-20.0))
     };
-    let first = run(&stable, &start.to_log(), settings, 0.15, 150, &mut |_, _| {})?;
+    let first = run(&stable, &start.to_log(), settings, effort(0.15, 150, -20.0), &mut |_, _| {})?;
     let base = filters(&first.point)
         .filter(|_| first.value < 0.0)
         .ok_or_else(|| {
@@ -185,7 +185,7 @@ pub fn textbook(
             })
         })
     };
-    let second = run(&margin, &first.point, settings, 0.05, 60, &mut |_, _| {})?;
+    let second = run(&margin, &first.point, settings, effort(0.05, 60, f64::NEG_INFINITY), &mut |_, _| {})?;
     let parameters = filters(&second.point).unwrap_or(base);
     let evaluations = first.evaluations + second.evaluations;
     judge(machine, &objective, parameters, settings, evaluations, "textbook PID")
@@ -224,7 +224,7 @@ fn stabilising_start(
             PidParameters::from_log(x, nyquist)
                 .map_or(f64::INFINITY, |p| growth_cost(objective, &p).max(-2.0))
         };
-        let found = run(&cost, &start.to_log(), settings, 0.15, 200, &mut |_, _| {})?;
+        let found = run(&cost, &start.to_log(), settings, effort(0.15, 200, -2.0), &mut |_, _| {})?;
         evaluations += found.evaluations;
         worst = worst.min(found.value);
         if found.value < 0.0
@@ -258,8 +258,8 @@ fn search(
         stiffness_cost(&figures, settings) + prior
     };
     // Two descents: the second, narrower one starts where the first ended.
-    let first = run(&cost, &origin, settings, 0.08, settings.generations * 2 / 3, progress)?;
-    let second = run(&cost, &first.point, settings, 0.03, settings.generations / 3, progress)?;
+    let first = run(&cost, &origin, settings, effort(0.08, settings.generations * 2 / 3, f64::NEG_INFINITY), progress)?;
+    let second = run(&cost, &first.point, settings, effort(0.03, settings.generations / 3, f64::NEG_INFINITY), progress)?;
     // A poor start may defy stability with shifted modes: the cost is then above what any stable loop has.
     if second.value >= UNSTABLE_COST {
         return Err(nothing_found(
@@ -304,18 +304,33 @@ fn growth_cost(objective: &Objective, parameters: &PidParameters) -> f64 {
     objective.growth_rate(parameters).unwrap_or(f64::INFINITY)
 }
 
+/// How far one descent goes.
+struct Effort {
+    step: f64,
+    generations: usize,
+    target: f64,
+}
+
+fn effort(step: f64, generations: usize, target: f64) -> Effort {
+    Effort {
+        step,
+        generations,
+        target,
+    }
+}
+
 fn run(
     cost: &(dyn Fn(&[f64]) -> f64 + Sync),
     start: &[f64],
     settings: &TuneSettings,
-    step: f64,
-    generations: usize,
+    effort: Effort,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<super::cma_es::CmaOutcome, ControllerError> {
     let cma = CmaSettings {
         population: settings.population,
-        generations,
-        step,
+        generations: effort.generations,
+        step: effort.step,
+        target: effort.target,
         seed: settings.seed,
         // A ten-thousandth of a logarithm: 0.01 % of a parameter.
         tolerance: 1e-4,

@@ -44,6 +44,17 @@ pub struct LocalFit {
     covariance: Mat<c64>,
 }
 
+/// A root of a fitted channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Root {
+    /// Normalised, complex.
+    pub x: c64,
+    /// Standard deviation of its real part, normalised.
+    pub sd: f64,
+    /// Slope of the channel at the root over the standard deviation of that slope: noise has roots too, but no slope.
+    pub slope_over_sd: f64,
+}
+
 /// Largest move of a pole in one step, half windows.
 const STEP_LIMIT: f64 = 0.3;
 /// Relative size of a step at which a pole stands still: far below any standard deviation.
@@ -112,8 +123,8 @@ impl LocalFit {
         self.covariance[(k, k)].re.max(0.0).sqrt()
     }
 
-    /// Root of a channel next to `start` with the standard deviation of its real part; `None` when Newton leaves the window.
-    pub fn root(&self, channel: usize, start: c64) -> Option<(c64, f64)> {
+    /// Root of a channel next to `start`; `None` when Newton leaves the window.
+    pub fn root(&self, channel: usize, start: c64) -> Option<Root> {
         let step = 1e-6;
         let slope = |x: c64| {
             let h = c64::new(step, 0.0);
@@ -145,14 +156,28 @@ impl LocalFit {
                     let gap = x - *p;
                     gradient[base + k] = self.coefficients[channel][k] / (gap * gap);
                 }
-                let mut variance = c64::new(0.0, 0.0);
-                for (i, a) in gradient.iter().enumerate() {
-                    for (j, b) in gradient.iter().enumerate() {
-                        variance += a * self.covariance[(i, j)] * b.conj();
+                let variance = |g: &[c64]| {
+                    let mut sum = c64::new(0.0, 0.0);
+                    for (i, a) in g.iter().enumerate() {
+                        for (j, b) in g.iter().enumerate() {
+                            sum += a * self.covariance[(i, j)] * b.conj();
+                        }
                     }
+                    sum.re.max(0.0)
+                };
+                let h = c64::new(step, 0.0);
+                let (after, before) = (self.basis(x + h), self.basis(x - h));
+                let mut bend = vec![c64::new(0.0, 0.0); total];
+                for k in 0..count {
+                    bend[channel * count + k] = (after[k] - before[k]) / (2.0 * step);
                 }
-                let spread = (0.5 * variance.re.max(0.0)).sqrt() / slope(x).norm();
-                return spread.is_finite().then_some((x, spread));
+                let sd = (0.5 * variance(&gradient)).sqrt() / slope(x).norm();
+                let slope_over_sd = slope(x).norm() / variance(&bend).sqrt();
+                return sd.is_finite().then_some(Root {
+                    x,
+                    sd,
+                    slope_over_sd,
+                });
             }
         }
         None

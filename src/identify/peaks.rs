@@ -80,8 +80,10 @@ const MOST_DAMPING: f64 = 0.02;
 /// Half width of a window relative to its centre, and its least number of lines on either side.
 const WINDOW: f64 = 0.07;
 const LINES_PER_SIDE: usize = 6;
-/// A frequency with a relative standard deviation above this is not identified.
-const WORST_RELATIVE_SD: f64 = 0.01;
+/// A frequency with a relative standard deviation above this is not identified: readings off a plot are better.
+const WORST_RELATIVE_SD: f64 = 0.005;
+/// A zero counts when the slope of the FRF at it is this many standard deviations: random roots of noise reach three.
+const SLOPE_SEEN: f64 = 6.0;
 /// A residue counts as seen from this many standard deviations on.
 const SEEN: f64 = 6.0;
 /// Two poles replace one when χ² per degree of freedom falls by this factor and one pole left more than this residual.
@@ -378,18 +380,22 @@ fn zero_near(
         let Some(f) = fit(&data, &[], &fixed, ZERO_DEGREE) else {
             continue;
         };
-        let Some((x, sd)) = f.root(0, window.normalise(c64::new(at_hz, 0.0))) else {
+        let Some(root) = f.root(0, window.normalise(c64::new(at_hz, 0.0))) else {
             continue;
         };
-        let zero = window.hz(x);
-        let (frequency, sd) = (zero.norm(), sd * window.half_hz);
-        if x.re.abs() > 0.9 {
+        let zero = window.hz(root.x);
+        let (frequency, mut sd) = (zero.norm(), root.sd * window.half_hz);
+        if root.x.re.abs() > 0.9 {
             continue;
+        }
+        if root.slope_over_sd < SLOPE_SEEN {
+            // Without a slope there is no saying where the curve crosses: anywhere in the window.
+            sd = sd.max(window.half_hz);
         }
         if zero.im.abs() > MOST_DAMPING * frequency + 3.0 * sd {
             return Ok(None);
         }
-        if sd < 0.1 * WORST_RELATIVE_SD * frequency {
+        if sd < 0.2 * WORST_RELATIVE_SD * frequency {
             return Ok(Some((frequency, sd)));
         }
         if widest.is_none_or(|(_, s)| sd < s) {

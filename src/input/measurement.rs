@@ -191,6 +191,12 @@ fn read_record(
     let broken = |key: &str, message: String| {
         InputError::new(list, format!("records[{k}].{key}: {message}"))
     };
+    let known = ["sweep", "hammer", "mode_shapes", "frequencies"];
+    if !known.contains(&record.kind.as_str()) {
+        let near = nearest(&record.kind, known.into_iter()).unwrap_or_default();
+        let rule = format!("{:?} is none of {}", record.kind, known.join(", "));
+        return Err(broken("kind", rule).with_hint(format!("did you mean `{near}`?")));
+    }
     let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
     if !taken_at_speed {
         let extra = [
@@ -270,14 +276,7 @@ fn read_record(
                 .frequencies
                 .push(read_frequencies(&name, &text)?);
         }
-        other => {
-            let known = ["sweep", "hammer", "mode_shapes", "frequencies"];
-            let near = nearest(other, known.into_iter()).unwrap_or_default();
-            return Err(
-                broken("kind", format!("{other:?} is none of {}", known.join(", ")))
-                    .with_hint(format!("did you mean `{near}`?")),
-            );
-        }
+        _ => {}
     }
     Ok(())
 }

@@ -84,6 +84,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
                 let mut function = function(file, &mut cursor, &identifier, line, binary)?;
                 (function.si_length, function.si_force) = (si_length, si_force);
                 functions.push(function);
+                cursor.skip_dataset();
             }
             "164" => {
                 let _ = cursor.next_line();

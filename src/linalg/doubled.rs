@@ -83,28 +83,30 @@ impl Doubled {
         }
     }
 
-    /// self·other for a symmetric self.
-    pub fn symmetric_times(&self, other: &Self) -> Self {
+    /// self·other. Column-oriented: independent sums run side by side.
+    pub fn times(&self, other: &Self) -> Self {
         let (n, m) = (self.hi.nrows(), other.hi.ncols());
         let mut product = Self::from_f64(&Mat::zeros(n, m));
         for j in 0..m {
             let (bh, bl) = (other.hi.col_as_slice(j), other.lo.col_as_slice(j));
-            for i in 0..n {
-                // Row i of a symmetric matrix is its column i, which is contiguous.
-                let (ah, al) = (self.hi.col_as_slice(i), self.lo.col_as_slice(i));
-                let (mut sum, mut rest) = (0.0, 0.0);
-                for k in 0..n {
-                    if ah[k] == 0.0 || bh[k] == 0.0 {
-                        continue;
-                    }
-                    let (p, e) = two_product(ah[k], bh[k]);
-                    let (s, f) = two_sum(sum, p);
-                    sum = s;
-                    rest += e + f + (ah[k] * bl[k] + al[k] * bh[k]);
+            let sum = product.hi.col_as_slice_mut(j);
+            let rest = product.lo.col_as_slice_mut(j);
+            for (k, (&b, &b_low)) in bh.iter().zip(bl).enumerate() {
+                if b == 0.0 {
+                    continue;
                 }
-                let (hi, lo) = two_sum(sum, rest);
-                product.hi[(i, j)] = hi;
-                product.lo[(i, j)] = lo;
+                let (ah, al) = (self.hi.col_as_slice(k), self.lo.col_as_slice(k));
+                for ((s, r), (&a, &a_low)) in
+                    sum.iter_mut().zip(rest.iter_mut()).zip(ah.iter().zip(al))
+                {
+                    let (p, e) = two_product(a, b);
+                    let (t, f) = two_sum(*s, p);
+                    *s = t;
+                    *r += e + f + (a * b_low + a_low * b);
+                }
+            }
+            for (s, r) in sum.iter_mut().zip(rest.iter_mut()) {
+                (*s, *r) = two_sum(*s, *r);
             }
         }
         product

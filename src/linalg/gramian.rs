@@ -22,7 +22,7 @@ pub fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, NumericErr
     let mut x = Doubled::from_f64(&Mat::zeros(n, n));
     let mut last = f64::INFINITY;
     for k in 0..LIMIT {
-        let p = x.symmetric_times(&exact_a);
+        let p = x.times(&exact_a);
         let residual = p.plus(&p.transposed()).plus(q).rounded();
         let step = lyapunov_with(&form, &residual);
         if !step.is_all_finite() {

@@ -19,14 +19,15 @@ use crate::controller::verification::{Verification, verify};
 use crate::controller::{ControlLaw, Controller};
 use crate::lti::connect::lower_lft;
 use crate::lti::sample::{inverse_tustin, tustin};
-use crate::lti::{Continuous, Discrete, StateSpace};
+use crate::lti::{Continuous, Discrete, FrequencyGrid, StateSpace};
 use crate::predict::closed_loop::both_planes;
 use super::interim::{DkSettings, DkStep, iterate};
 use crate::lti::balance::frequency_weighted_balance;
 use crate::robust::MuError;
-use crate::robust::mu_system::{MuPeak, MuPoint, MuSystem};
+use crate::robust::mu_system::{MuPeak, MuSystem};
 use crate::robust::prescale::{constant_scales, scaled};
 use crate::spindle::Machine;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// What a designer may turn, with the defaults of the reference run.
@@ -77,6 +78,8 @@ pub struct Problems {
     pub synthesis: GeneralizedPlant,
     /// The bound on T, if any.
     pub sensitivity_limit: Option<f64>,
+    /// Sample period, s.
+    pub period_s: f64,
 }
 
 /// Certified peak of μ of one loop.
@@ -99,6 +102,8 @@ pub struct Stage {
     pub specification: PeakFigures,
     /// Covered problem.
     pub covered: PeakFigures,
+    /// Largest bound found on the synthesis problem.
+    pub synthesis: f64,
 }
 
 /// A finished design.
@@ -110,6 +115,10 @@ pub struct Design {
     pub steps: Vec<DkStep>,
     /// γ of the best step.
     pub gamma: f64,
+    /// Orders of the D-scales of the best step, summed over the blocks.
+    pub d_order: usize,
+    /// Level that μ of the synthesis problem had to keep in reduction.
+    pub reduction_limit: f64,
     /// Controller of one plane as synthesised.
     pub full: Stage,
     /// After reduction.
@@ -151,11 +160,12 @@ pub fn design(
     settings: &DesignSettings,
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<Design, PipelineError> {
-    let (problems, scales) = pose(machine, weights, settings)?;
+    let (problems, scales, _) = pose(machine, weights, settings)?;
     let outcome = iterate(&scaled(&problems.synthesis, &scales), &settings.dk, progress)?;
     let full = outcome.controller;
     let full_stage = stage("full order", &problems, &full)?;
-    let (reduced, orders_tried) = reduce(&problems, &scales, &full, settings)?;
+    let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
+    let (reduced, orders_tried) = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
     let reduced_stage = stage("reduced order", &problems, &reduced)?;
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
@@ -175,11 +185,15 @@ pub fn design(
             "full finite-element plant, exact delay, sampled; coefficients rounded to float32",
         )?
     };
-    let curve = |plant: &GeneralizedPlant| mu_curve(plant, &rounded_plane, period_s);
+    let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
+        mu_curve(plant, &rounded_plane, peak, period_s)
+    };
     Ok(Design {
-        specification_curve: curve(&problems.specification)?,
-        covered_curve: curve(&problems.covered)?,
+        specification_curve: curve(&problems.specification, &rounded_stage.specification)?,
+        covered_curve: curve(&problems.covered, &rounded_stage.covered)?,
         gamma: outcome.gamma,
+        d_order: outcome.steps.get(outcome.best_iteration).map_or(0, |s| s.d_orders.iter().sum()),
+        reduction_limit,
         steps: outcome.steps,
         full: full_stage,
         reduced: reduced_stage,
@@ -205,7 +219,7 @@ fn pose(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
-) -> Result<(Problems, Vec<f64>), PipelineError> {
+) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
     let top_speed = machine.spindle.max_rpm * TAU / 60.0;
     let kept = machine.spindle.flexible_modes;
     let split = gyroscopic_split(machine, top_speed, kept)?;
@@ -234,31 +248,81 @@ fn pose(
         None => settings.sensitivity_limits.iter().map(|l| Some(*l)).chain([None]).collect(),
     };
     let mut start: Vec<f64> = covered_modes.iter().map(|_| STARTING_SCALE).collect();
-    let mut chosen = None;
-    for limit in candidates {
+    let mut attempt = |limit: Option<f64>| -> Result<_, PipelineError> {
         let synthesis = build(&covered_modes, limit)?;
         let found = constant_scales(&synthesis, &start)?;
         start.clone_from(&found.scale);
         start.pop();
-        let accepted = found.gamma <= settings.gamma_target;
-        chosen = Some((synthesis, limit, found.scale));
-        if accepted {
+        Ok((synthesis, limit, found.scale, found.gamma))
+    };
+    let mut candidates = candidates.into_iter();
+    let mut chosen = attempt(candidates.next().flatten())?;
+    for limit in candidates {
+        if chosen.3 <= settings.gamma_target {
             break;
         }
+        chosen = attempt(limit)?;
     }
-    let (synthesis, sensitivity_limit, scales) = match chosen {
-        Some(chosen) => chosen,
-        None => (build(&covered_modes, None)?, None, vec![]),
-    };
+    let (synthesis, sensitivity_limit, scales, gamma) = chosen;
     let problems = Problems {
         specification: build(&written, None)?,
         covered: build(&covered_modes, None)?,
         synthesis,
         sensitivity_limit,
+        period_s: machine.spindle.electronics.sample_period_s(),
         covered_modes,
         split,
     };
-    Ok((problems, scales))
+    Ok((problems, scales, gamma))
+}
+
+/// Optimal γ with constant scales of the covered problem without a bound on T, the tool's specification tightened by
+/// `tightening`: an upper bound of the μ that a design reaches.
+///
+/// # Errors
+/// [`PipelineError`] when the plant or every synthesis fails.
+pub fn covered_gamma(
+    machine: &Machine,
+    weights: &Weights,
+    tightening: f64,
+    settings: &DesignSettings,
+) -> Result<f64, PipelineError> {
+    let tightened = Weights {
+        tool_tightening: weights.tool_tightening * tightening,
+        ..weights.clone()
+    };
+    let only = DesignSettings { sensitivity_limits: vec![], ..settings.clone() };
+    Ok(pose(machine, &tightened, &only)?.2)
+}
+
+/// Largest factor on the tool's specification (displacements divided by it) for which [`covered_gamma`] is at most one,
+/// within 2 %, searched between 1/64 and 64.
+///
+/// # Errors
+/// As [`covered_gamma`].
+pub fn largest_tightening(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+) -> Result<f64, PipelineError> {
+    let meets = |factor: f64| Ok::<_, PipelineError>(covered_gamma(machine, weights, factor, settings)? <= 1.0);
+    let (mut low, mut high) = (1.0 / 64.0, 64.0);
+    // Octaves first, from the factor asked: most specifications are within a factor of four.
+    let mut factor = 1.0;
+    let up = meets(factor)?;
+    while factor > low && factor < high {
+        let next = if up { factor * 2.0 } else { factor / 2.0 };
+        if meets(next)? != up {
+            (low, high) = if up { (factor, next) } else { (next, factor) };
+            break;
+        }
+        factor = next;
+    }
+    while high / low > 1.02 {
+        let middle = (low * high).sqrt();
+        if meets(middle)? { low = middle } else { high = middle }
+    }
+    Ok(low)
 }
 
 /// Where the search for constant scales of modal channels starts: q is of the order 1e-6 m√kg, √(2r)ω₀ of 1e3 rad/s.
@@ -271,8 +335,9 @@ fn stage(
 ) -> Result<Stage, PipelineError> {
     Ok(Stage {
         order: controller.order(),
-        specification: figures(&peak(name, &problems.specification, controller)?),
-        covered: figures(&peak(name, &problems.covered, controller)?),
+        specification: figures(&peak(name, &problems.specification, controller)?, problems.period_s),
+        covered: figures(&peak(name, &problems.covered, controller)?, problems.period_s),
+        synthesis: attained(&problems.synthesis, controller)?.unwrap_or(f64::INFINITY),
     })
 }
 
@@ -300,11 +365,11 @@ fn closed(
     MuSystem::new(&loop_system, blocks).map_err(PipelineError::mu(name))
 }
 
-fn figures(peak: &MuPeak) -> PeakFigures {
+fn figures(peak: &MuPeak, period_s: f64) -> PeakFigures {
     PeakFigures {
         upper: peak.upper,
         lower: peak.bounds.lower,
-        frequency_hz: peak.omega_rad_s / TAU,
+        frequency_hz: true_frequency_hz(peak.omega_rad_s, period_s),
     }
 }
 
@@ -316,7 +381,8 @@ fn reduce(
     problems: &Problems,
     scales: &[f64],
     full: &StateSpace<Continuous>,
-    settings: &DesignSettings,
+    at_full: &Stage,
+    limit: f64,
 ) -> Result<(StateSpace<Continuous>, Vec<(usize, f64)>), PipelineError> {
     const STAGE: &str = "reduction";
     let numeric = || PipelineError::numeric(STAGE);
@@ -335,8 +401,6 @@ fn reduce(
     let input_weight = opened.select(&list(nz, plant.measurements), &list(0, nw));
     let balancing = frequency_weighted_balance(full, Some(&input_weight), Some(&output_weight))
         .map_err(numeric())?;
-    let reference = attained(&problems.synthesis, full)?.unwrap_or(f64::INFINITY);
-    let budget = reference * (1.0 + settings.reduction_budget);
     let mut tried = vec![];
     for order in balancing.kept().max(1)..full.order() {
         for candidate in [balancing.truncated(order), balancing.residualised(order)] {
@@ -344,13 +408,13 @@ fn reduce(
             let Ok(candidate) = candidate else { continue };
             let Some(mu) = attained(&problems.synthesis, &candidate)? else { continue };
             tried.push((order, mu));
-            if mu <= budget {
-                tried.push((full.order(), reference));
+            if mu <= limit {
+                tried.push((full.order(), at_full.synthesis));
                 return Ok((candidate, tried));
             }
         }
     }
-    tried.push((full.order(), reference));
+    tried.push((full.order(), at_full.synthesis));
     Ok((full.clone(), tried))
 }
 
@@ -367,24 +431,33 @@ fn attained(
     }
 }
 
-/// μ over true frequency: Hz, upper, lower.
+/// μ over true frequency: Hz, upper, lower, on a log grid with the peak.
 fn mu_curve(
     plant: &GeneralizedPlant,
     controller: &StateSpace<Continuous>,
+    peak: &PeakFigures,
     period_s: f64,
 ) -> Result<Vec<(f64, f64, f64)>, PipelineError> {
     const STAGE: &str = "μ over frequency";
     let system = closed(STAGE, plant, controller)?;
-    let (_, points): (MuPoint, Vec<MuPoint>) = system.search().map_err(PipelineError::mu(STAGE))?;
-    points
-        .iter()
-        .filter(|p| p.omega_rad_s.is_finite() && p.omega_rad_s > 0.0)
-        .map(|p| {
-            let bounds = system.bounds(p.omega_rad_s).map_err(PipelineError::mu(STAGE))?;
-            Ok((true_frequency_hz(p.omega_rad_s, period_s), p.upper, bounds.lower))
+    let nyquist_hz = 0.5 / period_s;
+    let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, CURVE_POINTS);
+    let mut lines: Vec<f64> = grid.hz();
+    lines.push(peak.frequency_hz);
+    lines.retain(|f| *f < nyquist_hz);
+    lines.sort_by(f64::total_cmp);
+    lines
+        .par_iter()
+        .map(|f| {
+            let omega = 2.0 / period_s * (0.5 * TAU * f * period_s).tan();
+            let bounds = system.bounds(omega).map_err(PipelineError::mu(STAGE))?;
+            Ok((*f, bounds.upper, bounds.lower))
         })
         .collect()
 }
+
+/// Points of the μ curves of the report.
+const CURVE_POINTS: usize = 160;
 
 /// True frequency of a point of the w plane: ω = (2/T) atan(vT/2).
 pub fn true_frequency_hz(w_plane_rad_s: f64, period_s: f64) -> f64 {

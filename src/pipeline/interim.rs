@@ -10,6 +10,16 @@ pub struct DkSettings {}
 pub struct DkStep {
     /// γ.
     pub gamma: f64,
+    /// μ.
+    pub mu_peak: f64,
+    /// Order.
+    pub controller_order: usize,
+    /// D orders.
+    pub d_orders: Vec<usize>,
+    /// Number.
+    pub iteration: usize,
+    /// Failure.
+    pub failure: Option<String>,
 }
 /// Outcome.
 #[derive(Clone, Debug)]
@@ -18,6 +28,8 @@ pub struct DkOutcome {
     pub controller: StateSpace<Continuous>,
     /// γ.
     pub gamma: f64,
+    /// Best.
+    pub best_iteration: usize,
     /// Steps.
     pub steps: Vec<DkStep>,
 }
@@ -31,7 +43,7 @@ pub fn iterate(
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<DkOutcome, SynthesisError> {
     let s = synthesise(plant, &HinfSettings { slack: 1e-2, ..HinfSettings::default() })?;
-    let step = DkStep { gamma: s.gamma };
+    let step = DkStep { gamma: s.gamma, mu_peak: s.gamma, controller_order: s.controller.order(), d_orders: vec![], iteration: 0, failure: None };
     progress(&step);
-    Ok(DkOutcome { controller: s.controller, gamma: s.gamma, steps: vec![step] })
+    Ok(DkOutcome { controller: s.controller, gamma: s.gamma, best_iteration: 0, steps: vec![step] })
 }

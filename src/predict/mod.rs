@@ -4,3 +4,6 @@ pub mod chatter;
 pub mod closed_loop;
 pub mod sensitivity;
 pub mod stiffness;
+pub mod time;
+pub mod time_cases;
+pub mod time_force;

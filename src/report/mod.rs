@@ -10,6 +10,8 @@ pub mod mat;
 pub mod plot;
 pub mod readable;
 pub mod results;
+pub mod run_figures;
+pub mod run_summary;
 pub mod summary;
 pub mod tables;
 pub mod uff;

@@ -8,7 +8,7 @@
 //! and every single ω gives a lower bound: at that frequency no control, not even a non-causal one, does better.
 
 use crate::linalg::lyapunov::symmetric;
-use crate::linalg::riccati::{CareSolution, Effort, RiccatiError, care, care_with};
+use crate::linalg::riccati::{CareSolution, Effort, RiccatiError, care_with};
 use crate::linalg::{
     Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve,
     solve_complex,
@@ -73,10 +73,11 @@ impl Side {
         let n = self.a.nrows();
         let direct = self.direct();
         let free = self.c1.submatrix(0, 0, self.free_errors(), n).to_owned();
-        let found = care(
+        let found = care_with(
             &(&self.a - &self.b2 * &direct),
             &(&self.b2 * self.b2.transpose()),
             &(free.transpose() * &free),
+            Effort::Fast,
         )?;
         let f = Mat::<f64>::zeros(self.b2.ncols(), n) - &direct - self.b2.transpose() * &found.x;
         Ok(Regulator { x: found.x, f })
