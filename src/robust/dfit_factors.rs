@@ -123,13 +123,6 @@ impl Factors {
         list
     }
 
-    /// The function of the same kinds with other parameters; `limits` clamps ln ω₀, `least_ln_damping` bounds ln ζ below.
-    pub fn with_parameters(
-        &self,
-        values: &[f64],
-        limits: (f64, f64),
-        least_ln_damping: f64,
-    ) -> Self {
     /// The function of the same kinds with other parameters, clamped to the limits.
     pub fn with_parameters(&self, values: &[f64], limits: &Limits) -> Self {
         let mut next = self.clone();
