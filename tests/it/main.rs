@@ -35,3 +35,5 @@ mod update_reference;
 mod diagnose_folder;
 mod diagnose_model;
 mod diagnose_examples;
+mod diagnose_matrix;
+mod generator;
