@@ -387,7 +387,10 @@ impl Run<'_> {
         };
         let last = best.scales.factors.len() - 1;
         let (mut own, mut plain) = (best.scales.clone(), best.scales.clone());
-        for (own, plain) in own.factors[..last].iter_mut().zip(&mut plain.factors[..last]) {
+        for (own, plain) in own.factors[..last]
+            .iter_mut()
+            .zip(&mut plain.factors[..last])
+        {
             let gain = own.ln_magnitude(best.peak_omega_rad_s.min(hi));
             *own = raised(own);
             *plain = raised(&Factors::constant(gain));
@@ -403,7 +406,10 @@ impl Run<'_> {
 
     /// Scales for the next synthesis: of the fits of all orders the one with the lowest γ.
     fn next_scales(&self, current: &Iterate) -> Option<DScales> {
-        let points = current.analysis.sweep(&self.fit_frequencies(current)).ok()?;
+        let points = current
+            .analysis
+            .sweep(&self.fit_frequencies(current))
+            .ok()?;
         let structure = self.structure.clone();
         let descent = Descent {
             plant: self.plant,

@@ -9,13 +9,13 @@ pub mod dk_descent;
 pub mod dk_scale;
 pub mod dscale;
 pub mod lmi;
-pub mod prescale;
 pub mod mu;
 pub mod mu_certificate;
 pub mod mu_lower;
 pub mod mu_mixed;
 pub mod mu_reduction;
 pub mod mu_system;
+pub mod prescale;
 pub mod structure;
 
 pub use structure::MuError;
