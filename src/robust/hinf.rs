@@ -173,16 +173,19 @@ impl Search {
     fn new(plant: &GeneralizedPlant) -> Result<Self, SynthesisError> {
         let normal = NormalForm::new(plant)?;
         let (control, filter) = (control_side(&normal), filter_side(&normal));
-        // The named tests are cheap and decide on exact defects; a regulator that fails later is reported as such.
-        explain(&control, &filter)?;
         let regulator = |side: &Side, which| {
-            side.regulator()
-                .map_err(|source| SynthesisError::Regulator { which, source })
+            side.regulator().map_err(|source| match explain(&control, &filter) {
+                Err(named) => named,
+                Ok(()) => SynthesisError::Regulator { which, source },
+            })
         };
         let (k, f) = (
             regulator(&control, "control")?,
             regulator(&filter, "filter")?,
         );
+        if k.is_marginal(&control) || f.is_marginal(&filter) {
+            explain(&control, &filter)?;
+        }
         let regulators = coupling(&k.x, &f.x)?;
         Ok(Self {
             control_level: control.smallest_level(&k, LEVEL_TOL)?,
