@@ -41,7 +41,10 @@ pub fn axis_zero(side: &Side) -> Result<Option<f64>, NumericError> {
     let free = p1 - m2;
     let inner = &side.a - &side.b2 * side.c1.submatrix(free, 0, m2, n);
     let size = side.a.norm_l2();
-    for value in eigenvalues(&inner)?.into_iter().chain(eigenvalues(&side.a)?) {
+    for value in eigenvalues(&inner)?
+        .into_iter()
+        .chain(eigenvalues(&side.a)?)
+    {
         // Axis eigenvalues may be double (rigid bodies): the root of the rounding error.
         if value.im < 0.0 || value.re.abs() > 1e-7 * size.max(value.norm()) {
             continue;

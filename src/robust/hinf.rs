@@ -174,10 +174,11 @@ impl Search {
         let normal = NormalForm::new(plant)?;
         let (control, filter) = (control_side(&normal), filter_side(&normal));
         let regulator = |side: &Side, which| {
-            side.regulator().map_err(|source| match explain(&control, &filter) {
-                Err(named) => named,
-                Ok(()) => SynthesisError::Regulator { which, source },
-            })
+            side.regulator()
+                .map_err(|source| match explain(&control, &filter) {
+                    Err(named) => named,
+                    Ok(()) => SynthesisError::Regulator { which, source },
+                })
         };
         let (k, f) = (
             regulator(&control, "control")?,

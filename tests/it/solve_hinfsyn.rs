@@ -28,7 +28,9 @@ fn plant(data: &serde_json::Value) -> GeneralizedPlant {
 
 /// Largest gain on a grid packed round the poles: no Hamiltonian, no Riccati equation.
 fn dense_peak(s: &StateSpace<Continuous>) -> f64 {
-    let mut grid: Vec<f64> = (0..400).map(|k| 1e-4 * 10f64.powf(0.025 * f64::from(k))).collect();
+    let mut grid: Vec<f64> = (0..400)
+        .map(|k| 1e-4 * 10f64.powf(0.025 * f64::from(k)))
+        .collect();
     for p in s.poles().unwrap() {
         grid.extend((-20..=20).map(|k| (p.im + 0.2 * f64::from(k) * p.re).abs()));
     }
@@ -45,8 +47,16 @@ fn optimum_and_controller_match_the_references() {
         let (opt, gamma) = (number(&found["gamma_opt"]), number(&found["gamma"]));
         // The reference bracket is 2e-8 wide; the search stops at 1e-7. jw_weight is nearly singular by design.
         let tolerance = if case.name == "jw_weight" { 1e-5 } else { 1e-6 };
-        assert!((opt / exact - 1.0).abs() < tolerance, "{}: {opt} {exact}", case.name);
-        assert!(gamma <= 1.01 * exact && gamma >= opt, "{}: {gamma}", case.name);
+        assert!(
+            (opt / exact - 1.0).abs() < tolerance,
+            "{}: {opt} {exact}",
+            case.name
+        );
+        assert!(
+            gamma <= 1.01 * exact && gamma >= opt,
+            "{}: {gamma}",
+            case.name
+        );
         let k = &found["controller"];
         let controller = StateSpace::new(
             matrix(&k["A"]),
@@ -59,7 +69,11 @@ fn optimum_and_controller_match_the_references() {
         let closed = lower_lft(&plant(&case.json["data"]).system, &controller).unwrap();
         assert!(closed.growth_rate().unwrap() < 0.0, "{}", case.name);
         let peak = dense_peak(&closed);
-        assert!(peak <= gamma * (1.0 + 1e-6), "{}: {peak} above {gamma}", case.name);
+        assert!(
+            peak <= gamma * (1.0 + 1e-6),
+            "{}: {peak} above {gamma}",
+            case.name
+        );
         let norm = number(&found["closed_loop_norm"]);
         assert!(norm <= gamma * (1.0 + 1e-8), "{}: {norm}", case.name);
         assert!(peak <= norm * (1.0 + 1e-6), "{}: {peak} {norm}", case.name);
@@ -142,7 +156,10 @@ fn random_plants_get_a_level_that_cannot_be_lowered_and_a_loop_that_meets_it() {
             ..HinfSettings::default()
         };
         let error = synthesise(&p, &below).unwrap_err();
-        assert!(matches!(error, SynthesisError::Infeasible { .. }), "{k}: {error}");
+        assert!(
+            matches!(error, SynthesisError::Infeasible { .. }),
+            "{k}: {error}"
+        );
     }
 }
 
@@ -154,7 +171,9 @@ fn optimum_of_an_integrator_is_root_two() {
             Mat::zeros(1, 1),
             Mat::from_fn(1, 3, |_, j| [1.0, 0.0, 1.0][j]),
             Mat::from_fn(3, 1, |i, _| [1.0, 0.0, 1.0][i]),
-            Mat::from_fn(3, 3, |i, j| f64::from(u8::from((i, j) == (1, 2) || (i, j) == (2, 1)))),
+            Mat::from_fn(3, 3, |i, j| {
+                f64::from(u8::from((i, j) == (1, 2) || (i, j) == (2, 1)))
+            }),
             Continuous,
         )
         .unwrap(),
@@ -163,7 +182,11 @@ fn optimum_of_an_integrator_is_root_two() {
         blocks: vec![],
     };
     let found = synthesise(&p, &HinfSettings::default()).unwrap();
-    assert!((found.gamma_opt - f64::sqrt(2.0)).abs() < 1e-6, "{}", found.gamma_opt);
+    assert!(
+        (found.gamma_opt - f64::sqrt(2.0)).abs() < 1e-6,
+        "{}",
+        found.gamma_opt
+    );
 }
 
 fn problem(a: &str, b: &str, c: &str, d: &str) -> String {
@@ -181,29 +204,49 @@ fn violated_assumptions_are_refused_by_name() {
     };
     let b = "[[1,0,1],[0,0,0]]";
     let c = "[[1,0],[0,0],[1,0]]";
-    check(refusal("hinfsyn", &problem("[[-1,0],[0,2]]", b, c, d)), &["not stabilisable", "2.0"]);
     check(
-        refusal("hinfsyn", &problem("[[-1,0],[0,2]]", "[[1,0,1],[0,0,1]]", c, d)),
+        refusal("hinfsyn", &problem("[[-1,0],[0,2]]", b, c, d)),
+        &["not stabilisable", "2.0"],
+    );
+    check(
+        refusal(
+            "hinfsyn",
+            &problem("[[-1,0],[0,2]]", "[[1,0,1],[0,0,1]]", c, d),
+        ),
         &["not detectable"],
     );
     check(
-        refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,0],[0,1,0]]")),
+        refusal(
+            "hinfsyn",
+            &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,0],[0,1,0]]"),
+        ),
         &["D12", "column rank"],
     );
     check(
-        refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,0,0]]")),
+        refusal(
+            "hinfsyn",
+            &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,0,0]]"),
+        ),
         &["D21", "row rank"],
     );
     // An undamped mode that no error sees is a zero of P12 on the axis.
     check(
         refusal(
             "hinfsyn",
-            &problem("[[0,5],[-5,0]]", "[[0,0,0],[1,0,1]]", "[[0,0],[0,0],[1,0]]", d),
+            &problem(
+                "[[0,5],[-5,0]]",
+                "[[0,0,0],[1,0,1]]",
+                "[[0,0],[0,0],[1,0]]",
+                d,
+            ),
         ),
         &["P12", "zero on the imaginary axis", "5.0"],
     );
     check(
-        refusal("hinfsyn", &problem("[[1e308,1e308],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,1,0]]")),
+        refusal(
+            "hinfsyn",
+            &problem("[[1e308,1e308],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,1,0]]"),
+        ),
         &["error"],
     );
     let text = refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", "[[1,0,1]]", c, d));
