@@ -1,4 +1,5 @@
 //! Synthesis and analysis: H∞, μ bounds, D-scales and their fits, the D-K loop.
+#![doc = include_str!("limits.md")]
 
 pub mod dfit;
 pub mod dfit_factors;
@@ -25,6 +26,8 @@ pub mod hinf;
 pub mod hinf_controller;
 pub mod hinf_level;
 pub mod hinf_normal;
+mod hinf_pair;
+mod hinf_search;
 
 pub use error::{Condition, SynthesisError};
 pub use hinf::{HinfSettings, HinfSolution, synthesise};

@@ -261,3 +261,65 @@ fn levels_below_the_optimum_are_refused_with_the_condition() {
     let text = refusal("hinfsyn", &data.to_string());
     assert!(text.contains("no controller achieves gamma"), "{text}");
 }
+
+/// The plant of a case in other units of states and channels, and with another cost of control and noise.
+fn rescaled(data: &serde_json::Value, states: f64, channels: f64, direct: f64) -> GeneralizedPlant {
+    let mut p = plant(data);
+    let (n, m1, p1) = (p.system.order(), p.disturbances(), p.errors());
+    let units: Vec<f64> = (0..n)
+        .map(|i| states.powf((2.7 * i as f64).sin()))
+        .collect();
+    p.system = p.system.scale_states(&units);
+    let s = &mut p.system;
+    for j in m1..s.d.ncols() {
+        let unit = channels.powf((1.3 * j as f64).cos());
+        for i in 0..n {
+            s.b[(i, j)] *= unit;
+        }
+        for i in 0..s.d.nrows() {
+            s.d[(i, j)] *= unit * if i < p1 { direct } else { 1.0 };
+        }
+    }
+    for i in p1..s.d.nrows() {
+        let unit = channels.powf((1.9 * i as f64).sin());
+        for j in 0..n {
+            s.c[(i, j)] *= unit;
+        }
+        for j in 0..s.d.ncols() {
+            s.d[(i, j)] *= unit * if j < m1 { direct } else { 1.0 };
+        }
+    }
+    p
+}
+
+#[test]
+fn limits_of_the_documentation_hold() {
+    for case in cases("hinfsyn", 10) {
+        if case.name != "amb_1plane_f2" {
+            continue;
+        }
+        let exact = number(&case.json["reference"]["gamma_opt"]);
+        for (states, channels) in [(1e8, 1.0), (1e12, 1.0), (1.0, 1e6), (1e8, 1e6)] {
+            let p = rescaled(&case.json["data"], states, channels, 1.0);
+            let found = synthesise(&p, &HinfSettings::default()).unwrap();
+            assert!(
+                (found.gamma_opt / exact - 1.0).abs() < 1e-6,
+                "{states} {channels}"
+            );
+            assert!(found.gamma <= 1.01 * exact);
+        }
+        let mut last = exact;
+        for direct in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
+            let p = rescaled(&case.json["data"], 1.0, 1.0, direct);
+            let found = synthesise(&p, &HinfSettings::default()).unwrap();
+            // Cheaper control and less noise cannot cost performance.
+            assert!(
+                found.gamma_opt <= last * (1.0 + 1e-6),
+                "{direct}: {}",
+                found.gamma_opt
+            );
+            assert!(found.gamma <= 1.01 * found.gamma_opt, "{direct}");
+            last = found.gamma_opt;
+        }
+    }
+}
