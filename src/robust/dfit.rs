@@ -194,7 +194,7 @@ pub fn fit_quick(data: &Magnitudes, order: usize) -> Factors {
     }
     match dfit_linear::fit(data, order, &constant) {
         Some(start) => {
-            let trial = polish(data, start, 8);
+            let trial = polish(data, start, 40);
             if weighted_error(data, &trial) < weighted_error(data, &best) {
                 trial
             } else {

@@ -17,6 +17,7 @@ pub mod mu_mixed;
 pub mod mu_reduction;
 pub mod mu_system;
 pub mod prescale;
+pub mod robstab;
 pub mod structure;
 
 pub use structure::MuError;

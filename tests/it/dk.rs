@@ -23,6 +23,7 @@ fn run(id: &str, limit: f64, order_limit: usize) {
     let omega = number_list(&case.data["omega"]);
     let settings = DkSettings {
         fit_range_rad_s: Some((omega[0], omega[omega.len() - 1])),
+        descent_rounds: std::env::var("DESCENT").map_or(40, |v| v.parse().unwrap()),
         ..DkSettings::default()
     };
     let outcome = iterate(&plant, &settings, &mut |s| {
