@@ -8,7 +8,7 @@
 use super::generalized::GeneralizedPlant;
 use super::plane::{LOADS, LOOPS};
 use super::uncertainty::Block;
-use super::weighting::{level_change, roll_on};
+use super::weighting::{level_change, low_frequency_rise, roll_on};
 use super::weights::{Limits, Weights};
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, block2, series, stack_rows};
@@ -16,6 +16,9 @@ use crate::lti::{Continuous, StateSpace};
 
 /// Displacement that counts as one at the controller input of the scaled problem, m: the size of the vibrations.
 pub const SIGNAL_SCALE_M: f64 = 1e-5;
+
+/// Rise of the tool weight below the integral corner: a leaky integrator, since a pole at zero cannot be stabilised.
+const INTEGRAL_RISE: f64 = 1e3;
 
 /// A mode with a port in the plane model and its relative natural-frequency uncertainty.
 #[derive(Clone, Copy, Debug)]

@@ -40,6 +40,15 @@ impl Factor {
     }
 }
 
+/// Ranges of the parameters of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// ln of the corner frequencies, rad/s.
+    pub ln_omega: (f64, f64),
+    /// ln ζ of second-order factors.
+    pub ln_damping: (f64, f64),
+}
+
 /// gain · Π zeros / Π poles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factors {
@@ -121,18 +130,19 @@ impl Factors {
         limits: (f64, f64),
         least_ln_damping: f64,
     ) -> Self {
+    /// The function of the same kinds with other parameters, clamped to the limits.
+    pub fn with_parameters(&self, values: &[f64], limits: &Limits) -> Self {
         let mut next = self.clone();
         let mut source = values.iter().copied();
         next.ln_gain = source.next().unwrap_or(self.ln_gain);
         for factor in next.zeros.iter_mut().chain(&mut next.poles) {
             if let Some(v) = source.next() {
-                factor.ln_omega = v.clamp(limits.0, limits.1);
+                factor.ln_omega = v.clamp(limits.ln_omega.0, limits.ln_omega.1);
             }
             if let Some(ln_damping) = &mut factor.ln_damping
                 && let Some(v) = source.next()
             {
-                // ζ = 1e4 already separates the two real roots by eight decades.
-                *ln_damping = v.clamp(least_ln_damping, 9.2);
+                *ln_damping = v.clamp(limits.ln_damping.0, limits.ln_damping.1);
             }
         }
         next

@@ -2,7 +2,7 @@
 //! limits and contact, and the commands `export` and `simulate` end to end.
 
 use muspin::controller::arithmetic::{Float32Program, float32};
-use muspin::controller::pid::{pid_controller, reference_start};
+use muspin::controller::pid_tune::{TuneSettings, textbook};
 use muspin::controller::realise::modal_form;
 use muspin::controller::scaling::{SignalLimits, scaled};
 use muspin::controller::{ControlLaw, Controller};
@@ -16,13 +16,18 @@ use muspin::predict::time_force::{BackupBearing, Magnet};
 use muspin::report::controller_json::controller_json;
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
 fn machine() -> Machine {
     load_machine("reference", "paper-tool").unwrap()
 }
 
+/// The textbook PID: quickly found, stable at every speed.
 fn pid() -> (Controller, StateSpace<Discrete>) {
-    let controller = pid_controller(&reference_start(&machine()), 5e-5, "pid").unwrap();
+    static FOUND: OnceLock<Controller> = OnceLock::new();
+    let controller = FOUND
+        .get_or_init(|| textbook(&machine(), &TuneSettings::quick()).unwrap().controller)
+        .clone();
     let ControlLaw::Discrete(law) = controller.law.clone() else {
         panic!("sampled")
     };
