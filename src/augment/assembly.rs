@@ -107,19 +107,23 @@ fn output_weights(
     weights: &Weights,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let mut all = StateSpace::gain(modal_gain(modes), Continuous);
-    for ((limit, factor), crossover) in limits
+    let places = limits
         .iter()
         .zip(tightening)
-        .zip(weights.displacement_crossover_hz)
-    {
-        all = append(
-            &all,
-            &level_change(
-                factor / limit.max_dc_displacement_m,
-                factor / limit.max_hf_displacement_m,
-                crossover,
-            )?,
-        );
+        .zip(weights.displacement_crossover_hz);
+    for (place, ((limit, factor), crossover)) in places.enumerate() {
+        let mut displacement = level_change(
+            factor / limit.max_dc_displacement_m,
+            factor / limit.max_hf_displacement_m,
+            crossover,
+        )?;
+        if let Some(corner) = weights.integral_corner_hz
+            && place == 0
+        {
+            let rise = low_frequency_rise(1.0, corner, INTEGRAL_RISE)?;
+            displacement = series(&displacement, &rise)?;
+        }
+        all = append(&all, &displacement);
     }
     for _ in 0..LOOPS {
         let current = roll_on(

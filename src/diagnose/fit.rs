@@ -36,6 +36,20 @@ pub struct Fit {
     pub information: Mat<f64>,
 }
 
+/// Effects at a point, linearised.
+pub struct Linear {
+    residual: Vec<f64>,
+    jacobian: Mat<f64>,
+    normal: Mat<f64>,
+}
+
+impl Linear {
+    /// Number of real residuals.
+    pub fn residuals(&self) -> usize {
+        self.residual.len()
+    }
+}
+
 /// A step of the schedule: model floor and iterations.
 pub type Stage = (f64, usize);
 
@@ -253,6 +267,79 @@ impl Problem<'_> {
         let (models, step) = moved.get(c.checked_sub(layout.len())?)?;
         let there = models[speed].line(omega, None).response;
         Some(std::array::from_fn(|n| (there[n] - f[n]) / *step))
+    }
+
+    /// Residuals and derivatives of these effects at a point, for [`Self::predicted`].
+    ///
+    /// # Errors
+    /// As [`Self::residual`].
+    pub fn linear(&self, at: &Point, floor: f64) -> Result<Linear, DiagnoseError> {
+        let (r, jacobian) = self.linearised(at, floor)?;
+        let mut normal = jacobian.transpose() * &jacobian;
+        for (k, sd) in self.model.layout.sd.iter().enumerate() {
+            normal[(k, k)] += sd.powi(-2);
+        }
+        Ok(Linear {
+            residual: r,
+            jacobian,
+            normal,
+        })
+    }
+
+    /// χ² that one joint Gauss step from `from` promises, the last effect of the problem being new; and the point it leads to.
+    ///
+    /// # Errors
+    /// As [`Self::residual`].
+    pub fn predicted(&self, base: &Linear, from: &Point, floor: f64) -> Result<(Point, f64), DiagnoseError> {
+        let (Some(hypothesis), Some(theta)) = (self.effects.last(), from.theta.last()) else {
+            return Ok((from.clone(), f64::INFINITY));
+        };
+        let last = from.theta.len() - 1;
+        let here = self.residual(from, floor)?;
+        let (n, d) = (base.jacobian.ncols(), theta.len());
+        let mut columns = Mat::zeros(here.len(), d);
+        for i in 0..d {
+            let mut there = from.clone();
+            there.theta[last][i] += hypothesis.step(i);
+            hypothesis.clamp(&mut there.theta[last]);
+            let taken = there.theta[last][i] - theta[i];
+            let moved = self.residual(&there, floor)?;
+            for (k, (a, b)) in moved.iter().zip(&here).enumerate() {
+                columns[(k, i)] = if taken != 0.0 { (b - a) / taken } else { 0.0 };
+            }
+        }
+        let r = Mat::from_fn(here.len(), 1, |i, _| here[i]);
+        let cross = base.jacobian.transpose() * &columns;
+        let own = columns.transpose() * &columns;
+        let mut slope = Mat::zeros(n + d, 1);
+        let (small, new) = (base.jacobian.transpose() * &r, columns.transpose() * &r);
+        for k in 0..n {
+            let weight = self.model.layout.sd.get(k).map_or(0.0, |sd| sd.powi(-2));
+            slope[(k, 0)] = small[(k, 0)] - weight * from.p.get(k).copied().unwrap_or_default();
+        }
+        for k in 0..d {
+            slope[(n + k, 0)] = new[(k, 0)];
+        }
+        let normal = Mat::from_fn(n + d, n + d, |i, j| match (i < n, j < n) {
+            (true, true) => base.normal[(i, j)],
+            (true, false) => cross[(i, j - n)],
+            (false, true) => cross[(j, i - n)],
+            // A coordinate without influence at this start (the place of no mass) stays where it is.
+            (false, false) => own[(i - n, j - n)] + if i == j { 1e-6 * own[(i - n, i - n)] + 1e-9 } else { 0.0 },
+        });
+        let step = solve(&normal, &slope)?;
+        let gain: f64 = (0..n + d).map(|k| step[(k, 0)] * slope[(k, 0)]).sum();
+        let mut there = from.clone();
+        for i in 0..d {
+            // Half way of a long step: the prediction is linear.
+            let limit = 2.0 + theta[i].abs();
+            there.theta[last][i] += step[(n + i, 0)].clamp(-limit, limit);
+        }
+        hypothesis.clamp(&mut there.theta[last]);
+        let data: f64 = here.iter().map(|r| r * r).sum();
+        let chi2 = data + self.prior(&from.p) - gain;
+        // The longer a step, the less a linear prediction is worth; a negative χ² is none.
+        Ok((there, chi2.max(0.0)))
     }
 
     fn prior(&self, p: &[f64]) -> f64 {

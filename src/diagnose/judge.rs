@@ -215,49 +215,61 @@ struct Chosen {
     ranking: Vec<(Effect, f64)>,
 }
 
+/// First effects that are tried as the beginning of a pair.
+const BEAM: usize = 2;
+
 fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
-    let mut standing = null.clone();
-    let mut rivals = vec![];
-    let mut ranking = vec![];
-    while standing.candidate.effects.len() < MOST_EFFECTS {
-        let Candidate { effects, fit, floor } = &standing.candidate;
-        let done = *floor == FINAL_FLOOR && search.misfit(effects, &fit.at, FINAL_FLOOR)?.value < 1.5;
-        // The machine as it is is always put to the test; later effects only where something is left.
-        if done && !effects.is_empty() {
-            break;
-        }
-        let round = search.round(&standing)?;
-        if ranking.is_empty() {
-            ranking = ranked(&round);
-        }
-        let Some(next) = better(search, &standing, &round)? else { break };
-        rivals = round.finalists;
-        standing = next;
-        let count = standing.candidate.effects.len();
-        if count > 1 {
-            // Was each earlier one the right choice, now that the others are known?
-            for i in 0..count - 1 {
-                let mut effects = standing.candidate.effects.clone();
-                let mut at = standing.candidate.fit.at.clone();
-                effects.remove(i);
-                at.theta.remove(i);
-                at.p.fill(0.0);
-                let without = search.stand(&effects, &at, Use::ALL)?;
-                let again = search.round(&without)?;
-                if let Some(best) = again.finalists.first() {
-                    if best.score() < standing.candidate.score() - 1.0 && standing.candidate.floor == FINAL_FLOOR {
-                        standing = settle(search, best)?;
-                        rivals = again.finalists.clone();
-                    } else {
-                        rivals.extend(again.finalists);
-                    }
-                }
+    let round = search.round(null)?;
+    let ranking = ranked(&round);
+    let Some(first) = better(search, null, &round)? else {
+        return Ok(Chosen { standing: null.clone(), rivals: vec![], ranking });
+    };
+    if complete(search, &first)? || MOST_EFFECTS < 2 {
+        return Ok(Chosen { standing: first, rivals: round.finalists, ranking });
+    }
+    // Something is left: pairs, begun with each of the best first effects.
+    let mut begins = vec![first.clone()];
+    for other in round.finalists.iter().skip(1).take(BEAM - 1) {
+        begins.push(settle(search, other)?);
+    }
+    let (mut best, mut rivals): (Option<Standing>, Vec<Candidate>) = (None, vec![]);
+    for begin in &begins {
+        let round = search.round(begin)?;
+        if let Some(pair) = better(search, begin, &round)? {
+            rivals.extend(round.finalists);
+            let ahead = best.as_ref().is_none_or(|b| pair.candidate.score() < b.candidate.score());
+            if ahead {
+                best = Some(pair);
             }
         }
+        if let Some(best) = &best
+            && complete(search, best)?
+        {
+            break;
+        }
+    }
+    let Some(mut standing) = best else {
+        return Ok(Chosen { standing: first, rivals: round.finalists, ranking });
+    };
+    if complete(search, &standing)? {
+        // Was the first one the right choice, now that the second is known?
+        let mut effects = standing.candidate.effects.clone();
+        let mut at = standing.candidate.fit.at.clone();
+        effects.remove(0);
+        at.theta.remove(0);
+        at.p.fill(0.0);
+        let without = search.stand(&effects, &at, Use::ALL)?;
+        let again = search.round(&without)?;
+        if let Some(swapped) = again.finalists.first()
+            && swapped.score() < standing.candidate.score() - 1.0
+        {
+            standing = settle(search, swapped)?;
+        }
+        rivals.extend(again.finalists);
     }
     // A member that is not needed any more goes.
     let mut i = 0;
-    while standing.candidate.effects.len() > 1 && i < standing.candidate.effects.len() {
+    while complete(search, &standing)? && standing.candidate.effects.len() > 1 && i < standing.candidate.effects.len() {
         let mut effects = standing.candidate.effects.clone();
         let mut at = standing.candidate.fit.at.clone();
         effects.remove(i);
@@ -272,6 +284,12 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
         }
     }
     Ok(Chosen { standing, rivals, ranking })
+}
+
+/// Whether nothing significant is left.
+fn complete(search: &Search, standing: &Standing) -> Result<bool, DiagnoseError> {
+    let Candidate { effects, fit, floor } = &standing.candidate;
+    Ok(*floor == FINAL_FLOOR && search.misfit(effects, &fit.at, FINAL_FLOOR)?.value < BLOCK_FAILS)
 }
 
 /// The best finalist as the new standing, if it explains so much more that chance cannot.

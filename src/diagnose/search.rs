@@ -26,11 +26,12 @@ pub const ACCEPT: f64 = 30.0;
 /// Scores closer than this cannot be told apart (odds of 1 to 30), see [`Round`].
 pub const TIE: f64 = 7.0;
 /// Names that reach the thinned second screening, all lines, and the final floor.
-const SHORT_LISTS: [usize; 3] = [22, 8, 6];
+const SHORT_LISTS: [usize; 3] = [24, 8, 6];
 /// Most effects at once.
-pub const MOST_EFFECTS: usize = 3;
-/// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1.
-pub const BLOCK_FAILS: f64 = 1.8;
+pub const MOST_EFFECTS: usize = 2;
+/// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1, noise that is not quite
+/// white has reached 1.6.
+pub const BLOCK_FAILS: f64 = 2.2;
 
 /// A set of effects with its fit.
 #[derive(Clone, Debug)]
@@ -172,31 +173,21 @@ impl Search<'_> {
         let fit = |h: &Hypothesis, from: &Point, usage: Use, stages: &[Stage]| {
             self.problem(&with(h), usage).fit(from, stages)
         };
-        let first: Vec<(Hypothesis, Fit)> = free
+        let lower = rung_below(w);
+        let base = self.problem(present, thin(3)).linear(&standing.from, w)?;
+        let first: Vec<(Hypothesis, Point, f64)> = free
             .par_iter()
             .filter_map(|h| {
                 let mut from = standing.from.clone();
                 from.theta.push(h.start.clone());
-                Some(((*h).clone(), fit(h, &from, thin(4), &[(w, 3)]).ok()?))
+                let (at, chi2) = self.problem(&with(h), thin(3)).predicted(&base, &from, w).ok()?;
+                Some(((*h).clone(), at, chi2))
             })
             .collect();
-        let first = distinct(first, SHORT_LISTS[0]);
-        let mut ranking: Vec<(Hypothesis, Point, f64)> = first
-            .rest
-            .into_iter()
-            .map(|(h, f)| {
-                let score = score(&f);
-                (h, f.at, score)
-            })
-            .collect();
-        let lower = rung_below(w);
+        let (first, mut ranking) = shortlist(first, SHORT_LISTS[0]);
         let second: Vec<(Hypothesis, Fit)> = first
-            .kept
             .par_iter()
-            .filter_map(|(h, f)| {
-                let fit = fit(h, &f.at, thin(2), &[(w, 3), (lower, 4)]).ok()?;
-                Some((h.clone(), fit))
-            })
+            .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?)))
             .collect();
         let second = distinct(second, SHORT_LISTS[1]);
         (self.progress)("finalists");
@@ -296,17 +287,28 @@ struct Listed {
     rest: Vec<(Hypothesis, Fit)>,
 }
 
-/// Best start of every name (a housing mode keeps its best three), best score first, cut at `most`.
+/// Best start of every name, best score first, cut at `most`.
 fn distinct(mut all: Vec<(Hypothesis, Fit)>, most: usize) -> Listed {
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
     let (mut kept, mut rest): (Vec<(Hypothesis, Fit)>, Vec<(Hypothesis, Fit)>) = (vec![], vec![]);
     for entry in all {
-        let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
-        let many_basins = entry.0.start.len() > 1 && most > SHORT_LISTS[1];
-        if twins > usize::from(many_basins) {
+        if kept.iter().any(|k| k.0.same_name(&entry.0)) {
             continue;
         }
         if kept.len() < most { kept.push(entry) } else { rest.push(entry) }
     }
     Listed { kept, rest }
+}
+
+type Screened = (Hypothesis, Point, f64);
+
+/// Hypotheses by predicted χ²: the best `most`, at most two starts of one name, and the others.
+fn shortlist(mut all: Vec<Screened>, most: usize) -> (Vec<Screened>, Vec<Screened>) {
+    all.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let (mut kept, mut rest): (Vec<Screened>, Vec<Screened>) = (vec![], vec![]);
+    for entry in all {
+        let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
+        if kept.len() < most && twins < 2 { kept.push(entry) } else { rest.push(entry) }
+    }
+    (kept, rest)
 }

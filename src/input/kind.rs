@@ -64,7 +64,10 @@ impl FileKind {
             }
         }
         let text = shipped::text(source, "input", &[])?;
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+        if path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+        {
             return Ok(Self::Controller);
         }
         let value: serde_yaml::Value =

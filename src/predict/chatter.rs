@@ -232,7 +232,7 @@ impl StabilityLimit {
             // The number of whole waves between two teeth must be an integer: every one passed between the points counts.
             let (u, v) = (waves(a), waves(b));
             let (first, last) = (u.min(v).ceil().max(0.0), u.max(v).floor());
-            if !(first <= last) {
+            if first > last || !(u.is_finite() && v.is_finite()) {
                 continue;
             }
             for whole in [first, last] {

@@ -101,7 +101,7 @@ fn numbers_that_make_no_sense_are_refused_with_their_key_path() {
         (
             "length_m: 0.0167",
             "length_m: long",
-            &["rotor.elements[0].length_m", "long"],
+            &["rotor.elements[0].length_m", "long", "expected a number"],
         ),
         (
             "length_m: 0.0167",
@@ -362,6 +362,56 @@ fn check_tells_the_kinds_apart_and_reports_the_bad_one() {
         message.contains("bad.yaml") && message.contains("`tool_plane_m`"),
         "{message}"
     );
+}
+
+#[test]
+fn broken_files_of_every_sort_end_in_one_message() {
+    let cases: [(&str, String, &str); 6] = [
+        ("empty", String::new(), "missing field"),
+        ("a list", "[1, 2]\n".into(), "mapping"),
+        ("unclosed", "[1, 2\n".into(), "machine.yaml"),
+        ("another kind", "a: 1\n".into(), "unknown field `a`"),
+        (
+            "a key twice",
+            format!("name: again\n{SPINDLE}"),
+            "duplicate",
+        ),
+        (
+            "no damping",
+            edited(
+                SPINDLE,
+                "damping_ratio: [0.004, 0.004, 0.004]",
+                "damping_ratio: []",
+            ),
+            "rotor.damping_ratio",
+        ),
+    ];
+    for (_, text, part) in cases {
+        refused(&text, &[part]);
+    }
+    let folder = TempDir::new().unwrap();
+    let output = muspin().arg("check").arg(folder.path()).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(message.contains("measurement.yaml"), "{message}");
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    use std::io::Read;
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_muspin"))
+        .args(["frf", "--points", "2000"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut first = [0u8; 12];
+    child.stdout.take().unwrap().read_exact(&mut first).unwrap();
+    assert_eq!(&first, b"frequency_hz");
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stderr.is_empty());
 }
 
 #[test]
