@@ -106,12 +106,7 @@ impl Search<'_> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub fn stand(
-        &self,
-        effects: &[Hypothesis],
-        from: &Point,
-        usage: Use,
-    ) -> Result<Standing, DiagnoseError> {
+    pub fn stand(&self, effects: &[Hypothesis], from: &Point, usage: Use) -> Result<Standing, DiagnoseError> {
         let problem = self.problem(effects, usage);
         let (mut at, mut before) = (from.clone(), from.clone());
         let mut last = None;
@@ -142,13 +137,7 @@ impl Search<'_> {
     ///
     /// # Errors
     /// As [`Self::stand`].
-    pub fn finish(
-        &self,
-        effects: &[Hypothesis],
-        from: &Point,
-        top: f64,
-        usage: Use,
-    ) -> Result<Candidate, DiagnoseError> {
+    pub fn finish(&self, effects: &[Hypothesis], from: &Point, top: f64, usage: Use) -> Result<Candidate, DiagnoseError> {
         let stages: Vec<Stage> = LADDER
             .into_iter()
             .filter(|f| *f <= top)
@@ -178,17 +167,9 @@ impl Search<'_> {
         let free: Vec<&Hypothesis> = self
             .catalogue
             .iter()
-            .filter(|h| {
-                !present
-                    .iter()
-                    .any(|p| p.same_name(h) && p.kind != crate::spindle::EffectKind::HousingMode)
-            })
+            .filter(|h| !present.iter().any(|p| p.same_name(h) && p.kind != crate::spindle::EffectKind::HousingMode))
             .collect();
-        (self.progress)(&format!(
-            "{} hypotheses, beside {} accepted",
-            free.len(),
-            present.len()
-        ));
+        (self.progress)(&format!("{} hypotheses, beside {} accepted", free.len(), present.len()));
         let fit = |h: &Hypothesis, from: &Point, usage: Use, stages: &[Stage]| {
             self.problem(&with(h), usage).fit(from, stages)
         };
@@ -199,19 +180,14 @@ impl Search<'_> {
             .filter_map(|h| {
                 let mut from = standing.from.clone();
                 from.theta.push(h.start.clone());
-                let (at, chi2) = self
-                    .problem(&with(h), thin(3))
-                    .predicted(&base, &from, w)
-                    .ok()?;
+                let (at, chi2) = self.problem(&with(h), thin(3)).predicted(&base, &from, w).ok()?;
                 Some(((*h).clone(), at, chi2))
             })
             .collect();
         let (first, mut ranking) = shortlist(first, SHORT_LISTS[0]);
         let second: Vec<(Hypothesis, Fit)> = first
             .par_iter()
-            .filter_map(|(h, at, _)| {
-                Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?))
-            })
+            .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?)))
             .collect();
         let second = distinct(second, SHORT_LISTS[1]);
         (self.progress)("finalists");
@@ -242,22 +218,11 @@ impl Search<'_> {
     ///
     /// # Errors
     /// As [`Self::stand`].
-    pub fn misfit(
-        &self,
-        effects: &[Hypothesis],
-        at: &Point,
-        floor: f64,
-    ) -> Result<Misfit, DiagnoseError> {
-        let named: Vec<_> = effects
-            .iter()
-            .zip(&at.theta)
-            .map(|(h, t)| h.effect(t))
-            .collect();
+    pub fn misfit(&self, effects: &[Hypothesis], at: &Point, floor: f64) -> Result<Misfit, DiagnoseError> {
+        let named: Vec<_> = effects.iter().zip(&at.theta).map(|(h, t)| h.effect(t)).collect();
         let mut worst = Misfit::default();
         for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
-            let model = self
-                .model
-                .assemble(&at.p, &named, sweep.speed_rad_s, false)?;
+            let model = self.model.assemble(&at.p, &named, sweep.speed_rad_s, false)?;
             let lines = sweep.omega_rad_s.len();
             let bands = (lines / 60).clamp(1, 8);
             let mut sums = vec![[0.0; 16]; bands];
@@ -268,9 +233,7 @@ impl Search<'_> {
                 let rows = sweep.whitening(line, floor, true);
                 for i in 0..4 {
                     let gain = 1.0 + at.p[self.model.layout.axis(s, i)];
-                    let mut d: [_; 4] = std::array::from_fn(|j| {
-                        sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain
-                    });
+                    let mut d: [_; 4] = std::array::from_fn(|j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain);
                     whiten(&rows[i], &mut d);
                     for j in 0..4 {
                         sums[band][4 * i + j] += 2.0 * d[j].norm_sqr();
@@ -282,10 +245,7 @@ impl Search<'_> {
                 for n in 0..16 {
                     let value = sums[band][n] / counts[band].max(1) as f64;
                     if value > worst.value {
-                        let edge = |b: usize| {
-                            sweep.omega_rad_s[(b * lines / bands).min(lines - 1)]
-                                / std::f64::consts::TAU
-                        };
+                        let edge = |b: usize| sweep.omega_rad_s[(b * lines / bands).min(lines - 1)] / std::f64::consts::TAU;
                         worst = Misfit {
                             value,
                             output: n / 4,
@@ -314,10 +274,7 @@ pub struct Misfit {
 }
 
 fn rung_below(floor: f64) -> f64 {
-    LADDER
-        .into_iter()
-        .find(|f| *f < floor)
-        .unwrap_or(FINAL_FLOOR)
+    LADDER.into_iter().find(|f| *f < floor).unwrap_or(FINAL_FLOOR)
 }
 
 fn score(fit: &Fit) -> f64 {
@@ -338,11 +295,7 @@ fn distinct(mut all: Vec<(Hypothesis, Fit)>, most: usize) -> Listed {
         if kept.iter().any(|k| k.0.same_name(&entry.0)) {
             continue;
         }
-        if kept.len() < most {
-            kept.push(entry)
-        } else {
-            rest.push(entry)
-        }
+        if kept.len() < most { kept.push(entry) } else { rest.push(entry) }
     }
     Listed { kept, rest }
 }
@@ -355,11 +308,7 @@ fn shortlist(mut all: Vec<Screened>, most: usize) -> (Vec<Screened>, Vec<Screene
     let (mut kept, mut rest): (Vec<Screened>, Vec<Screened>) = (vec![], vec![]);
     for entry in all {
         let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
-        if kept.len() < most && twins < 2 {
-            kept.push(entry)
-        } else {
-            rest.push(entry)
-        }
+        if kept.len() < most && twins < 2 { kept.push(entry) } else { rest.push(entry) }
     }
     (kept, rest)
 }

@@ -35,5 +35,7 @@ mod tools;
 mod tools;
 mod uff;
 mod uff;
+mod tools;
+mod uff;
 mod update_commands;
 mod update_reference;
