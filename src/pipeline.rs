@@ -2,11 +2,11 @@
 
 pub mod comparison;
 pub mod design;
-pub mod interim;
 
 use crate::controller::ControllerError;
 use crate::controller::verification::VerificationError;
 use crate::linalg::NumericError;
+use crate::robust::dk::DkError;
 use crate::robust::{MuError, SynthesisError};
 use crate::spindle::SpindleError;
 use thiserror::Error;
@@ -28,6 +28,9 @@ pub enum PipelineError {
     /// H∞ synthesis.
     #[error("synthesis: {0}")]
     Synthesis(#[from] SynthesisError),
+    /// The D-K iteration.
+    #[error("D-K iteration: {0}")]
+    Dk(#[from] DkError),
     /// μ of a loop.
     #[error("{stage}: μ: {source}")]
     Mu {

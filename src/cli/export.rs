@@ -218,7 +218,11 @@ fn checked(
         let float = check(&rows.rows.rounded_f32()?, "float32 and to Q31")?;
         let fixed = check(&q31(rows)?.rounded()?, "Q31")?;
         let worse = fixed.worst_growth_rate_per_s() > float.worst_growth_rate_per_s();
-        Ok(if worse && !fixed.is_stable() { fixed } else { float })
+        Ok(if worse && !fixed.is_stable() {
+            fixed
+        } else {
+            float
+        })
     };
     match both() {
         Err(_) if forced => Ok(Verification::none()),

@@ -193,7 +193,10 @@ fn assemble(
     for (stem, figure) in open_loop(models, &marked)? {
         folder.add_plot(&stem, &figure)?;
     }
-    if let Some(figure) = shapes(models)? {
+    // Updating draws the shapes before and after itself.
+    if updating.is_none()
+        && let Some(figure) = shapes(models)?
+    {
         folder.add_plot("mode_shapes", &figure)?;
     }
     let runs = [

@@ -10,8 +10,8 @@ use crate::controller::scaling::scaled;
 use crate::input::{load_controller, load_machine};
 use crate::predict::time::{TimeError, TimeResponse, TimeSettings};
 use crate::predict::time_cases::{Case, TimeFigures, figures, run_case};
-use crate::report::plot::{Curve, Role};
 use crate::report::plot::motion::{TimePanel, orbits, time_responses};
+use crate::report::plot::{Curve, Role};
 use crate::report::results::{ResultsError, ResultsFolder};
 use crate::report::tables::Table;
 use crate::spindle::Machine;
@@ -122,9 +122,9 @@ fn scenario(
     machine: &Machine,
 ) -> Result<(Case, &'static str, f64, f64), Failure> {
     let positive = |name: &str, value: Option<f64>| match value {
-        Some(v) if !(v.is_finite() && v > 0.0) => {
-            Err(Failure::new(format!("--{name}: {v} must be a positive number")))
-        }
+        Some(v) if !(v.is_finite() && v > 0.0) => Err(Failure::new(format!(
+            "--{name}: {v} must be a positive number"
+        ))),
         other => Ok(other),
     };
     let force = positive("force", arguments.force)?;
@@ -162,7 +162,9 @@ fn scenario(
     };
     let speed = arguments.speed.unwrap_or(usual);
     if !(0.0..=1e6).contains(&speed) {
-        return Err(Failure::new(format!("--speed: {speed} must be between 0 and 1e6 rpm")));
+        return Err(Failure::new(format!(
+            "--speed: {speed} must be between 0 and 1e6 rpm"
+        )));
     }
     Ok((case, name, speed, duration.unwrap_or(length)))
 }
@@ -216,14 +218,17 @@ fn staged(
     }
     let time: Vec<f64> = response.samples.iter().map(|s| s.time_s).collect();
     let column = |k: usize| -> Vec<f64> {
-        response.samples.iter().map(|s| s.displacements_m[k]).collect()
+        response
+            .samples
+            .iter()
+            .map(|s| s.displacements_m[k])
+            .collect()
     };
     let [tx, ty, fx, fy, rx, ry] = [0, 1, 2, 3, 4, 5].map(column);
     let micro = |v: &[f64]| v.iter().map(|m| 1e6 * m).collect::<Vec<f64>>();
     let shown = [micro(&tx), micro(&fx), micro(&rx)];
-    let current = |k: usize| -> Vec<f64> {
-        response.samples.iter().map(|s| s.currents_a[k]).collect()
-    };
+    let current =
+        |k: usize| -> Vec<f64> { response.samples.iter().map(|s| s.currents_a[k]).collect() };
     let currents = [current(0), current(2)];
     let clearance = 1e6 * machine.spindle.backup_clearance_m;
     let limit = signal_limits(machine).output_a;
@@ -233,7 +238,10 @@ fn staged(
             label: "x",
             unit: "µm",
             curves: curves(&time, &["tool", "front", "rear"], &shown),
-            limits: vec![(clearance, "backup bearing"), (-clearance, "backup bearing")],
+            limits: vec![
+                (clearance, "backup bearing"),
+                (-clearance, "backup bearing"),
+            ],
         },
         TimePanel {
             title: "Control current x",
@@ -246,7 +254,10 @@ fn staged(
     let mut folder = ResultsFolder::new();
     folder.add("summary.json", summary)?;
     folder.add_table("response.csv", &table)?;
-    folder.add_plot("response", &time_responses(&format!("Response to {name}"), &panels))?;
+    folder.add_plot(
+        "response",
+        &time_responses(&format!("Response to {name}"), &panels),
+    )?;
     let planes = [
         ("tool", tx.as_slice(), ty.as_slice()),
         ("front actuator", &fx, &fy),
@@ -254,7 +265,11 @@ fn staged(
     ];
     folder.add_plot(
         "orbits",
-        &orbits(&format!("Orbits, {name}"), &planes, machine.spindle.backup_clearance_m),
+        &orbits(
+            &format!("Orbits, {name}"),
+            &planes,
+            machine.spindle.backup_clearance_m,
+        ),
     )?;
     Ok(folder)
 }

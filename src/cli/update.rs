@@ -3,7 +3,7 @@
 use super::identify::standstill;
 use super::{Failure, Outcome, stdout};
 use crate::identify::{Identification, Reading, identify, open_loop};
-use crate::input::{Measurement, load_measurement, spindle_yaml, tool_yaml};
+use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
 use crate::report::atomic::write_file;
 use crate::report::identification::identification_json;
 use crate::report::plot::picture;
@@ -11,8 +11,8 @@ use crate::report::tables::Table;
 use crate::report::updating::{error_table, figures, updating_json};
 use crate::spindle::Machine;
 use crate::update::{
-    Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear,
-    gauss_newton, nelder_mead,
+    FrfTargets, Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine,
+    front_and_rear, gauss_newton, nelder_mead, tool_error_db,
 };
 use clap::ValueEnum;
 use serde_json::{Value, json};
@@ -43,6 +43,9 @@ pub struct Arguments {
     /// Method
     #[arg(long, value_enum, default_value_t)]
     method: MethodArgument,
+    /// FRFs of a sweep whose antiresonances are fitted; what is left of 11, 33, 13, 31 is compared only
+    #[arg(long, value_delimiter = ',', default_value = "11,33")]
+    frfs: Vec<String>,
     /// Leave the antiresonances off, as in the published case study; the full update is shown beside it
     #[arg(long)]
     resonances_only: bool,
@@ -83,8 +86,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement)?;
     let machine = measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
-    let (targets, identification) =
+    let (mut targets, identification) =
         targets(&measurement, &machine, arguments.relative_deviation)?;
+    for (frf, code) in targets.antiresonances.iter_mut().zip(FRF_CODES) {
+        frf.held_out = !arguments.frfs.iter().any(|f| f == code);
+    }
     let fit = |settings: &UpdateSettings| match arguments.method {
         MethodArgument::GaussNewton => gauss_newton(&machine, &targets, settings),
         MethodArgument::NelderMead => nelder_mead(&machine, &targets, settings),
@@ -111,6 +117,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             map.insert("full_update".into(), updating_json(&full.fit));
         }
     }
+    let hammers = hammer_errors(&measurement, &machine, &delivered.machine)?;
+    if let Value::Object(map) = &mut updating
+        && !hammers.is_empty()
+    {
+        map.insert("held_out_tool_frf".into(), json!(hammers));
+    }
     let mut summary = serde_json::Map::new();
     if let Some(found) = &identification {
         summary.insert("identification".into(), identification_json(found));
@@ -130,6 +142,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
 }
 
+/// Codes of the FRFs, output and input axis, in the order of the targets.
+const FRF_CODES: [&str; 4] = ["11", "33", "13", "31"];
+
 fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
     if let Some(r) = arguments.relative_deviation
         && !(r > 0.0 && r < 1.0)
@@ -146,6 +161,17 @@ fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
         ))
         .with_hint("1 sums errors, 2 sums their squares"));
     }
+    if let Some(unknown) = arguments
+        .frfs
+        .iter()
+        .find(|f| !FRF_CODES.contains(&f.as_str()))
+    {
+        return Err(Failure::new(format!(
+            "--frfs: {unknown:?} is none of {}",
+            FRF_CODES.join(", ")
+        ))
+        .with_hint("the first digit is the sensor, the second the actuator: 1 front, 3 rear"));
+    }
     if arguments.iterations == 0 {
         return Err(Failure::new("--iterations: 0 does nothing")
             .with_hint("the reference method takes 400 to 500"));
@@ -158,7 +184,8 @@ fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
     })
 }
 
-/// What to fit: the standstill sweep where there is one, else frequencies that were read off.
+/// What to fit: the standstill sweep where there is one, else frequencies that were read off. The crossed FRFs of a sweep are
+/// held out.
 pub(super) fn targets(
     measurement: &Measurement,
     machine: &Machine,
@@ -173,12 +200,26 @@ pub(super) fn targets(
     let mut targets = if let Some(frf) = standstill(&frfs) {
         let found = identify(frf, machine)?;
         let list = |readings: &[Reading]| readings.iter().map(target).collect();
-        let targets = front_and_rear(
+        let mut targets = front_and_rear(
             machine,
             list(&found.resonances),
             list(&found.front),
             list(&found.rear),
         );
+        let [f, r] = machine.effective().bearings;
+        let crossed = [
+            ("13", f.sensor_m, r.actuator_m, &found.front_over_rear),
+            ("31", r.sensor_m, f.actuator_m, &found.rear_over_front),
+        ];
+        for (name, output_m, input_m, readings) in crossed {
+            targets.antiresonances.push(FrfTargets {
+                name: name.to_owned(),
+                output_m,
+                input_m,
+                antiresonances: list(readings),
+                held_out: true,
+            });
+        }
         identification = Some(found);
         targets
     } else if let Some(read) = measurement.frequencies.first() {
@@ -205,6 +246,29 @@ pub(super) fn targets(
     };
     targets.mode_shapes = measurement.mode_shapes.clone();
     Ok((targets, identification))
+}
+
+/// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.
+fn hammer_errors(
+    measurement: &Measurement,
+    before: &Machine,
+    after: &Machine,
+) -> Result<Vec<Value>, Failure> {
+    let mut list = vec![];
+    for hammer in &measurement.hammers {
+        let Some(path) = &hammer.controller else {
+            continue;
+        };
+        let controller = load_controller(path)?;
+        let error =
+            |machine: &Machine| tool_error_db(machine, &hammer.frf, hammer.axis, &controller);
+        list.push(json!({
+            "file": hammer.name,
+            "before_db_rms": error(before)?,
+            "after_db_rms": error(after)?,
+        }));
+    }
+    Ok(list)
 }
 
 fn target(reading: &Reading) -> Option<Target> {

@@ -99,7 +99,13 @@ pub fn minimise(
         }
         progress(generation, best_value);
         let shift: Vec<f64> = (0..n)
-            .map(|k| weights.iter().zip(&order).map(|(w, i)| w * steps[*i][k]).sum())
+            .map(|k| {
+                weights
+                    .iter()
+                    .zip(&order)
+                    .map(|(w, i)| w * steps[*i][k])
+                    .sum()
+            })
             .collect();
         mean = (0..n).map(|k| mean[k] + sigma * shift[k]).collect();
         // C^(−1/2)·shift

@@ -97,8 +97,7 @@ pub fn block_diagonalise(system: &StateSpace<Discrete>) -> Result<ModalForm, Con
     let modal =
         StateSpace::new(a, b, c, system.d.clone(), system.time).map_err(in_step("modal form"))?;
     let transfer_error = transfer_change(system, &modal);
-    // A NaN fails the comparison too.
-    if !(transfer_error <= LARGEST_CHANGE) {
+    if transfer_error.is_nan() || transfer_error > LARGEST_CHANGE {
         return Err(ControllerError::Inaccurate {
             step: "modal form",
             error: transfer_error,

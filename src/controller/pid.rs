@@ -148,7 +148,10 @@ impl AxisParameters {
         let biquad = |b: &Biquad| {
             let (p, z) = (b.pole_rad_s, b.zero_rad_s);
             let direct = (p / z).powi(2);
-            let c = [1.0 - direct, 2.0 * (b.zero_damping * p / z - b.pole_damping * direct)];
+            let c = [
+                1.0 - direct,
+                2.0 * (b.zero_damping * p / z - b.pole_damping * direct),
+            ];
             second(p, b.pole_damping, c, direct)
         };
         let build = || {
@@ -193,9 +196,9 @@ pub fn pid_continuous(
     let four = append(&append(&front, &front), &append(&rear, &rear));
     Ok(Controller {
         name: name.to_owned(),
-        law: ControlLaw::Continuous(four.scale_outputs(&Mat::from_fn(4, 4, |i, j| {
-            if i == j { -1.0 } else { 0.0 }
-        }))),
+        law: ControlLaw::Continuous(
+            four.scale_outputs(&Mat::from_fn(4, 4, |i, j| if i == j { -1.0 } else { 0.0 })),
+        ),
     })
 }
 
@@ -229,8 +232,7 @@ pub fn textbook_gains(machine: &Machine) -> Result<PidParameters, SpindleError> 
     let axis = |side: Side, position_m: f64| {
         let bearing = machine.spindle.bearing(side);
         let lever = position_m - mass.centre_of_gravity_m;
-        let effective =
-            1.0 / (1.0 / mass.mass_kg + lever * lever / mass.diametral_inertia_kg_m2);
+        let effective = 1.0 / (1.0 / mass.mass_kg + lever * lever / mass.diametral_inertia_kg_m2);
         let stiffness = bearing.ks_n_per_m;
         let gain = 2.0 * stiffness / bearing.ki_n_per_a;
         let flat = |w: f64| Biquad {
@@ -242,8 +244,7 @@ pub fn textbook_gains(machine: &Machine) -> Result<PidParameters, SpindleError> 
         AxisParameters {
             gain_a_per_m: gain,
             integral_rad_s: TAU * 2.0,
-            derivative_s: 2.0 * 0.7 * (stiffness * effective).sqrt()
-                / (bearing.ki_n_per_a * gain),
+            derivative_s: 2.0 * 0.7 * (stiffness * effective).sqrt() / (bearing.ki_n_per_a * gain),
             derivative_corner_rad_s: 0.4 * nyquist,
             lowpass_rad_s: 0.4 * nyquist,
             biquads: [flat(0.14 * nyquist), flat(0.25 * nyquist)],
@@ -285,7 +286,10 @@ pub fn reference_start(machine: &Machine) -> PidParameters {
             146.0,
             3670.0,
             2930.0,
-            [[1416.0, 0.586, 1104.0, 0.198], [1598.0, 0.0276, 3387.0, 0.118]],
+            [
+                [1416.0, 0.586, 1104.0, 0.198],
+                [1598.0, 0.0276, 3387.0, 0.118],
+            ],
         ),
         rear: axis(
             Side::Rear,
@@ -294,7 +298,10 @@ pub fn reference_start(machine: &Machine) -> PidParameters {
             121.0,
             1947.0,
             2925.0,
-            [[1430.0, 0.211, 807.0, 0.058], [1832.0, 0.2875, 4071.0, 0.628]],
+            [
+                [1430.0, 0.211, 807.0, 0.058],
+                [1832.0, 0.2875, 4071.0, 0.628],
+            ],
         ),
     }
 }

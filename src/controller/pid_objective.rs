@@ -113,7 +113,7 @@ impl Objective {
             .collect();
         let plane = plants
             .first()
-            .map(|p| x_plane(p))
+            .map(x_plane)
             .unwrap_or_else(|| StateSpace::gain(Mat::zeros(2, 2), Discrete { period_s: period }));
         Ok(Self {
             omega,
@@ -204,10 +204,7 @@ impl Objective {
                 sum.noise[0] += at.noise[0] * share;
                 sum.noise[1] += at.noise[1] * share;
             }
-            result.sensitivity = result
-                .sensitivity
-                .max(sum.s[0].norm())
-                .max(sum.s[1].norm());
+            result.sensitivity = result.sensitivity.max(sum.s[0].norm()).max(sum.s[1].norm());
             let hz = self.omega[k] / TAU;
             if hz >= STIFFNESS_BAND_HZ.0 && hz <= STIFFNESS_BAND_HZ.1 {
                 let stiffness = 1.0 / sum.compliance.norm();
@@ -241,7 +238,11 @@ fn determinant(g: &Loops, c: &[c64; 2]) -> c64 {
 
 /// Phase that det(I + G C) gathers over the lines: crossings of the negative real axis, and the two ends.
 fn gathered_phase(table: &Table, gains: &[[c64; 2]]) -> f64 {
-    let mut values = table.loops.iter().zip(gains).map(|(g, c)| determinant(g, c));
+    let mut values = table
+        .loops
+        .iter()
+        .zip(gains)
+        .map(|(g, c)| determinant(g, c));
     let Some(first) = values.next() else {
         return 0.0;
     };

@@ -121,7 +121,14 @@ pub fn tune(
         let (start, used) = stabilising_start(machine, &objective, settings)?;
         let (parameters, more) = search(&objective, &start, settings, progress)?;
         evaluations += used + more;
-        let tuned = judge(machine, &objective, parameters, settings, evaluations, "PID")?;
+        let tuned = judge(
+            machine,
+            &objective,
+            parameters,
+            settings,
+            evaluations,
+            "PID",
+        )?;
         if tuned.certificate.is_stable() {
             return Ok(tuned);
         }
@@ -136,10 +143,7 @@ pub fn tune(
 ///
 /// # Errors
 /// As [`tune`].
-pub fn textbook(
-    machine: &Machine,
-    settings: &TuneSettings,
-) -> Result<TunedPid, VerificationError> {
+pub fn textbook(machine: &Machine, settings: &TuneSettings) -> Result<TunedPid, VerificationError> {
     let objective = Objective::new(machine, settings.mode_shift)?;
     let gains = textbook_gains(machine)?;
     let filters = |x: &[f64]| {
@@ -164,10 +168,15 @@ pub fn textbook(
     }
     start = cost.1;
     // −20 1/s: decays within a tenth of a second, the slowest a levitated rotor is left with in practice.
-    let stable = |x: &[f64]| {
-        filters(x).map_or(f64::INFINITY, |p| growth_cost(&objective, &p).max(-20.0))
-    };
-    let first = run(&stable, &start.to_log(), settings, effort(0.15, 150, -20.0), &mut |_, _| {})?;
+    let stable =
+        |x: &[f64]| filters(x).map_or(f64::INFINITY, |p| growth_cost(&objective, &p).max(-20.0));
+    let first = run(
+        &stable,
+        &start.to_log(),
+        settings,
+        effort(0.15, 150, -20.0),
+        &mut |_, _| {},
+    )?;
     let base = filters(&first.point)
         .filter(|_| first.value < 0.0)
         .ok_or_else(|| {
@@ -180,15 +189,27 @@ pub fn textbook(
     let margin = |x: &[f64]| {
         filters(x).map_or(f64::INFINITY, |p| {
             let figures = objective.performance(&p);
-            unstable_cost(&figures, reference).unwrap_or_else(|| {
-                decibel(figures.sensitivity.max(figures.shifted_sensitivity))
-            })
+            unstable_cost(&figures, reference)
+                .unwrap_or_else(|| decibel(figures.sensitivity.max(figures.shifted_sensitivity)))
         })
     };
-    let second = run(&margin, &first.point, settings, effort(0.05, 60, f64::NEG_INFINITY), &mut |_, _| {})?;
+    let second = run(
+        &margin,
+        &first.point,
+        settings,
+        effort(0.05, 60, f64::NEG_INFINITY),
+        &mut |_, _| {},
+    )?;
     let parameters = filters(&second.point).unwrap_or(base);
     let evaluations = first.evaluations + second.evaluations;
-    judge(machine, &objective, parameters, settings, evaluations, "textbook PID")
+    judge(
+        machine,
+        &objective,
+        parameters,
+        settings,
+        evaluations,
+        "textbook PID",
+    )
 }
 
 fn nothing_found(reason: String) -> ControllerError {
@@ -224,7 +245,13 @@ fn stabilising_start(
             PidParameters::from_log(x, nyquist)
                 .map_or(f64::INFINITY, |p| growth_cost(objective, &p).max(-2.0))
         };
-        let found = run(&cost, &start.to_log(), settings, effort(0.15, 200, -2.0), &mut |_, _| {})?;
+        let found = run(
+            &cost,
+            &start.to_log(),
+            settings,
+            effort(0.15, 200, -2.0),
+            &mut |_, _| {},
+        )?;
         evaluations += found.evaluations;
         worst = worst.min(found.value);
         if found.value < 0.0
@@ -233,7 +260,10 @@ fn stabilising_start(
             return Ok((p, evaluations));
         }
     }
-    Err(nothing_found(format!("the slowest pole still grows by {worst:.1} 1/s at standstill")).into())
+    Err(nothing_found(format!(
+        "the slowest pole still grows by {worst:.1} 1/s at standstill"
+    ))
+    .into())
 }
 
 /// The search proper, from a stable start.
@@ -254,21 +284,38 @@ fn search(
             return cost;
         }
         // A weak pull to the start keeps directions that do not matter from drifting: 0.02 dB at a factor of e.
-        let prior: f64 = x.iter().zip(&origin).map(|(a, b)| 0.02 * (a - b).powi(2)).sum();
+        let prior: f64 = x
+            .iter()
+            .zip(&origin)
+            .map(|(a, b)| 0.02 * (a - b).powi(2))
+            .sum();
         stiffness_cost(&figures, settings) + prior
     };
     // Two descents: the second, narrower one starts where the first ended.
-    let first = run(&cost, &origin, settings, effort(0.08, settings.generations * 2 / 3, f64::NEG_INFINITY), progress)?;
-    let second = run(&cost, &first.point, settings, effort(0.03, settings.generations / 3, f64::NEG_INFINITY), progress)?;
+    let first = run(
+        &cost,
+        &origin,
+        settings,
+        effort(0.08, settings.generations * 2 / 3, f64::NEG_INFINITY),
+        progress,
+    )?;
+    let second = run(
+        &cost,
+        &first.point,
+        settings,
+        effort(0.03, settings.generations / 3, f64::NEG_INFINITY),
+        progress,
+    )?;
     // A poor start may defy stability with shifted modes: the cost is then above what any stable loop has.
     if second.value >= UNSTABLE_COST {
         return Err(nothing_found(
-            "no loop was found that is stable at standstill and largest speed with shifted modes".to_owned(),
+            "no loop was found that is stable at standstill and largest speed with shifted modes"
+                .to_owned(),
         )
         .into());
     }
-    let parameters = PidParameters::from_log(&second.point, objective.nyquist_rad_s())
-        .unwrap_or(*start);
+    let parameters =
+        PidParameters::from_log(&second.point, objective.nyquist_rad_s()).unwrap_or(*start);
     Ok((parameters, first.evaluations + second.evaluations))
 }
 
@@ -357,9 +404,8 @@ fn judge(
         return Err(nothing_found("the PID was not sampled".to_owned()).into());
     };
     let nominal = verify(machine, law, settings.speeds, "full plant, sampled")?;
-    let shifted = |factor: f64, words: &str| {
-        verify(&with_shifted_modes(machine, factor), law, 3, words)
-    };
+    let shifted =
+        |factor: f64, words: &str| verify(&with_shifted_modes(machine, factor), law, 3, words);
     let lowered = shifted(1.0 - settings.mode_shift, "full plant, modes lowered")?;
     let raised = shifted(1.0 + settings.mode_shift, "full plant, modes raised")?;
     let rest = full_figures(machine, law, 0.0)?;

@@ -223,7 +223,7 @@ fn l1_gains(
         if !decayed {
             // Only what has not decayed is unbounded; a signal counts as unbounded when it reads such a state.
             for i in 0..n {
-                if !(recent[i] <= DECAYED * peak[i]) {
+                if recent[i].is_nan() || recent[i] > DECAYED * peak[i] {
                     states[i] = None;
                 }
             }

@@ -75,7 +75,7 @@ pub fn second_order_sections(
         notes: Vec::new(),
     };
     let error = transfer_change(system, &realisation.to_state_space()?);
-    if !(error <= LARGEST_CHANGE) {
+    if error.is_nan() || error > LARGEST_CHANGE {
         return Err(ControllerError::Inaccurate {
             step: "second-order sections",
             error,

@@ -77,6 +77,10 @@ pub struct Identification {
     pub front: Vec<Reading>,
     /// Antiresonances of rear sensor over rear actuator, ascending.
     pub rear: Vec<Reading>,
+    /// Antiresonances of front sensor over rear actuator, ascending.
+    pub front_over_rear: Vec<Reading>,
+    /// Antiresonances of rear sensor over front actuator, ascending.
+    pub rear_over_front: Vec<Reading>,
 }
 
 /// Identifies resonances and antiresonances of a standstill sweep.
@@ -134,6 +138,8 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
         damping_ratio: poles.iter().map(|p: &Resonance| p.damping_ratio).collect(),
         front: zeros([0, 4], 0),
         rear: zeros([3, 7], 1),
+        front_over_rear: zeros([1, 5], 2),
+        rear_over_front: zeros([2, 6], 3),
     })
 }
 
@@ -236,13 +242,18 @@ impl Shift {
         let rotor = machine.rotor()?;
         let chain = chain_assembly::chain(&rotor)?;
         let port = |what: &str, z: f64| chain_assembly::port(&rotor, what, z);
-        let mut frfs: Vec<(Port, Port)> = vec![];
         let mut with_magnets: Chain = chain.clone();
+        let mut ports: Vec<(Port, Port)> = vec![];
         for b in &machine.effective().bearings {
             let actuator = port("actuator", b.actuator_m)?;
-            frfs.push((port("sensor", b.sensor_m)?, actuator));
+            ports.push((port("sensor", b.sensor_m)?, actuator));
             with_magnets = with_magnets.with_spring(&actuator, -b.ks_n_per_m);
         }
+        // Front, rear, front over rear, rear over front: sensor, actuator.
+        let frfs: Vec<(Port, Port)> = [(0, 0), (1, 1), (0, 1), (1, 0)]
+            .iter()
+            .map(|(s, a)| (ports[*s].0, ports[*a].1))
+            .collect();
         let query = Query {
             frfs,
             from_hz: LOWEST_HZ,

@@ -37,7 +37,9 @@ impl InputError {
     /// A rule of the domain that the file breaks.
     pub fn rule(file: &str, error: &SpindleError) -> Self {
         let hint = match error {
-            SpindleError::Name { .. } => "write one of the names that the message lists".to_owned(),
+            SpindleError::Name { .. } => {
+                "take one of the names listed, or complete the entry as the rule says".to_owned()
+            }
             SpindleError::Numeric(_) => {
                 "look for extreme or inconsistent numbers in the file".to_owned()
             }
@@ -79,6 +81,8 @@ impl InputError {
             }
         } else if text.contains("missing field") {
             "add the key; spindles/reference.yaml shows a complete file".to_owned()
+        } else if text.contains("duplicate") {
+            "keep one of the two".to_owned()
         } else if text.contains("invalid type") || text.contains("invalid value") {
             "numbers are written plainly, without units or quotes; units stand in the key"
                 .to_owned()
@@ -88,9 +92,26 @@ impl InputError {
         Self {
             file: file.to_owned(),
             line,
-            message: text.to_owned(),
+            message: plain_words(text),
             hint: Some(hint),
         }
+    }
+}
+
+/// The parser's names of types in words of the file.
+fn plain_words(text: &str) -> String {
+    let mut text = text.to_owned();
+    for (name, words) in [
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number, zero or more"),
+        ("expected a sequence", "expected a list"),
+        ("expected a map", "expected a mapping of keys to values"),
+    ] {
+        text = text.replace(name, words);
+    }
+    match text.split_once("expected struct ") {
+        Some((before, _)) => format!("{before}expected a mapping of keys to values"),
+        None => text,
     }
 }
 

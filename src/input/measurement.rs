@@ -190,7 +190,14 @@ fn read_record(
 ) -> Result<(), InputError> {
     let broken = |key: &str, message: String| {
         InputError::new(list, format!("records[{k}].{key}: {message}"))
+            .with_hint("correct the record in measurement.yaml")
     };
+    let known = ["sweep", "hammer", "mode_shapes", "frequencies"];
+    if !known.contains(&record.kind.as_str()) {
+        let near = nearest(&record.kind, known.into_iter()).unwrap_or_default();
+        let rule = format!("{:?} is none of {}", record.kind, known.join(", "));
+        return Err(broken("kind", rule).with_hint(format!("did you mean `{near}`?")));
+    }
     let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
     if !taken_at_speed {
         let extra = [
@@ -265,19 +272,12 @@ fn read_record(
             .extend(read_mode_shapes(&name, &bytes()?)?),
         "frequencies" => {
             let text = String::from_utf8(bytes()?)
-                .map_err(|_| InputError::new(&name, "is not UTF-8 text"))?;
+                .map_err(|_| InputError::new(&name, "is not UTF-8 text").with_hint("save the file as UTF-8"))?;
             measurement
                 .frequencies
                 .push(read_frequencies(&name, &text)?);
         }
-        other => {
-            let known = ["sweep", "hammer", "mode_shapes", "frequencies"];
-            let near = nearest(other, known.into_iter()).unwrap_or_default();
-            return Err(
-                broken("kind", format!("{other:?} is none of {}", known.join(", ")))
-                    .with_hint(format!("did you mean `{near}`?")),
-            );
-        }
+        _ => {}
     }
     Ok(())
 }
@@ -308,7 +308,8 @@ pub fn read_frequencies(file: &str, text: &str) -> Result<ReadOff, InputError> {
         }
     }
     if lists.iter().all(|(_, l)| l.iter().all(Option::is_none)) {
-        return Err(InputError::new(file, "no frequency at all"));
+        return Err(InputError::new(file, "no frequency at all")
+            .with_hint("list at least one resonance or antiresonance in Hz"));
     }
     Ok(ReadOff {
         resonances_hz: read.resonances_hz,

@@ -6,6 +6,7 @@
 pub mod controller;
 pub mod error;
 pub mod hammer;
+pub mod kind;
 pub mod measurement;
 pub mod shipped;
 pub mod spindle;

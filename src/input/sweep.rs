@@ -242,11 +242,11 @@ pub(super) fn check_header(
 pub(super) fn csv_error(file: &str, error: &csv::Error) -> InputError {
     let mut e = InputError::new(file, format!("not readable as CSV: {error}"));
     e.line = error.position().map(|p| p.line() as usize);
-    e
+    e.with_hint("the file must be comma-separated UTF-8 text with one header line")
 }
 
 pub(super) fn at(file: &str, line: usize, message: String) -> InputError {
     let mut e = InputError::new(file, message);
     e.line = Some(line);
-    e
+    e.with_hint("correct the line; the header names columns and units")
 }

@@ -172,7 +172,7 @@ fn function(
     let fail = |message: String| {
         let mut e = InputError::new(file, format!("dataset 58: {message}"));
         e.line = Some(line);
-        e
+        e.with_hint("export the function again as dataset 58, ASCII, or as 58b with IEEE numbers")
     };
     let header: Vec<String> = (0..HEADER_LINES)
         .map_while(|_| cursor.next_line())

@@ -23,4 +23,7 @@ pub use error::NumericError;
 pub use exponential::exponential;
 pub use faer::{Mat, MatRef, c64};
 pub use svd::{Svd, svd};
-pub use symmetric::{DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors};
+pub use symmetric::{
+    ComplexEigen, DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors,
+    eigen_vectors_complex,
+};

@@ -21,7 +21,7 @@ use crate::lti::connect::lower_lft;
 use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Continuous, Discrete, FrequencyGrid, StateSpace};
 use crate::predict::closed_loop::both_planes;
-use super::interim::{DkSettings, DkStep, iterate};
+use crate::robust::dk::{DkSettings, DkStep, iterate};
 use crate::lti::balance::frequency_weighted_balance;
 use crate::robust::MuError;
 use crate::robust::mu_system::{MuPeak, MuSystem};
@@ -57,7 +57,15 @@ impl Default for DesignSettings {
             sensitivity_limits: vec![3.5, 4.0, 4.5, 5.0, 6.0, 8.0, 12.0],
             gamma_target: 1.0,
             reduction_budget: 0.02,
-            dk: DkSettings::default(),
+            // Constant scales come first, so the iteration starts close: two steps with low-order scales settle it.
+            dk: DkSettings {
+                max_iterations: 3,
+                max_d_order: 2,
+                patience: 1,
+                min_improvement: 2e-3,
+                descent_rounds: 2,
+                ..DkSettings::default()
+            },
             speeds: 11,
         }
     }

@@ -204,11 +204,41 @@ pub fn simulate(
 
 fn check(scenario: &Scenario<'_>, settings: &TimeSettings) -> Result<(), TimeError> {
     let rules = [
-        ("duration_s", scenario.duration_s, 0.0, 60.0, "between 0 and 60 s"),
-        ("speed_rad_s", scenario.speed_rad_s, 0.0, 1e5, "between 0 and 1e5 rad/s"),
-        ("substeps", settings.substeps as f64, 1.0, 1000.0, "between 1 and 1000"),
-        ("bus_voltage_v", settings.bus_voltage_v, 1e-3, 1e5, "a positive voltage"),
-        ("quantum_m", settings.quantum_m, 0.0, 1e-3, "between 0 and 1 mm"),
+        (
+            "duration_s",
+            scenario.duration_s,
+            0.0,
+            60.0,
+            "between 0 and 60 s",
+        ),
+        (
+            "speed_rad_s",
+            scenario.speed_rad_s,
+            0.0,
+            1e5,
+            "between 0 and 1e5 rad/s",
+        ),
+        (
+            "substeps",
+            settings.substeps as f64,
+            1.0,
+            1000.0,
+            "between 1 and 1000",
+        ),
+        (
+            "bus_voltage_v",
+            settings.bus_voltage_v,
+            1e-3,
+            1e5,
+            "a positive voltage",
+        ),
+        (
+            "quantum_m",
+            settings.quantum_m,
+            0.0,
+            1e-3,
+            "between 0 and 1 mm",
+        ),
     ];
     for (what, value, low, high, rule) in rules {
         if !(low..=high).contains(&value) {

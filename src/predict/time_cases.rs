@@ -67,7 +67,12 @@ pub fn run_case(
     settings: &TimeSettings,
 ) -> Result<TimeResponse, TimeError> {
     let shares = bearing_shares(machine)?;
-    let weight = machine.rotor().map_err(TimeError::Plant)?.mass_properties().mass_kg * GRAVITY;
+    let weight = machine
+        .rotor()
+        .map_err(TimeError::Plant)?
+        .mass_properties()
+        .mass_kg
+        * GRAVITY;
     let load = |t: f64| -> [f64; LOADS] {
         let mut f = [0.0; LOADS];
         match case {
@@ -101,7 +106,11 @@ pub fn run_case(
     let scenario = Scenario {
         speed_rad_s,
         duration_s,
-        rest_s: if case == Case::LiftOff { SETTLING_S } else { 0.0 },
+        rest_s: if case == Case::LiftOff {
+            SETTLING_S
+        } else {
+            0.0
+        },
         load_n: &load,
     };
     simulate(machine, controller, &scenario, settings)

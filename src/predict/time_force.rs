@@ -6,8 +6,8 @@
 //! Current: i̇ = ω_a (u − i), held to what the bus voltage drives through the coil, |i̇| ≤ U/L, L = k_i s₀/(2 i₀ κ).
 //! Contact: beyond the clearance, normal force k_c·depth + c_c·approach (never pulling), Coulomb friction μ.
 
-use crate::spindle::machine::EffectiveBearing;
 use crate::spindle::Bearing;
+use crate::spindle::machine::EffectiveBearing;
 use std::f64::consts::TAU;
 
 /// A gap this close to the pole face, as a part of it, is where the force law ends.
@@ -92,10 +92,8 @@ impl BackupBearing {
         let n = [position[0] / radius, position[1] / radius];
         let t = [-n[1], n[0]];
         let approach = velocity[0] * n[0] + velocity[1] * n[1];
-        let normal =
-            (self.stiffness_n_per_m * depth + self.damping_n_s_per_m * approach).max(0.0);
-        let sliding =
-            velocity[0] * t[0] + velocity[1] * t[1] + speed_rad_s * self.radius_m;
+        let normal = (self.stiffness_n_per_m * depth + self.damping_n_s_per_m * approach).max(0.0);
+        let sliding = velocity[0] * t[0] + velocity[1] * t[1] + speed_rad_s * self.radius_m;
         let tangential = -self.friction * normal * (sliding / FRICTION_SPEED_M_S).tanh();
         [
             -normal * n[0] + tangential * t[0],

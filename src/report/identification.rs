@@ -34,6 +34,8 @@ pub fn identification_json(found: &Identification) -> Value {
         "damping_ratio": found.damping_ratio,
         "antiresonances_hz": {"front": hz(&found.front), "rear": hz(&found.rear)},
         "antiresonances_standard_deviation_hz": {"front": sd(&found.front), "rear": sd(&found.rear)},
+        "cross_antiresonances_hz": {"13": hz(&found.front_over_rear), "31": hz(&found.rear_over_front)},
+        "cross_antiresonances_standard_deviation_hz": {"13": sd(&found.front_over_rear), "31": sd(&found.rear_over_front)},
         "not_identified": {"front": why(&found.front), "rear": why(&found.rear)},
         "magnet_shift_removed_hz": {
             "resonances": shift(&found.resonances),

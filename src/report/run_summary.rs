@@ -67,7 +67,7 @@ pub fn design_json(design: &Design) -> Value {
     })
 }
 
-fn step_json(step: &crate::pipeline::interim::DkStep) -> Value {
+fn step_json(step: &crate::robust::dk::DkStep) -> Value {
     json!({
         "gamma": number(step.gamma),
         "mu_peak": number(step.mu_peak),

@@ -59,6 +59,7 @@ pub fn updating_json(fit: &Updated) -> Value {
         "model_before_hz": by_list(fit, |e| e.before_hz),
         "measured_hz": by_list(fit, |e| Some(e.measured_hz)),
         "measured_relative_standard_deviation": by_list(fit, |e| Some(e.relative_sd)),
+        "held_out": held_out(fit),
         "noise_estimated": fit.noise_estimated,
         "largest_error_percent": finite(fit.largest_error_percent()),
         "mac": fit.shapes.iter().map(|s| s.mac).collect::<Vec<f64>>(),
@@ -103,6 +104,17 @@ fn by_list(fit: &Updated, value: impl Fn(&PeakError) -> Option<f64>) -> Value {
     }
     let zeros: Map<String, Value> = zeros.into_iter().map(|(n, l)| (n, json!(l))).collect();
     json!({"resonances": resonances, "antiresonances": zeros})
+}
+
+/// Names of the FRFs that the fit did not use.
+fn held_out(fit: &Updated) -> Vec<&str> {
+    let mut names: Vec<&str> = vec![];
+    for e in fit.errors.iter().filter(|e| !e.used) {
+        if !names.contains(&e.frf.as_str()) {
+            names.push(&e.frf);
+        }
+    }
+    names
 }
 
 /// Name of a peak in tables and pictures: `resonance 1`, `antiresonance front 2`.

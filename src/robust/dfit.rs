@@ -6,7 +6,7 @@
 //! the linear programmes leave and takes the weights in. Orders are fitted upwards: a higher order also starts from the
 //! lower one with a pole and a zero added, so its error is never larger.
 
-use super::dfit_factors::Factors;
+use super::dfit_factors::{Factors, Limits};
 use super::dfit_linear;
 use super::dfit_polish::{polish, weighted_error};
 use crate::linalg::NumericError;
@@ -54,12 +54,13 @@ pub struct Magnitudes {
     pub magnitude: Vec<f64>,
     /// Non-negative weights of the log error.
     pub weight: Vec<f64>,
-    /// Smallest ln ζ that a pole or zero may have.
-    pub least_ln_damping: f64,
+    /// Ranges of corner frequencies and damping ratios; three decades beyond the data unless set otherwise.
+    pub limits: Limits,
 }
 
-/// ln of the smallest damping ratio of a fit: sharper corners cannot be told from noise of the data.
-const LEAST_LN_DAMPING: f64 = -6.9;
+/// ln of the damping ratios of a fit: sharper corners than ζ = 1e-3 cannot be told from noise of the data, and ζ = 1e4
+/// separates the two real roots by eight decades.
+const LN_DAMPING: (f64, f64) = (-6.9, 9.2);
 
 impl Magnitudes {
     /// Checked data.
@@ -88,10 +89,7 @@ impl Magnitudes {
             }
         };
         let ascending = |k: usize, v: f64| {
-            v.is_finite()
-                && v >= 0.0
-                && (k == 0 || v > omega[k - 1])
-                && (k + 1 < lengths.0 || v > 0.0)
+            v.is_finite() && v >= 0.0 && (k == 0 || v > omega[k - 1]) && (k + 1 < lengths.0 || v > 0.0)
         };
         check(
             "omega",
@@ -99,32 +97,22 @@ impl Magnitudes {
             "frequencies must be finite, not negative and ascending",
             &ascending,
         )?;
-        check(
-            "magnitude",
-            &magnitude,
-            "must be finite and positive",
-            &|_, v| v.is_finite() && v > 0.0,
-        )?;
-        check(
-            "weight",
-            &weight,
-            "must be finite and not negative",
-            &|_, v| v.is_finite() && v >= 0.0,
-        )?;
+        check("magnitude", &magnitude, "must be finite and positive", &|_, v| {
+            v.is_finite() && v > 0.0
+        })?;
+        check("weight", &weight, "must be finite and not negative", &|_, v| {
+            v.is_finite() && v >= 0.0
+        })?;
+        let (lo, hi) = corner_range(&omega);
         Ok(Self {
             omega_rad_s: omega,
             magnitude,
             weight,
-            least_ln_damping: LEAST_LN_DAMPING,
+            limits: Limits {
+                ln_omega: (lo - BEYOND, hi + BEYOND),
+                ln_damping: LN_DAMPING,
+            },
         })
-    }
-
-    /// Range of ln ω₀ of poles and zeros: three decades beyond the data.
-    pub fn corner_limits(&self) -> (f64, f64) {
-        let mut positive = self.omega_rad_s.iter().filter(|w| **w > 0.0);
-        let lo = positive.next().map_or(0.0, |w| w.ln());
-        let hi = self.omega_rad_s.last().map_or(0.0, |w| w.max(1e-300).ln());
-        (lo - 6.9, hi + 6.9)
     }
 
     /// The constant with the smallest weighted error.
@@ -135,6 +123,16 @@ impl Magnitudes {
         });
         polish(self, Factors::constant(0.5 * (lo + hi)), 3)
     }
+}
+
+/// Corners may lie three decades beyond the data.
+const BEYOND: f64 = 6.9;
+
+/// ln of the first positive and the last frequency.
+fn corner_range(omega: &[f64]) -> (f64, f64) {
+    let lo = omega.iter().find(|w| **w > 0.0).map_or(0.0, |w| w.ln());
+    let hi = omega.last().map_or(0.0, |w| w.max(1e-300).ln());
+    (lo, hi)
 }
 
 /// A fit with its certificate.
@@ -150,36 +148,11 @@ pub struct DFit {
     pub system: StateSpace<Continuous>,
 }
 
-/// How hard a fit is searched for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
-    /// Linear programmes from one start and a short polish: a start for further optimisation.
-    Quick,
-    /// Several starts, polished until they settle.
-    Thorough,
-}
-
 /// Fits of order 0, 1, … `highest`; the weighted error never grows with the order.
 ///
 /// # Errors
 /// [`DfitError::Numeric`] when a fit cannot be realised.
 pub fn fit_up_to(data: &Magnitudes, highest: usize) -> Result<Vec<DFit>, DfitError> {
-    fit_with_effort(data, highest, Effort::Thorough)
-}
-
-/// As [`fit_up_to`] with a choice of effort.
-///
-/// # Errors
-/// As [`fit_up_to`].
-pub fn fit_with_effort(
-    data: &Magnitudes,
-    highest: usize,
-    effort: Effort,
-) -> Result<Vec<DFit>, DfitError> {
-    let (starts_used, polish_rounds) = match effort {
-        Effort::Quick => (1, 8),
-        Effort::Thorough => (usize::MAX, 60),
-    };
     let mut fits = vec![realised(data, data.constant())?];
     for order in 1..=highest {
         let lower = fits[order - 1].factors.clone();
@@ -187,8 +160,8 @@ pub fn fit_with_effort(
         let mut error = weighted_error(data, &best);
         // Below this the lower order is exact already.
         if error > 1e-9 {
-            for start in starts(data, order, &lower).into_iter().take(starts_used) {
-                let trial = polish(data, start, polish_rounds);
+            for start in starts(data, order, &lower) {
+                let trial = polish(data, start, 60);
                 let next = weighted_error(data, &trial);
                 if next < error {
                     (best, error) = (trial, next);
@@ -200,9 +173,32 @@ pub fn fit_with_effort(
     Ok(fits)
 }
 
+/// One fit of a given order with little effort: the linear programmes from a constant, and a short polish.
+pub fn fit_quick(data: &Magnitudes, order: usize) -> Factors {
+    let constant = data.constant();
+    if order == 0 {
+        return constant;
+    }
+    let mut best = constant.clone();
+    for _ in 0..order {
+        best = embedded(data, &best);
+    }
+    match dfit_linear::fit(data, order, &constant) {
+        Some(start) => {
+            let trial = polish(data, start, 8);
+            if weighted_error(data, &trial) < weighted_error(data, &best) {
+                trial
+            } else {
+                best
+            }
+        }
+        None => polish(data, best, 20),
+    }
+}
+
 /// The lower order with a pole and a zero that cancel, in the middle of the data.
 fn embedded(data: &Magnitudes, lower: &Factors) -> Factors {
-    let (lo, hi) = data.corner_limits();
+    let (lo, hi) = corner_range(&data.omega_rad_s);
     let middle = 0.5 * (lo + hi);
     lower.extended(middle, middle)
 }
@@ -211,9 +207,7 @@ fn embedded(data: &Magnitudes, lower: &Factors) -> Factors {
 fn starts(data: &Magnitudes, order: usize, lower: &Factors) -> Vec<Factors> {
     let mut list = vec![];
     list.extend(dfit_linear::fit(data, order, lower));
-    let (lo, hi) = data.corner_limits();
-    // Inside the data: the limits reach 6.9 = ln 1000 beyond.
-    let (lo, hi) = (lo + 6.9, hi - 6.9);
+    let (lo, hi) = corner_range(&data.omega_rad_s);
     for k in 0..3 {
         let place = lo + (hi - lo) * (f64::from(k) + 0.5) / 3.0;
         list.push(lower.extended(place - 0.3, place + 0.3));
@@ -229,11 +223,7 @@ fn starts(data: &Magnitudes, order: usize, lower: &Factors) -> Vec<Factors> {
 pub fn realised(data: &Magnitudes, factors: Factors) -> Result<DFit, DfitError> {
     let system = factors.state_space()?;
     let (mut plain, mut weighted) = (0.0f64, 0.0f64);
-    let points = data
-        .omega_rad_s
-        .iter()
-        .zip(&data.magnitude)
-        .zip(&data.weight);
+    let points = data.omega_rad_s.iter().zip(&data.magnitude).zip(&data.weight);
     for ((w, m), weight) in points {
         let value = system.transfer(crate::linalg::c64::new(0.0, *w))[(0, 0)].norm();
         let error = (value / m).ln().abs();

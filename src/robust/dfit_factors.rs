@@ -40,6 +40,15 @@ impl Factor {
     }
 }
 
+/// Ranges of the parameters of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// ln of the corner frequencies, rad/s.
+    pub ln_omega: (f64, f64),
+    /// ln ζ of second-order factors.
+    pub ln_damping: (f64, f64),
+}
+
 /// gain · Π zeros / Π poles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factors {
@@ -83,8 +92,9 @@ impl Factors {
 
     /// ln|d(jω)|.
     pub fn ln_magnitude(&self, omega_rad_s: f64) -> f64 {
-        let sum =
-            |list: &[Factor]| -> f64 { list.iter().map(|f| f.log_magnitude(omega_rad_s).0).sum() };
+        let sum = |list: &[Factor]| -> f64 {
+            list.iter().map(|f| f.log_magnitude(omega_rad_s).0).sum()
+        };
         self.ln_gain + sum(&self.zeros) - sum(&self.poles)
     }
 
@@ -114,25 +124,19 @@ impl Factors {
         list
     }
 
-    /// The function of the same kinds with other parameters; `limits` clamps ln ω₀, `least_ln_damping` bounds ln ζ below.
-    pub fn with_parameters(
-        &self,
-        values: &[f64],
-        limits: (f64, f64),
-        least_ln_damping: f64,
-    ) -> Self {
+    /// The function of the same kinds with other parameters, clamped to the limits.
+    pub fn with_parameters(&self, values: &[f64], limits: &Limits) -> Self {
         let mut next = self.clone();
         let mut source = values.iter().copied();
         next.ln_gain = source.next().unwrap_or(self.ln_gain);
         for factor in next.zeros.iter_mut().chain(&mut next.poles) {
             if let Some(v) = source.next() {
-                factor.ln_omega = v.clamp(limits.0, limits.1);
+                factor.ln_omega = v.clamp(limits.ln_omega.0, limits.ln_omega.1);
             }
             if let Some(ln_damping) = &mut factor.ln_damping
                 && let Some(v) = source.next()
             {
-                // ζ = 1e4 already separates the two real roots by eight decades.
-                *ln_damping = v.clamp(least_ln_damping, 9.2);
+                *ln_damping = v.clamp(limits.ln_damping.0, limits.ln_damping.1);
             }
         }
         next
@@ -203,19 +207,16 @@ fn section(zero: &Factor, pole: &Factor) -> Result<StateSpace<Continuous>, Numer
                 _ => -2.0 * dp * wp,
             });
             let b = Mat::from_fn(2, 1, |i, _| if i == 0 { 0.0 } else { wp });
-            let c = row(&[k * ((wz / wp).powi(2) - 1.0), 2.0 * k * (dz * wz / wp - dp)]);
+            let c = row(&[
+                k * ((wz / wp).powi(2) - 1.0),
+                2.0 * k * (dz * wz / wp - dp),
+            ]);
             StateSpace::new(a, b, c, row(&[k]), Continuous)
         }
         _ => {
             let k = wp / wz;
             let one = |v: f64| Mat::from_fn(1, 1, |_, _| v);
-            StateSpace::new(
-                one(-wp),
-                one(wp),
-                one(k * (wz / wp - 1.0)),
-                one(k),
-                Continuous,
-            )
+            StateSpace::new(one(-wp), one(wp), one(k * (wz / wp - 1.0)), one(k), Continuous)
         }
     }
 }

@@ -23,9 +23,9 @@ pub fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
         )
 }
 
-/// Improves a fit for at most `rounds` programmes; never returns a worse one.
+/// Improves a fit for at most `rounds` programmes; the result keeps the limits and is never worse than the start moved into them.
 pub fn polish(data: &Magnitudes, start: Factors, rounds: usize) -> Factors {
-    let mut best = start;
+    let mut best = start.with_parameters(&start.parameters(), &data.limits);
     let mut error = weighted_error(data, &best);
     let mut radius: f64 = 0.5;
     for _ in 0..rounds {
@@ -43,7 +43,7 @@ pub fn polish(data: &Magnitudes, start: Factors, rounds: usize) -> Factors {
             .zip(&step)
             .map(|(p, s)| p + s)
             .collect();
-        let trial = best.with_parameters(&values, data.corner_limits(), data.least_ln_damping);
+        let trial = best.with_parameters(&values, &data.limits);
         let next = weighted_error(data, &trial);
         let gain = (error - next) / (error - predicted).max(1e-300);
         if next < error {

@@ -8,9 +8,9 @@
 //! certified over all frequencies (`mu_certificate`), and the loop is checked for stability by that computation.
 //! Real and repeated parameters enter the synthesis as full complex blocks: the peak is an upper bound for them.
 
-use super::dfit::{Effort, Magnitudes, fit_with_effort};
-use super::dfit_factors::Factors;
-use super::dk_flatten::{LoopGrid, flatten, peak};
+use super::dfit::{Magnitudes, fit_quick};
+use super::dfit_factors::{Factors, Limits};
+use super::dk_descent::Descent;
 use super::dk_scale::DScales;
 use super::error::SynthesisError;
 use super::hinf::{HinfSettings, synthesise};
@@ -19,7 +19,9 @@ use super::structure::{MuError, Structure};
 use crate::augment::{Block, GeneralizedPlant};
 use crate::linalg::NumericError;
 use crate::lti::connect::lower_lft;
+use crate::lti::norm::hinf_norm;
 use crate::lti::{Continuous, StateSpace};
+use rayon::prelude::*;
 use thiserror::Error;
 
 /// Why a D-K iteration has nothing to return.
@@ -65,18 +67,24 @@ pub struct DkSettings {
     pub min_improvement: f64,
     /// Slack of the certificate of the answer.
     pub certificate_slack: f64,
+    /// Frequencies (rad/s) that the fits of D are to follow; none: decades round the poles of the plant.
+    pub fit_range_rad_s: Option<(f64, f64)>,
+    /// Gradients of the descent on γ that follows the alternation; 0: alternation only.
+    pub descent_rounds: usize,
 }
 
 impl Default for DkSettings {
     fn default() -> Self {
         Self {
-            max_iterations: 25,
+            max_iterations: 6,
             max_d_order: 4,
             target_mu: None,
-            patience: 4,
+            patience: 2,
             min_improvement: 3e-4,
             // A fifth of the 1e-3 that a claimed μ may be off by.
             certificate_slack: 2e-4,
+            fit_range_rad_s: None,
+            descent_rounds: 40,
         }
     }
 }
@@ -138,66 +146,24 @@ pub fn iterate(
         settings,
         hint: None,
     };
-    let mut scales = DScales::identity(run.blocks.len());
-    let mut steps: Vec<DkStep> = vec![];
-    let mut best: Option<Iterate> = None;
-    let mut idle = 0;
-    for iteration in 0..settings.max_iterations.max(1) {
-        let attempt = run.attempt(&scales);
-        let step = record(iteration, &scales, &attempt);
-        progress(&step);
-        steps.push(step);
-        let current = match attempt {
-            Ok(current) => current,
-            Err(error) => {
-                let Some(kept) = &best else { return Err(error) };
-                // Once more from the best, with half the change of scale.
-                idle += 2;
-                if idle >= settings.patience {
-                    break;
-                }
-                let Some(half) = blend(&kept.scales, &scales, 0.5) else {
-                    break;
-                };
-                scales = half;
-                continue;
-            }
-        };
-        let before = best.as_ref().map_or(f64::INFINITY, |b| b.mu_peak);
-        idle = if current.mu_peak < before * (1.0 - settings.min_improvement) {
-            0
-        } else {
-            idle + 1
-        };
-        let next = run.next_scales(&current, best.as_ref());
-        if current.mu_peak < before {
-            best = Some(Iterate {
-                iteration,
-                ..current
-            });
-        }
-        let reached = settings
-            .target_mu
-            .is_some_and(|t| best.as_ref().is_some_and(|b| b.mu_peak < t));
-        if reached || idle >= settings.patience {
-            break;
-        }
-        scales = next;
-    }
-    let Some(best) = best else {
-        return Err(DkError::Mu(MuError::EmptyBlock { block: 0 }));
+    let mut log = Log {
+        steps: vec![],
+        progress,
     };
-    let closed = lower_lft(&plant.system, &best.controller)?;
-    let certified = MuSystem::new(&closed, &run.blocks)?.peak(settings.certificate_slack)?;
+    let first = run.attempt(&DScales::identity(run.blocks.len()));
+    let mut best = log.enter(&DScales::identity(run.blocks.len()), first)?;
+    run.alternate(&mut best, &mut log);
+    run.descend(&mut best, &mut log);
+    let certified = run.certificate(&best)?;
     Ok(DkOutcome {
         controller: best.controller,
         mu_peak: certified.upper,
-        mu_lower_peak: certified.bounds.lower,
+        mu_lower_peak: certified.lower,
         peak_omega_rad_s: certified.omega_rad_s,
         gamma: best.gamma,
         scales: best.scales,
         best_iteration: best.iteration,
-        steps,
+        steps: log.steps,
     })
 }
 
@@ -238,12 +204,40 @@ struct Iterate {
     points: Vec<MuPoint>,
 }
 
+/// Records of the steps, shown as they are made.
+struct Log<'a> {
+    steps: Vec<DkStep>,
+    progress: &'a mut dyn FnMut(&DkStep),
+}
+
+impl Log<'_> {
+    /// Records an attempt and numbers it.
+    fn enter(
+        &mut self,
+        scales: &DScales,
+        attempt: Result<Iterate, DkError>,
+    ) -> Result<Iterate, DkError> {
+        let iteration = self.steps.len();
+        let step = record(iteration, scales, &attempt);
+        (self.progress)(&step);
+        self.steps.push(step);
+        attempt.map(|a| Iterate { iteration, ..a })
+    }
+}
+
 struct Run<'a> {
     plant: &'a GeneralizedPlant,
     structure: Structure,
     blocks: Vec<Block>,
     settings: &'a DkSettings,
     hint: Option<f64>,
+}
+
+/// Certified peak of μ of a loop.
+struct Certified {
+    upper: f64,
+    lower: f64,
+    omega_rad_s: f64,
 }
 
 /// Points of the grid on which scales are fitted: enough for orders up to six.
@@ -256,7 +250,7 @@ impl Run<'_> {
         let settings = HinfSettings {
             // γ to a tenth of what a step must improve.
             rel_tol: 1e-5,
-            slack: 3e-4,
+            slack: 5e-5,
             hint: self.hint,
             ..HinfSettings::default()
         };
@@ -277,43 +271,164 @@ impl Run<'_> {
         })
     }
 
-    /// Scales for the next synthesis.
-    fn next_scales(&self, current: &Iterate, best: Option<&Iterate>) -> DScales {
-        let grid = self.grid(current);
-        let (own, own_peak) = flatten(&grid, &self.structure, current.scales.clone(), 12);
-        let mut next = own;
-        let fresh = current.scales.orders().iter().all(|o| *o < self.settings.max_d_order);
-        let stalled = own_peak > 0.9995 * peak(&grid, &self.structure, &current.scales);
-        if (fresh || stalled)
-            && let Some(fitted) = self.fitted(current, &grid)
-        {
-            let (fitted, fitted_peak) = flatten(&grid, &self.structure, fitted, 12);
-            if fitted_peak < own_peak {
-                next = fitted;
-            }
+    /// The peak of the best loop, certified by the norm of D N D⁻¹ for its own D(s) when that is close to what the search
+    /// has attained, else by frozen scalings.
+    fn certificate(&self, best: &Iterate) -> Result<Certified, DkError> {
+        let attained = best.mu_peak;
+        let scaled = best.scales.scaled_plant(self.plant, &self.structure)?;
+        let closed = lower_lft(&scaled.system, &best.controller)?;
+        let norm = hinf_norm(&closed, 1e-6).map_or(f64::INFINITY, |n| n.upper);
+        if norm <= attained * (1.0 + self.settings.certificate_slack) {
+            let bounds = best.analysis.bounds(best.peak_omega_rad_s)?;
+            return Ok(Certified {
+                upper: norm.max(attained),
+                lower: bounds.lower,
+                omega_rad_s: best.peak_omega_rad_s,
+            });
         }
-        // Alternation zigzags: go on in the direction of the last change when it paid.
-        match best {
-            Some(best) if current.mu_peak < best.mu_peak => {
-                blend(&current.scales, &next, EXTRAPOLATION).unwrap_or(next)
+        let peak = match best.analysis.peak(self.settings.certificate_slack) {
+            // The norm is a certificate, too, if a wider one.
+            Err(MuError::NotCovered { .. }) if norm.is_finite() => {
+                let bounds = best.analysis.bounds(best.peak_omega_rad_s)?;
+                return Ok(Certified {
+                    upper: norm,
+                    lower: bounds.lower,
+                    omega_rad_s: best.peak_omega_rad_s,
+                });
             }
-            _ => next,
+            other => other?,
+        };
+        Ok(Certified {
+            upper: peak.upper,
+            lower: peak.bounds.lower,
+            omega_rad_s: peak.omega_rad_s,
+        })
+    }
+
+    fn reached(&self, best: &Iterate) -> bool {
+        self.settings.target_mu.is_some_and(|t| best.mu_peak < t)
+    }
+
+    /// D-K steps until the settings or the patience end them.
+    fn alternate(&mut self, best: &mut Iterate, log: &mut Log) {
+        let mut idle = 0;
+        let mut next = self.next_scales(best);
+        while let Some(scales) = next.take() {
+            if self.reached(best)
+                || idle >= self.settings.patience
+                || log.steps.len() >= self.settings.max_iterations
+            {
+                return;
+            }
+            match log.enter(&scales, self.attempt(&scales)) {
+                Ok(current) => {
+                    let limit = best.mu_peak * (1.0 - self.settings.min_improvement);
+                    idle = if current.mu_peak < limit { 0 } else { idle + 1 };
+                    next = self.next_scales(&current);
+                    if current.mu_peak < best.mu_peak {
+                        *best = current;
+                    }
+                }
+                Err(_) => {
+                    // Once more from the best, with half the change of scale.
+                    idle += 1;
+                    next = blend(&best.scales, &scales, 0.5, &self.limits());
+                }
+            }
         }
     }
 
-    fn grid(&self, current: &Iterate) -> LoopGrid {
-        let omega = self.fit_frequencies(current);
-        let (lo, hi) = self.range();
-        LoopGrid {
-            response: omega.iter().map(|w| current.analysis.response(*w)).collect(),
-            omega_rad_s: omega,
-            corner_limits: (lo.ln() - 2.3, hi.ln() + 2.3),
-            least_ln_damping: LEAST_LN_DAMPING,
+    /// Descent on γ from the best scales, in stages that each end in a controller.
+    fn descend(&mut self, best: &mut Iterate, log: &mut Log) {
+        let structure = self.structure.clone();
+        let descent = Descent {
+            plant: self.plant,
+            structure: &structure,
+            limits: self.limits(),
+        };
+        let mut rounds = self.settings.descent_rounds;
+        let Some((mut scales, mut level)) = self.descent_start(&descent, best) else {
+            return;
+        };
+        while rounds > 0 && !self.reached(best) {
+            let stage = rounds.min(DESCENT_STAGE);
+            rounds -= stage;
+            // μ is at most γ, and close to it where D is good.
+            let enough = self.settings.target_mu.unwrap_or(0.0);
+            let (lower, next) = descent.run(&scales, stage, enough);
+            if let Ok(current) = log.enter(&lower, self.attempt(&lower))
+                && current.mu_peak < best.mu_peak
+            {
+                *best = current;
+            }
+            // NaN ends the descent as well.
+            let improves = next < level * (1.0 - self.settings.min_improvement);
+            if !improves {
+                return;
+            }
+            (scales, level) = (lower, next);
         }
+    }
+
+    /// The best scales so far, raised to the full order by cancelling poles and zeros spread over the range; or such poles
+    /// and zeros alone, whichever has the lower γ.
+    fn descent_start(&self, descent: &Descent, best: &Iterate) -> Option<(DScales, f64)> {
+        let order = self.settings.max_d_order;
+        let (lo, hi) = self.range();
+        let raised = |start: &Factors| {
+            let mut factors = start.clone();
+            let missing = order.saturating_sub(start.order());
+            for k in 0..missing {
+                let share = (k as f64 + 0.5) / missing as f64;
+                let place = lo.ln() + share * (hi / lo).ln();
+                factors = factors.extended(place, place);
+            }
+            factors
+        };
+        let last = best.scales.factors.len() - 1;
+        let (mut own, mut plain) = (best.scales.clone(), best.scales.clone());
+        for (own, plain) in own.factors[..last].iter_mut().zip(&mut plain.factors[..last]) {
+            let gain = own.ln_magnitude(best.peak_omega_rad_s.min(hi));
+            *own = raised(own);
+            *plain = raised(&Factors::constant(gain));
+        }
+        let leveled = [own, plain].into_iter().map(|s| {
+            let level = descent.ln_level(&s, None).exp();
+            (s, level)
+        });
+        leveled
+            .filter(|(_, level)| level.is_finite())
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Scales for the next synthesis: of the fits of all orders the one with the lowest γ.
+    fn next_scales(&self, current: &Iterate) -> Option<DScales> {
+        let points = current.analysis.sweep(&self.fit_frequencies(current)).ok()?;
+        let structure = self.structure.clone();
+        let descent = Descent {
+            plant: self.plant,
+            structure: &structure,
+            limits: self.limits(),
+        };
+        let levels: Vec<(DScales, f64)> = (0..=self.settings.max_d_order)
+            .into_par_iter()
+            .filter_map(|order| {
+                let scales = self.fitted(current, &points, order)?;
+                let level = descent.ln_level(&scales, self.hint);
+                level.is_finite().then_some((scales, level))
+            })
+            .collect();
+        levels
+            .into_iter()
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(scales, _)| scales)
     }
 
     /// Decades round the poles of the plant.
     fn range(&self) -> (f64, f64) {
+        if let Some(range) = self.settings.fit_range_rad_s {
+            return range;
+        }
         let poles = self.plant.system.poles().unwrap_or_default();
         let sizes = poles.iter().map(|p| p.norm()).filter(|w| *w > 0.0);
         let (lo, hi) = sizes.fold((f64::INFINITY, 0.0f64), |(l, h), w| (l.min(w), h.max(w)));
@@ -353,68 +468,58 @@ impl Run<'_> {
         list
     }
 
-    /// Scales fitted to the pointwise optimum: the lowest order that keeps the peak.
-    fn fitted(&self, current: &Iterate, grid: &LoopGrid) -> Option<DScales> {
-        let highest = self.settings.max_d_order;
-        let points = current.analysis.sweep(&grid.omega_rad_s).ok()?;
+    /// Scales of one order fitted to the pointwise optimum, weighted by μ.
+    fn fitted(&self, current: &Iterate, points: &[MuPoint], order: usize) -> Option<DScales> {
         let last = self.structure.spans.len() - 1;
         let reference = self.structure.spans[last].w.start;
-        let mut fits: Vec<Vec<Factors>> = vec![];
-        for span in &self.structure.spans[..last] {
-            let magnitude = points.iter().map(|p| {
-                let d = |k: usize| p.scaling.right[(k, k)].norm();
-                // Irreducible parts of a loop may be scaled apart without limit; twelve decades are enough.
-                (d(span.w.start) / d(reference)).clamp(1e-12, 1e12)
-            });
-            let weight = points.iter().map(|p| (p.upper / current.mu_peak).max(1e-3));
-            let mut data = Magnitudes::new(
-                grid.omega_rad_s.clone(),
-                magnitude.collect(),
-                weight.collect(),
-            )
-            .ok()?;
-            data.least_ln_damping = LEAST_LN_DAMPING;
-            let all = fit_with_effort(&data, highest, Effort::Quick).ok()?;
-            fits.push(all.into_iter().map(|f| f.factors).collect());
-        }
-        let candidates: Vec<(DScales, f64)> = (0..=highest)
-            .map(|order| {
-                let mut factors: Vec<Factors> = fits.iter().map(|f| f[order].clone()).collect();
-                factors.push(Factors::constant(0.0));
-                let scales = DScales { factors };
-                let peak = peak(grid, &self.structure, &scales);
-                (scales, peak)
+        let weight: Vec<f64> = points
+            .iter()
+            .map(|p| (p.upper / current.mu_peak).max(1e-3))
+            .collect();
+        let fits: Option<Vec<Factors>> = self.structure.spans[..last]
+            .par_iter()
+            .map(|span| {
+                let magnitude = points.iter().map(|p| {
+                    let d = |k: usize| p.scaling.right[(k, k)].norm();
+                    // Irreducible parts of a loop may be scaled apart without limit; twelve decades are enough.
+                    (d(span.w.start) / d(reference)).clamp(1e-12, 1e12)
+                });
+                let omega = points.iter().map(|p| p.omega_rad_s);
+                let data = Magnitudes::new(omega.collect(), magnitude.collect(), weight.clone());
+                let mut data = data.ok()?;
+                data.limits = self.limits();
+                Some(fit_quick(&data, order))
             })
             .collect();
-        let lowest = candidates.iter().map(|c| c.1).fold(f64::INFINITY, f64::min);
-        // Half a percent of peak is not worth two states a channel.
-        candidates
-            .into_iter()
-            .find(|c| c.1 <= 1.005 * lowest)
-            .map(|c| c.0)
+        let mut factors = fits?;
+        factors.push(Factors::constant(0.0));
+        Some(DScales { factors })
+    }
+
+    fn limits(&self) -> Limits {
+        let (lo, hi) = self.range();
+        Limits {
+            ln_omega: (lo.ln() - 2.3, hi.ln() + 2.3),
+            ln_damping: LN_DAMPING,
+        }
     }
 }
 
-/// Length of the step of the scales relative to the optimum of the D step.
-const EXTRAPOLATION: f64 = 1.8;
-/// Sharper corners of D than ζ = 0.05 follow the grid, not the loop.
-const LEAST_LN_DAMPING: f64 = -3.0;
+/// Gradients between two controllers of the descent.
+const DESCENT_STAGE: usize = 10;
+/// Sharper corners of D than ζ = 0.05 follow the grid, not the loop; ζ = 30 separates two real corners by 3.5 decades.
+const LN_DAMPING: (f64, f64) = (-3.0, 3.4);
 
 /// (1 − t)·a + t·b in the parameters; `None` when the factors are of different kinds.
-fn blend(a: &DScales, b: &DScales, t: f64) -> Option<DScales> {
+fn blend(a: &DScales, b: &DScales, t: f64, limits: &Limits) -> Option<DScales> {
     let mut mixed = b.clone();
     for ((target, x), y) in mixed.factors.iter_mut().zip(&a.factors).zip(&b.factors) {
-        let (px, py) = (x.parameters(), y.parameters());
-        if x.orders_match(y) {
-            let values: Vec<f64> = px.iter().zip(&py).map(|(x, y)| x + t * (y - x)).collect();
-            *target = y.with_parameters(
-                &values,
-                (f64::NEG_INFINITY, f64::INFINITY),
-                LEAST_LN_DAMPING,
-            );
-        } else {
+        if !x.orders_match(y) {
             return None;
         }
+        let (px, py) = (x.parameters(), y.parameters());
+        let values: Vec<f64> = px.iter().zip(&py).map(|(x, y)| x + t * (y - x)).collect();
+        *target = y.with_parameters(&values, limits);
     }
     Some(mixed)
 }

@@ -28,7 +28,7 @@ pub struct HinfSettings {
     pub gamma: Option<f64>,
     /// Relative tolerance of the optimum.
     pub rel_tol: f64,
-    /// The controller is delivered at γ_opt·(1 + slack), or up to 1.01·γ_opt when that one fails its check.
+    /// The controller is delivered at γ_opt·(1 + slack), or further off when that one fails its check.
     pub slack: f64,
     /// A level near the optimum, from an earlier similar problem; saves evaluations, changes no result.
     pub hint: Option<f64>,
@@ -107,30 +107,29 @@ pub fn synthesise(
         };
     }
     let gamma_opt = search.optimum(settings, &mut pairs)?;
-    let mut failure = None;
-    for slack in [settings.slack, 1e-3, 3e-3, 9e-3] {
-        // A larger slack than asked is taken only when the smaller one fails its check.
-        if slack < settings.slack {
-            continue;
-        }
+    let mut failure = SynthesisError::NoLevel {
+        gamma: gamma_opt,
+        condition: Condition::Unsolved,
+    };
+    for slack in LADDER {
+        let slack = slack.max(settings.slack);
         let gamma = gamma_opt * (1.0 + slack);
         match search.deliver(plant, gamma_opt, gamma, &mut pairs) {
             // Rounding in a nearly singular problem can leave the loop above its level: the level is then the norm.
-            Ok(found) if found.closed_loop_norm <= gamma_opt * (1.0 + slack.max(LARGEST_SLACK)) => {
-                return Ok(found);
-            }
-            Ok(found) => failure = Some(refuted(gamma, &found)),
-            Err(error) => failure = Some(error),
+            Ok(found) if found.gamma <= gamma_opt * (1.0 + slack.max(CLOSE)) => return Ok(found),
+            Ok(found) => failure = refuted(gamma, &found),
+            Err(error) => failure = error,
         }
     }
-    Err(failure.unwrap_or(SynthesisError::NoLevel {
-        gamma: gamma_opt,
-        condition: Condition::Unsolved,
-    }))
+    Err(failure)
 }
 
-/// Distance from the optimum beyond which a controller is not delivered as optimal.
-const LARGEST_SLACK: f64 = 9.9e-3;
+/// Distances from the optimum at which a controller is formed; a larger one is taken only when the smaller ones fail
+/// their check, which happens on plants near the end of what f64 can hold.
+const LADDER: [f64; 6] = [0.0, 1e-3, 3e-3, 9e-3, 5e-2, 2e-1];
+
+/// Distance from the optimum within which a verified norm is as good as the level aimed at.
+const CLOSE: f64 = 9.9e-3;
 
 fn refuted(gamma: f64, found: &HinfSolution) -> SynthesisError {
     SynthesisError::Refuted {
@@ -138,6 +137,17 @@ fn refuted(gamma: f64, found: &HinfSolution) -> SynthesisError {
         norm: found.closed_loop_norm,
         growth_rate: found.certificate.growth_rate,
     }
+}
+
+/// The optimal level alone, without a controller: for searches over weights and scales.
+///
+/// # Errors
+/// As [`synthesise`].
+pub fn optimal_level(
+    plant: &GeneralizedPlant,
+    settings: &HinfSettings,
+) -> Result<f64, SynthesisError> {
+    Search::new(plant)?.optimum(settings, &mut 0)
 }
 
 /// Relative tolerance of the level peaks and of the verified norm.

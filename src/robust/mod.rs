@@ -5,7 +5,7 @@ pub mod dfit_factors;
 pub mod dfit_linear;
 pub mod dfit_polish;
 pub mod dk;
-pub mod dk_flatten;
+pub mod dk_descent;
 pub mod dk_scale;
 pub mod dscale;
 pub mod lmi;

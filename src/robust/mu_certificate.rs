@@ -17,7 +17,7 @@ use crate::lti::norm::hamiltonian;
 use crate::lti::scale::balancing;
 
 /// Frozen scalings at most; a flat μ over seven decades needs a few hundred.
-const MAX_SCALINGS: usize = 4000;
+const MAX_SCALINGS: usize = 1500;
 /// Distance from the axis, relative to the modulus, below which an eigenvalue counts as a possible crossing.
 const NEAR_AXIS: f64 = 1e-3;
 
@@ -70,15 +70,20 @@ pub fn certify(
             best = here;
             continue;
         }
-        match sweep.reach(&here.scaling, covered, level)? {
-            Some(end) if end > covered * (1.0 + 1e-9) && end > 0.0 => covered = end,
-            _ => {
-                return Err(MuError::NotCovered {
-                    covered_to_rad_s: covered,
-                    steps: scalings,
-                });
+        let mut end = sweep.reach(&here.scaling, covered, level)?.unwrap_or(covered);
+        // A scaling of extreme spread (at DC, where a loop may fall apart) loses digits: those of the next points serve too.
+        for point in sweep.points.iter().filter(|p| p.omega_rad_s > covered).take(12) {
+            if end <= covered * (1.0 + 1e-9) {
+                end = sweep.reach(&point.scaling, covered, level)?.unwrap_or(covered);
             }
         }
+        if end <= covered * (1.0 + 1e-9) {
+            return Err(MuError::NotCovered {
+                covered_to_rad_s: covered,
+                steps: scalings,
+            });
+        }
+        covered = end;
     }
     Ok((best, scalings))
 }

@@ -6,7 +6,7 @@
 //! poles half a decade apart from 1 Hz to 100 kHz, fitted to its Stieltjes density √x/(π(1+x)); error below 1 % there.
 
 use super::SpindleError;
-use super::machine::EffectiveBearing;
+use super::effective::EffectiveBearing;
 use super::plant::{AXES, CHANNELS, LOWPASS_DAMPING, Plant};
 use crate::linalg::{Mat, c64};
 use crate::lti::connect::{append, series};

@@ -7,6 +7,7 @@
 
 pub mod determine;
 pub mod gauss_newton;
+pub mod held_out;
 pub mod machine;
 pub mod matching;
 pub mod nelder_mead;
@@ -17,6 +18,7 @@ pub mod targets;
 
 pub use determine::{Combination, Determined};
 pub use gauss_newton::gauss_newton_rotor;
+pub use held_out::tool_error_db;
 pub use machine::{UpdatedMachine, front_and_rear, gauss_newton, nelder_mead};
 pub use nelder_mead::nelder_mead_rotor;
 pub use outcome::{Explanation, Factor, Method, PeakError, PeakKind, Updated};

@@ -155,7 +155,7 @@ impl Problem {
                 &frf.antiresonances,
                 PeakKind::Antiresonance,
                 k,
-                use_zeros,
+                use_zeros && !frf.held_out,
                 &frf.name,
             )?;
             frfs.push((

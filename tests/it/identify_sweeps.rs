@@ -236,7 +236,7 @@ fn an_antiresonance_that_noise_hides_is_null_with_the_reason() {
         "{found:?}"
     );
     // The same rotor; noise hides the flat bottom between the two peaks, but not the peaks.
-    let hidden = channel(&lines, &modes, 1e-6, 4);
+    let hidden = channel(&lines, &modes, 2e-6, 4);
     let poles = resonances(&lines, std::slice::from_ref(&hidden));
     assert_eq!(poles.len(), 2);
     let found = antiresonances(&lines, &hidden, 0, &poles, 100.0);

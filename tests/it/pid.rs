@@ -6,7 +6,10 @@ use muspin::controller::pid::{pid_continuous, pid_controller, reference_start};
 use muspin::controller::pid_tune::{TuneSettings, textbook, tune};
 use muspin::input::load_machine;
 use muspin::linalg::c64;
-use muspin::spindle::Machine;
+use muspin::lti::FrequencyGrid;
+use muspin::predict::sensitivity::axis_sensitivity;
+use muspin::predict::stiffness::dynamic_stiffness;
+use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
 fn reference() -> Machine {
@@ -66,10 +69,17 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
     let c = &tuned.certificate;
     eprintln!(
         "{:.2} N/um at {:.0} Hz, at speed {:.2}; S {:.1?} dB, at speed {:.1?}; noise {:.3} A; growth {:?} {:?} {:?}; {} evaluations, {:.1} s",
-        c.stiffness_n_per_m * 1e-6, c.stiffness_hz, c.stiffness_at_speed_n_per_m * 1e-6,
-        c.sensitivity_db, c.sensitivity_at_speed_db, c.noise_current_a,
-        c.nominal.worst_growth_rate_per_s(), c.lowered.worst_growth_rate_per_s(), c.raised.worst_growth_rate_per_s(),
-        c.evaluations, clock.elapsed().as_secs_f64()
+        c.stiffness_n_per_m * 1e-6,
+        c.stiffness_hz,
+        c.stiffness_at_speed_n_per_m * 1e-6,
+        c.sensitivity_db,
+        c.sensitivity_at_speed_db,
+        c.noise_current_a,
+        c.nominal.worst_growth_rate_per_s(),
+        c.lowered.worst_growth_rate_per_s(),
+        c.raised.worst_growth_rate_per_s(),
+        c.evaluations,
+        clock.elapsed().as_secs_f64()
     );
     assert!(c.is_stable());
     for s in c.sensitivity_db.iter().chain(&c.sensitivity_at_speed_db) {
@@ -77,6 +87,23 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
     }
     assert!(c.stiffness_n_per_m > 0.5e6, "{} N/m", c.stiffness_n_per_m);
     assert!(c.noise_current_a < 0.11);
+    // Second road: continuous plant with exact delay, without the hold's droop; 2 % at most in the band.
+    let plant = Plant::new(&reference(), 0.0, ModelDetail::Full).unwrap();
+    let grid = FrequencyGrid::log_hz(1.0, 4000.0, 3000);
+    let stiffness = dynamic_stiffness(&plant, &tuned.controller, 0, &grid);
+    let (minimum, _) = stiffness.minimum().unwrap();
+    assert!(
+        (minimum / c.stiffness_n_per_m - 1.0).abs() < 0.1,
+        "{minimum} N/m"
+    );
+    let s = axis_sensitivity(&plant, &tuned.controller, &grid);
+    for axis in 0..4 {
+        let db = 20.0 * s.peak(axis).0.log10();
+        assert!(
+            (db - c.sensitivity_db[axis / 2]).abs() < 1.0,
+            "axis {axis}: {db} dB"
+        );
+    }
 }
 
 #[test]
@@ -84,7 +111,12 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
 fn thorough_tuning() {
     let clock = std::time::Instant::now();
     let tuned = tune(&reference(), &TuneSettings::thorough(), &mut |_, _| {}).unwrap();
-    eprintln!("{:?}\n{:#?}\n{:?}", tuned.certificate, tuned.parameters, clock.elapsed());
+    eprintln!(
+        "{:?}\n{:#?}\n{:?}",
+        tuned.certificate,
+        tuned.parameters,
+        clock.elapsed()
+    );
     assert!(tuned.certificate.is_stable());
 }
 

@@ -71,20 +71,23 @@ fn the_full_plant_is_the_finite_element_model_at_every_speed() {
             let found = plant.at(omega);
             let loads = found.submatrix(4, 4, 6, 6).to_owned();
             let error = block_error(&loads, &expected);
-            // What the pseudo-modes do not hold of the modes beyond 40 kHz: 1.3e-6 at 4 kHz and 50 000 rpm.
-            assert!(error < 3e-6, "loads, {speed} rad/s, {hz} Hz: {error:.1e}");
+            // What the pseudo-modes do not hold of the modes beyond 24 kHz: 1.2e-5 at 4 kHz and 50 000 rpm.
+            assert!(error < 3e-5, "loads, {speed} rad/s, {hz} Hz: {error:.1e}");
             // Current to signal: the chain round the same receptance.
             let e = &machine.spindle.electronics;
             let lag = |b: f64| (c64::new(1.0, omega / (TAU * b))).inv();
             let chain = c64::from_polar(1.0, -omega * e.delay_s)
                 * lag(e.amplifier_bandwidth_hz)
                 * lag(e.sensor_bandwidth_hz);
-            let ki = [machine.spindle.front.ki_n_per_a, machine.spindle.rear.ki_n_per_a];
+            let ki = [
+                machine.spindle.front.ki_n_per_a,
+                machine.spindle.rear.ki_n_per_a,
+            ];
             let expected = Mat::from_fn(4, 4, |i, j| {
                 chain * ki[j / 2] * fe[(dof(3 + i / 2, i % 2), dof(1 + j / 2, j % 2))]
             });
             let error = block_error(&found.submatrix(0, 0, 4, 4).to_owned(), &expected);
-            assert!(error < 3e-6, "signals, {speed} rad/s, {hz} Hz: {error:.1e}");
+            assert!(error < 3e-5, "signals, {speed} rad/s, {hz} Hz: {error:.1e}");
         }
     }
 }
@@ -118,7 +121,11 @@ fn poles_and_zeros_of_a_collocated_pair_interlace() {
     // A zero lies below the first flexible mode (above the rigid ones) and one between any two neighbours.
     for (k, zero) in zeros.iter().enumerate() {
         let below = if k == 0 { 0.0 } else { poles[k - 1] };
-        assert!(below < *zero && *zero < poles[k], "{below} {zero} {}", poles[k]);
+        assert!(
+            below < *zero && *zero < poles[k],
+            "{below} {zero} {}",
+            poles[k]
+        );
     }
     assert!(zeros.len() >= 5);
 }
@@ -181,7 +188,8 @@ fn each_plane_has_two_unstable_real_poles_and_no_other() {
 /// One of every kind, of moderate size.
 pub fn catalogue() -> Vec<Effect> {
     use muspin::spindle::Bearings::{Both, Front, Rear};
-    let effect = |kind, location, values: &[f64]| Effect::new(kind, location, values.to_vec()).unwrap();
+    let effect =
+        |kind, location, values: &[f64]| Effect::new(kind, location, values.to_vec()).unwrap();
     let at = Location::Bearing;
     vec![
         effect(EffectKind::LoopDelay, Location::None, &[37e-6]),
@@ -202,9 +210,21 @@ pub fn catalogue() -> Vec<Effect> {
         effect(EffectKind::ToolJoint, Location::None, &[3e8, 1.5e5, 1.5]),
         effect(EffectKind::ToolMass, Location::None, &[0.006]),
         effect(EffectKind::AddedMass, Location::Position(0.37), &[0.05]),
-        effect(EffectKind::HousingMode, Location::None, &[90.0, 550.0, 0.04]),
-        effect(EffectKind::RegionStiffness, Location::Region("e7".into()), &[0.85]),
-        effect(EffectKind::AddedStiffness, Location::Position(0.23), &[-4e5]),
+        effect(
+            EffectKind::HousingMode,
+            Location::None,
+            &[90.0, 550.0, 0.04],
+        ),
+        effect(
+            EffectKind::RegionStiffness,
+            Location::Region("e7".into()),
+            &[0.85],
+        ),
+        effect(
+            EffectKind::AddedStiffness,
+            Location::Position(0.23),
+            &[-4e5],
+        ),
     ]
 }
 
@@ -239,7 +259,10 @@ fn the_state_space_answers_like_the_plant_for_every_effect() {
                     let (found, expected) = (system.at(TAU * hz), plant.at(TAU * hz));
                     let error = block_error(&found, &expected);
                     let name = effect.kind.name();
-                    assert!(error < tolerance, "{name} {detail:?} {speed} {hz} Hz: {error:.1e}");
+                    assert!(
+                        error < tolerance,
+                        "{name} {detail:?} {speed} {hz} Hz: {error:.1e}"
+                    );
                 }
             }
         }
@@ -263,7 +286,10 @@ fn the_sampled_plant_answers_like_the_plant_at_low_frequency() {
             // The hold's droop, (ωT)²/24, and aliasing of what a light mode does beyond the Nyquist frequency.
             let limit = (omega * 5e-5).powi(2) / 12.0 + 2e-4;
             let error = block_error(&g(&found), &g(&expected));
-            assert!(error < limit, "delay +{delay} s, {hz} Hz: {error:.1e} > {limit:.1e}");
+            assert!(
+                error < limit,
+                "delay +{delay} s, {hz} Hz: {error:.1e} > {limit:.1e}"
+            );
         }
     }
 }
@@ -279,7 +305,11 @@ fn a_sampled_lag_with_a_fractional_delay_follows_its_closed_form() {
     for k in 0..40 {
         let y = (&sampled.c * &x)[(0, 0)] + sampled.d[(0, 0)];
         let t = k as f64 * period - delay;
-        let expected = if t > 0.0 { 1.0 - (-pole * t).exp() } else { 0.0 };
+        let expected = if t > 0.0 {
+            1.0 - (-pole * t).exp()
+        } else {
+            0.0
+        };
         assert!((y - expected).abs() < 1e-12, "sample {k}: {y} {expected}");
         x = &sampled.a * &x + &sampled.b;
     }
@@ -295,7 +325,8 @@ fn modal_ports_inject_and_read_modal_coordinates() {
     let delta = 0.02 * plant.flexible_rad_s()[0].powi(2);
     let a = Mat::from_fn(system.order(), system.order(), |i, j| {
         system.a[(i, j)]
-            - delta * (system.b[(i, 10)] * system.c[(10, j)] + system.b[(i, 11)] * system.c[(11, j)])
+            - delta
+                * (system.b[(i, 10)] * system.c[(10, j)] + system.b[(i, 11)] * system.c[(11, j)])
     });
     let moved = muspin::linalg::eigenvalues(&a).unwrap();
     let nominal = system.poles().unwrap();

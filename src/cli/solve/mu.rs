@@ -1,8 +1,34 @@
-//! `muspin solve mu`.
+//! `muspin solve mu`: bounds of the structured singular value of a complex matrix, and the perturbation of the lower one.
 
+use super::answer::complex_matrix;
 use super::{Answer, Failure, Problem};
+use crate::robust::{MuError, mu};
 
 /// Solves the problem of the file.
-pub fn solve(_problem: &Problem) -> Result<Answer, Failure> {
-    Err(Failure::new("solve mu: not available yet"))
+pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+    let m = problem.complex_matrix("M")?;
+    let found = mu::bounds(&m, &problem.blocks()?)?;
+    Ok(Answer::new()
+        .with_number("upper", found.upper)
+        .with_number("lower", found.lower)
+        .with("delta", complex_matrix(&found.delta)))
+}
+
+impl From<MuError> for Failure {
+    fn from(error: MuError) -> Self {
+        let hint = match &error {
+            MuError::EmptyBlock { .. } => "every block needs at least one row and one column",
+            MuError::Shape { .. } => {
+                "block i reads its cols outputs of M and feeds its rows inputs, in list order"
+            }
+            MuError::Unstable { .. } => "close the loop with a stabilising controller first",
+            MuError::NotFinite { .. } | MuError::Numeric(_) => {
+                "check the scaling of the data and for poles on the imaginary axis"
+            }
+            MuError::NotCovered { .. } => {
+                "the response is flat or badly scaled there; scale the channels to order one"
+            }
+        };
+        Self::new(format!("mu: {error}")).with_hint(hint)
+    }
 }

@@ -1,8 +1,15 @@
-//! `muspin solve musys`.
+//! `muspin solve musys`: the certified peak of the μ upper bound of a stable system over all frequencies.
 
 use super::{Answer, Failure, Problem};
+use crate::robust::mu_system::{CERTIFICATE_SLACK, MuSystem};
 
 /// Solves the problem of the file.
-pub fn solve(_problem: &Problem) -> Result<Answer, Failure> {
-    Err(Failure::new("solve musys: not available yet"))
+pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+    let system = MuSystem::new(&problem.system()?, &problem.blocks()?)?;
+    let peak = system.peak(CERTIFICATE_SLACK)?;
+    Ok(Answer::new()
+        .with_number("peak_upper", peak.upper)
+        .with_number("peak_lower", peak.bounds.lower)
+        .with_number("peak_freq_rad_s", peak.omega_rad_s)
+        .with_number("attained_upper", peak.attained))
 }
