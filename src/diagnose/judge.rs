@@ -141,6 +141,9 @@ pub fn diagnose(
     if verdict == Verdict::Named {
         // χ² differences count less where a floor, not the noise, carries the model error.
         for rival in &chosen.rivals {
+            if rival.floor > best.floor {
+                continue;
+            }
             let distance = rival.score() - best.score();
             let known = members.iter().any(|m| same_names(&m.effects, &rival.effects));
             if distance < TIE && !known {
@@ -237,7 +240,8 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
         let round = search.round(begin)?;
         if let Some(pair) = better(search, begin, &round)? {
             rivals.extend(round.finalists);
-            let ahead = best.as_ref().is_none_or(|b| pair.candidate.score() < b.candidate.score());
+            let rank = |s: &Standing| (s.candidate.floor, s.candidate.score());
+            let ahead = best.as_ref().is_none_or(|b| rank(&pair) < rank(b));
             if ahead {
                 best = Some(pair);
             }
@@ -295,6 +299,10 @@ fn complete(search: &Search, standing: &Standing) -> Result<bool, DiagnoseError>
 /// The best finalist as the new standing, if it explains so much more that chance cannot.
 fn better(search: &Search, standing: &Standing, round: &Round) -> Result<Option<Standing>, DiagnoseError> {
     let Some(best) = round.finalists.first() else { return Ok(None) };
+    if best.floor > FINAL_FLOOR {
+        // It explains too little, but may be one of two.
+        return Ok(Some(settle(search, best)?));
+    }
     let at_final = if standing.candidate.floor == FINAL_FLOOR {
         standing.candidate.score()
     } else {

@@ -21,12 +21,16 @@ const CLIMB: usize = 4;
 const FINISH: usize = 12;
 /// χ² per residual above which a model fails at a floor. Where noise and floor describe the data it is below 1.
 const FAILS: f64 = 1.0;
+/// χ² per residual above which lower floors are not tried: what misses by that much will not fit more closely.
+const HOPELESS: f64 = 10.0;
 /// Least fall of the score for another effect.
 pub const ACCEPT: f64 = 30.0;
 /// Scores closer than this cannot be told apart (odds of 1 to 30), see [`Round`].
 pub const TIE: f64 = 7.0;
 /// Names that reach the thinned second screening, all lines, and the final floor.
-const SHORT_LISTS: [usize; 3] = [24, 8, 6];
+const SHORT_LISTS: [usize; 3] = [24, 8, 5];
+/// The same for a second effect.
+const PAIR_LISTS: [usize; 3] = [16, 6, 4];
 /// Most effects at once.
 pub const MOST_EFFECTS: usize = 2;
 /// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1, noise that is not quite
@@ -133,21 +137,28 @@ impl Search<'_> {
         })
     }
 
-    /// Fits through all rungs below `top` down to the final floor, whatever the misfit.
+    /// Fits through all rungs from `top` down to the final floor, or to where it is hopeless.
     ///
     /// # Errors
     /// As [`Self::stand`].
     pub fn finish(&self, effects: &[Hypothesis], from: &Point, top: f64, usage: Use) -> Result<Candidate, DiagnoseError> {
-        let stages: Vec<Stage> = LADDER
-            .into_iter()
-            .filter(|f| *f <= top)
-            .map(|f| (f, if f == FINAL_FLOOR { FINISH } else { CLIMB }))
-            .collect();
-        let fit = self.problem(effects, usage).fit(from, &stages)?;
+        let problem = self.problem(effects, usage);
+        let (mut at, mut last) = (from.clone(), None);
+        for floor in LADDER.into_iter().filter(|f| *f <= top) {
+            let iterations = if floor == FINAL_FLOOR { FINISH } else { CLIMB };
+            let fit = problem.fit(&at, &[(floor, iterations)])?;
+            let hopeless = fit.data_chi2 > HOPELESS * fit.residuals as f64;
+            at = fit.at.clone();
+            last = Some((fit, floor));
+            if hopeless {
+                break;
+            }
+        }
+        let (fit, floor) = last.ok_or(DiagnoseError::NoSweep)?;
         Ok(Candidate {
             effects: effects.to_vec(),
             fit,
-            floor: FINAL_FLOOR,
+            floor,
         })
     }
 
@@ -158,6 +169,7 @@ impl Search<'_> {
     pub fn round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
         let present = &standing.candidate.effects;
         let w = standing.working_floor;
+        let lists = if present.is_empty() { SHORT_LISTS } else { PAIR_LISTS };
         let thin = |stride| Use { stride, ..Use::ALL };
         let with = |h: &Hypothesis| -> Vec<Hypothesis> {
             let mut effects = present.clone();
@@ -184,19 +196,19 @@ impl Search<'_> {
                 Some(((*h).clone(), at, chi2))
             })
             .collect();
-        let (first, mut ranking) = shortlist(first, SHORT_LISTS[0]);
+        let (first, mut ranking) = shortlist(first, lists[0]);
         let second: Vec<(Hypothesis, Fit)> = first
             .par_iter()
             .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?)))
             .collect();
-        let second = distinct(second, SHORT_LISTS[1]);
+        let second = distinct(second, lists[1]);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
             .kept
             .par_iter()
             .filter_map(|(h, f)| Some((h.clone(), fit(h, &f.at, Use::ALL, &[(lower, 4)]).ok()?)))
             .collect();
-        let third = distinct(third, SHORT_LISTS[2]);
+        let third = distinct(third, lists[2]);
         let best = third.kept.first().map_or(0.0, |(_, f)| f.chi2);
         let mut finalists: Vec<Candidate> = third
             .kept
@@ -205,7 +217,8 @@ impl Search<'_> {
             .filter(|(_, f)| f.chi2 < 4.0 * best + 100.0)
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Use::ALL).ok())
             .collect();
-        finalists.sort_by(|a, b| a.score().total_cmp(&b.score()));
+        // Whoever reaches a lower floor is ahead; at one floor the score counts.
+        finalists.sort_by(|a, b| a.floor.total_cmp(&b.floor).then(a.score().total_cmp(&b.score())));
         let others = second.rest.into_iter().chain(third.kept).chain(third.rest);
         ranking.extend(others.map(|(h, f)| {
             let score = score(&f);
