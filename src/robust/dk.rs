@@ -12,8 +12,8 @@ use super::dfit::{Magnitudes, fit_quick};
 use super::dfit_factors::{Factors, Limits};
 use super::dk_descent::Descent;
 use super::dk_scale::DScales;
-use super::error::SynthesisError;
 use super::dscale;
+use super::error::SynthesisError;
 use super::hinf::{HinfSettings, synthesise};
 use super::mu_system::{MuPoint, MuSystem};
 use super::structure::{MuError, Structure};
@@ -403,7 +403,10 @@ impl Run<'_> {
         };
         let last = best.scales.factors.len() - 1;
         let (mut own, mut plain) = (best.scales.clone(), best.scales.clone());
-        for (own, plain) in own.factors[..last].iter_mut().zip(&mut plain.factors[..last]) {
+        for (own, plain) in own.factors[..last]
+            .iter_mut()
+            .zip(&mut plain.factors[..last])
+        {
             let gain = own.ln_magnitude(best.peak_omega_rad_s.min(hi));
             *own = raised(own);
             *plain = raised(&Factors::constant(gain));
@@ -426,7 +429,10 @@ impl Run<'_> {
 
     /// Scales for the next synthesis: of fits of order 0 and of full order the one with the lowest γ.
     fn next_scales(&mut self, current: &Iterate) -> Option<DScales> {
-        let points = current.analysis.sweep(&self.fit_frequencies(current)).ok()?;
+        let points = current
+            .analysis
+            .sweep(&self.fit_frequencies(current))
+            .ok()?;
         let structure = self.structure.clone();
         let descent = Descent {
             plant: self.plant,

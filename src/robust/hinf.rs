@@ -82,6 +82,17 @@ pub struct HinfSolution {
     pub certificate: Certificate,
 }
 
+/// The optimal level alone, without a controller: for searches over weights and scales.
+///
+/// # Errors
+/// As [`synthesise`].
+pub fn optimal_level(
+    plant: &GeneralizedPlant,
+    settings: &HinfSettings,
+) -> Result<f64, SynthesisError> {
+    Search::new(plant)?.optimum(settings, &mut 0)
+}
+
 /// Synthesis for a generalized plant.
 ///
 /// # Errors

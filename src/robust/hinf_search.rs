@@ -143,7 +143,7 @@ impl Search {
             Ok((pair.measure, pair.failed))
         };
         if lower == 0.0 {
-            return self.from_zero(&mut test);
+            return self.lowered_to_zero(&mut test);
         }
         // Just above the axis conditions, as close as a Riccati equation can be solved in f64.
         let mut lo = (lower, -1.0);
@@ -168,7 +168,7 @@ impl Search {
     }
 
     /// An infimum of zero is not attained: the level is lowered as long as the conditions hold, to a floor.
-    fn from_zero(
+    fn lowered_to_zero(
         &self,
         test: &mut dyn FnMut(f64) -> Result<(f64, Option<Condition>), SynthesisError>,
     ) -> Result<f64, SynthesisError> {

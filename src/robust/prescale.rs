@@ -5,7 +5,7 @@
 //! for a fixed loop, and a synthesis costs tens of milliseconds.
 
 use super::error::SynthesisError;
-use super::hinf::{HinfSettings, synthesise};
+use super::hinf::{HinfSettings, optimal_level};
 use crate::augment::GeneralizedPlant;
 use crate::linalg::Mat;
 
@@ -39,7 +39,7 @@ pub fn constant_scales(
     };
     let evaluate = |ln: &[f64]| {
         let scale: Vec<f64> = ln.iter().map(|l| l.exp()).collect();
-        synthesise(&scaled(plant, &scale), &settings).map(|s| s.gamma_opt)
+        optimal_level(&scaled(plant, &scale), &settings)
     };
     let mut ln: Vec<f64> = (0..free)
         .map(|k| start.get(k).map_or(0.0, |d| d.ln()))
