@@ -3,7 +3,6 @@
 use super::design_arguments::DesignArguments;
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
-use crate::controller::scaling::{SignalLimits, scaled};
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::{Design, DesignSettings, design};
@@ -132,22 +131,12 @@ pub fn add_controller(
     machine: &Machine,
     design: &Design,
 ) -> Result<(), Failure> {
-    let limits = SignalLimits {
-        input_m: machine.spindle.backup_clearance_m,
-        output_a: machine
-            .spindle
-            .front
-            .bias_current_a
-            .min(machine.spindle.rear.bias_current_a),
-    };
-    let scaled = scaled(&design.realisation, limits)
-        .map_err(|e| Failure::new(format!("firmware scaling: {e}")))?;
     let name = format!("{} with {}", machine.spindle.name, machine.tool.name);
     let files = write_all(
         &Firmware {
             discrete: &design.controller,
             continuous: Some(&design.continuous),
-            scaled: &scaled,
+            scaled: &design.realisation,
             verification: &design.verification,
             machine: &name,
         },

@@ -10,11 +10,12 @@ use super::PipelineError;
 use crate::augment::assembly::{
     UncertainMode, generalized_plane, scale_controller, unscale_controller,
 };
-use crate::augment::plane::{Route, design_plane};
+use crate::augment::plane::{Route, connected_part, design_plane};
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::augment::weights::Weights;
 use crate::augment::{Block, GeneralizedPlant};
-use crate::controller::realise::{Realisation, modal_form};
+use crate::controller::realise::modal_form;
+use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled as scaled_realisation};
 use crate::controller::verification::{Verification, verify};
 use crate::controller::{ControlLaw, Controller};
 use crate::lti::balance::frequency_weighted_balance;
@@ -141,8 +142,8 @@ pub struct Design {
     pub orders_tried: Vec<(usize, f64)>,
     /// Growth rate of the controller's own poles, 1/s; negative: stable.
     pub controller_growth_rate_per_s: f64,
-    /// Realisation in modal form, before rounding.
-    pub realisation: Realisation,
+    /// Modal form with scaled states, before rounding.
+    pub realisation: ScaledRealisation,
     /// The controller as it runs: four axes, sampled, coefficients rounded to float32.
     pub controller: Controller,
     /// The same in the continuous w plane, unrounded.
@@ -182,12 +183,20 @@ pub fn design(
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let plane_rounded = modal_form(&sampled)?.rounded_f32()?;
+    let realisation = scaled_realisation(
+        &modal_form(&both_planes(&sampled))?,
+        SignalLimits {
+            input_m: machine.spindle.backup_clearance_m,
+            output_a: machine.spindle.front.bias_current_a.min(machine.spindle.rear.bias_current_a),
+        },
+    )?;
+    // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
+    // design plane.
+    let rounded = realisation.rows.rounded_f32()?;
+    let plane_rounded = connected_part(&rounded.select(&[0, 2], &[0, 2]));
     let back = inverse_tustin(&plane_rounded).map_err(PipelineError::numeric("rounded loop"))?;
     let rounded_plane = scale_controller(&back);
     let rounded_stage = stage("rounded", &problems, &rounded_plane)?;
-    let realisation = modal_form(&both_planes(&sampled))?;
-    let rounded = realisation.rounded_f32()?;
     let verification = Verification {
         mu_peak: Some(rounded_stage.specification.upper),
         ..verify(
