@@ -74,7 +74,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let name = path.strip_prefix("controller/").unwrap_or(path);
             folder.add(&format!("{tool}/{name}"), bytes)?;
         }
-        let stable = design.verification.speeds.iter().take_while(|s| s.growth_rate_per_s < 0.0);
+        let stable = design
+            .verification
+            .speeds
+            .iter()
+            .take_while(|s| s.growth_rate_per_s < 0.0);
         rows.push(Row {
             mu: design.rounded.specification.upper,
             covered: design.rounded.covered.upper,
@@ -99,15 +103,26 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     summary.set("run", "batch");
     summary.set("spindle", arguments.spindle.as_str());
     summary.set("weights", weights.name.as_str());
-    summary.set("tools", Value::Array(rows.iter().map(|r| r.summary.clone()).collect()));
+    summary.set(
+        "tools",
+        Value::Array(rows.iter().map(|r| r.summary.clone()).collect()),
+    );
     let table = table(&rows);
     folder.add_table("tools.csv", &table)?;
     let names: Vec<String> = rows.iter().map(|r| r.tool.clone()).collect();
     let column = |f: fn(&Row) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
-    let (mu, stiff, rival) =
-        (column(|r| r.mu), column(|r| r.stiffness_mu * 1e-6), column(|r| r.stiffness_pid * 1e-6));
+    let (mu, stiff, rival) = (
+        column(|r| r.mu),
+        column(|r| r.stiffness_mu * 1e-6),
+        column(|r| r.stiffness_pid * 1e-6),
+    );
     let quantities = [
-        ToolQuantity { label: "µ as specified", unit: "", reference: Some((1.0, "µ = 1")), bars: vec![("µ controller", mu)] },
+        ToolQuantity {
+            label: "µ as specified",
+            unit: "",
+            reference: Some((1.0, "µ = 1")),
+            bars: vec![("µ controller", mu)],
+        },
         ToolQuantity {
             label: "Minimum stiffness",
             unit: "N/µm",
@@ -119,7 +134,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
     stdout::data(|out| out.write_all(table.to_csv().as_bytes()))?;
-    Ok(if rows.iter().all(|r| r.met) { Outcome::Done } else { Outcome::TargetMissed })
+    Ok(if rows.iter().all(|r| r.met) {
+        Outcome::Done
+    } else {
+        Outcome::TargetMissed
+    })
 }
 
 fn table(rows: &[Row]) -> Table {

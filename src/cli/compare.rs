@@ -4,9 +4,9 @@ use super::design::{add_predictions, finish, outcome, run_design};
 use super::design_arguments::DesignArguments;
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
+use crate::controller::Controller;
 use crate::controller::pid_tune::{TuneSettings, textbook, tune};
 use crate::controller::verification::verify;
-use crate::controller::Controller;
 use crate::input::{load_controller, load_measurement};
 use crate::pipeline::comparison::{Prediction, discrete, predict};
 use crate::report::plot::Role;
@@ -59,7 +59,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let quick = TuneSettings::quick();
         controllers = vec![
             (Role::Mu, found.controller),
-            (Role::Pid, tune(&machine, &quick, &mut |_, _| {})?.controller),
+            (
+                Role::Pid,
+                tune(&machine, &quick, &mut |_, _| {})?.controller,
+            ),
             (Role::TextbookPid, textbook(&machine, &quick)?.controller),
         ];
     }
@@ -82,16 +85,29 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             .iter()
             .map(|rpm| predict(&machine, controller, *rpm))
             .collect::<Result<Vec<_>, _>>()?;
-        let (Some(first), Some(last)) = (each.first(), each.last()) else { continue };
+        let (Some(first), Some(last)) = (each.first(), each.last()) else {
+            continue;
+        };
         add_predictions(&mut summary, name, first, last);
-        summary.set(&format!("damping_ratio.{name}"), modal_damping_json(first, &flexible));
+        summary.set(
+            &format!("damping_ratio.{name}"),
+            modal_damping_json(first, &flexible),
+        );
         let law = discrete(controller, period)?;
-        let checked = verify(&machine, &law, SPEEDS, "full finite-element plant, exact delay, sampled")?;
+        let checked = verify(
+            &machine,
+            &law,
+            SPEEDS,
+            "full finite-element plant, exact delay, sampled",
+        )?;
         if !checked.is_stable() {
             result = Outcome::TargetMissed;
         }
         summary.set(&format!("stability.{name}.stable"), checked.is_stable());
-        summary.set(&format!("stability.{name}.certificates"), verification_json(&checked));
+        summary.set(
+            &format!("stability.{name}.certificates"),
+            verification_json(&checked),
+        );
         runs.extend(each.into_iter().map(|mut p| {
             p.name.clone_from(name);
             (*role, p)
@@ -129,16 +145,33 @@ fn keys(controllers: &[(Role, Controller)]) -> Vec<String> {
             Role::TextbookPid => "textbook_pid".to_owned(),
             _ => controller.name.replace([' ', '.'], "_").to_lowercase(),
         };
-        let repeats = names.iter().filter(|n| **n == base || n.starts_with(&format!("{base}_"))).count();
-        names.push(if repeats == 0 { base } else { format!("{base}_{}", repeats + 1) });
+        let repeats = names
+            .iter()
+            .filter(|n| **n == base || n.starts_with(&format!("{base}_")))
+            .count();
+        names.push(if repeats == 0 {
+            base
+        } else {
+            format!("{base}_{}", repeats + 1)
+        });
     }
     names
 }
 
 fn speeds(arguments: &Arguments, top_rpm: f64) -> Result<Vec<f64>, Failure> {
-    if let Some(bad) = arguments.speeds.iter().find(|s| !(s.is_finite() && **s >= 0.0)) {
-        return Err(Failure::new(format!("--speeds: {bad} must be zero or a positive number"))
-            .with_hint("speeds are in rpm, for example --speeds 0,25000,50000"));
+    if let Some(bad) = arguments
+        .speeds
+        .iter()
+        .find(|s| !(s.is_finite() && **s >= 0.0))
+    {
+        return Err(
+            Failure::new(format!("--speeds: {bad} must be zero or a positive number"))
+                .with_hint("speeds are in rpm, for example --speeds 0,25000,50000"),
+        );
     }
-    Ok(if arguments.speeds.is_empty() { vec![0.0, top_rpm] } else { arguments.speeds.clone() })
+    Ok(if arguments.speeds.is_empty() {
+        vec![0.0, top_rpm]
+    } else {
+        arguments.speeds.clone()
+    })
 }

@@ -30,7 +30,9 @@ impl From<PipelineError> for Failure {
     fn from(error: PipelineError) -> Self {
         let hint = match &error {
             PipelineError::Synthesis(inner) => inner.advice().to_owned(),
-            PipelineError::Plant(_) => "`muspin check` on the spindle and tool files shows more".to_owned(),
+            PipelineError::Plant(_) => {
+                "`muspin check` on the spindle and tool files shows more".to_owned()
+            }
             _ => "loosen the weights, or check the spindle's data".to_owned(),
         };
         Self::new(error.to_string()).with_hint(hint)
@@ -55,15 +57,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     summary.set("tool", machine.tool.name.as_str());
     summary.set("weights", weights.name.as_str());
     summary.set("design", design_json(&found));
-    let runs = [0.0, machine.spindle.max_rpm]
-        .map(|rpm| predict(&machine, &found.controller, rpm));
+    let runs = [0.0, machine.spindle.max_rpm].map(|rpm| predict(&machine, &found.controller, rpm));
     let [rest, speed] = runs;
     let (rest, speed) = (rest?, speed?);
     add_predictions(&mut summary, "mu", &rest, &speed);
-    for (stem, figure) in robustness(&found)
-        .into_iter()
-        .chain(predictions(&[(Role::Mu, &rest), (Role::Mu, &speed)], &[], machine.spindle.max_rpm / 60.0))
-    {
+    for (stem, figure) in robustness(&found).into_iter().chain(predictions(
+        &[(Role::Mu, &rest), (Role::Mu, &speed)],
+        &[],
+        machine.spindle.max_rpm / 60.0,
+    )) {
         folder.add_plot(&stem, &figure)?;
     }
     add_controller(&mut folder, &machine, &found)?;
@@ -81,39 +83,62 @@ pub fn run_design(
     progress: &Progress,
 ) -> Result<Design, Failure> {
     progress.stage("design");
-    Ok(design(machine, weights, &DesignSettings::default(), &mut |step| {
-        progress.line(match &step.failure {
-            Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
-            None => format!(
-                "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
-                step.iteration + 1,
-                step.gamma,
-                step.mu_peak,
-                step.controller_order,
-                step.d_orders
-            ),
-        });
-    })?)
+    Ok(design(
+        machine,
+        weights,
+        &DesignSettings::default(),
+        &mut |step| {
+            progress.line(match &step.failure {
+                Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
+                None => format!(
+                    "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
+                    step.iteration + 1,
+                    step.gamma,
+                    step.mu_peak,
+                    step.controller_order,
+                    step.d_orders
+                ),
+            });
+        },
+    )?)
 }
 
 /// Exit of a design: done, or a target missed.
 pub fn outcome(design: &Design) -> Outcome {
-    if design.meets_targets() { Outcome::Done } else { Outcome::TargetMissed }
+    if design.meets_targets() {
+        Outcome::Done
+    } else {
+        Outcome::TargetMissed
+    }
 }
 
 /// Stiffness and sensitivity of a controller at rest and at top speed.
 pub fn add_predictions(summary: &mut Summary, name: &str, rest: &Prediction, speed: &Prediction) {
     summary.set(&format!("stiffness.{name}"), stiffness_json(rest));
-    summary.set(&format!("stiffness.{name}.at_top_speed"), stiffness_json(speed));
+    summary.set(
+        &format!("stiffness.{name}.at_top_speed"),
+        stiffness_json(speed),
+    );
     summary.set(&format!("sensitivity.{name}"), sensitivity_json(rest));
-    summary.set(&format!("sensitivity.{name}.at_top_speed"), sensitivity_json(speed));
+    summary.set(
+        &format!("sensitivity.{name}.at_top_speed"),
+        sensitivity_json(speed),
+    );
 }
 
 /// The `controller/` folder of a run: JSON, `.mat`, C, tables, test vectors.
-pub fn add_controller(folder: &mut ResultsFolder, machine: &Machine, design: &Design) -> Result<(), Failure> {
+pub fn add_controller(
+    folder: &mut ResultsFolder,
+    machine: &Machine,
+    design: &Design,
+) -> Result<(), Failure> {
     let limits = SignalLimits {
         input_m: machine.spindle.backup_clearance_m,
-        output_a: machine.spindle.front.bias_current_a.min(machine.spindle.rear.bias_current_a),
+        output_a: machine
+            .spindle
+            .front
+            .bias_current_a
+            .min(machine.spindle.rear.bias_current_a),
     };
     let scaled = scaled(&design.realisation, limits)
         .map_err(|e| Failure::new(format!("firmware scaling: {e}")))?;

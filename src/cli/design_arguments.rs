@@ -21,13 +21,20 @@ pub struct DesignArguments {
 
 impl Default for DesignArguments {
     fn default() -> Self {
-        Self { spindle: "reference".into(), tool: "paper-tool".into(), weights: "benchmark".into() }
+        Self {
+            spindle: "reference".into(),
+            tool: "paper-tool".into(),
+            weights: "benchmark".into(),
+        }
     }
 }
 
 impl DesignArguments {
     /// Reads and validates all three files.
     pub fn load(&self) -> Result<(Machine, Weights), Failure> {
-        Ok((load_machine(&self.spindle, &self.tool)?, load_weights(&self.weights)?))
+        Ok((
+            load_machine(&self.spindle, &self.tool)?,
+            load_weights(&self.weights)?,
+        ))
     }
 }

@@ -9,14 +9,16 @@ use crate::controller::pid_tune::{TuneSettings, TunedPid, textbook, tune};
 use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::Design;
+use crate::report::identification::identification_json;
 use crate::report::plot::Role;
 use crate::report::plot::loops::{MarkedFrequency, Peak};
 use crate::report::results::ResultsFolder;
 use crate::report::run_figures::{open_loop, predictions, robustness, shapes};
-use crate::report::run_summary::{design_json, machine_json, modal_damping_json, verification_json};
+use crate::report::run_summary::{
+    design_json, machine_json, modal_damping_json, verification_json,
+};
 use crate::report::summary::{Summary, number};
 use crate::report::updating::{figures as update_figures, updating_json};
-use crate::report::identification::identification_json;
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::Machine;
 use crate::update::{Targets, UpdateSettings, UpdatedMachine, gauss_newton, nelder_mead};
@@ -69,8 +71,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.weights)?;
     let progress = Progress::start();
     let nominal_files = DesignArguments {
-        spindle: arguments.spindle.clone().unwrap_or_else(|| "reference".into()),
-        tool: arguments.tool.clone().unwrap_or_else(|| "paper-tool".into()),
+        spindle: arguments
+            .spindle
+            .clone()
+            .unwrap_or_else(|| "reference".into()),
+        tool: arguments
+            .tool
+            .clone()
+            .unwrap_or_else(|| "paper-tool".into()),
         weights: arguments.weights.clone(),
     };
     let source = match (&arguments.measurement, &arguments.spindle) {
@@ -111,19 +119,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let pid = tune(machine, &quick, &mut |_, _| {})?;
     let plain = textbook(machine, &quick)?;
     progress.stage("predictions and report");
-    let result = assemble(&nominal, machine, &weights.name, updating.as_ref(), &design, &pid, &plain)?;
+    let result = assemble(
+        &nominal,
+        machine,
+        &weights.name,
+        updating.as_ref(),
+        &design,
+        &pid,
+        &plain,
+    )?;
     let (mut folder, mut summary) = result;
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
-    let words = summary.get("plain_words").and_then(|v| v.as_str()).unwrap_or_default().to_owned();
+    let words = summary
+        .get("plain_words")
+        .and_then(|v| v.as_str())
+        .unwrap_or_default()
+        .to_owned();
     stdout::data(|out| writeln!(out, "{words}\nresults in {}", arguments.out))?;
     Ok(outcome(&design))
 }
 
-fn update(
-    measurement: &crate::input::Measurement,
-    nominal: &Machine,
-) -> Result<Updating, Failure> {
+fn update(measurement: &crate::input::Measurement, nominal: &Machine) -> Result<Updating, Failure> {
     let (targets, identification) = targets(measurement, nominal, None)?;
     let settings = UpdateSettings::default();
     let found = gauss_newton(nominal, &targets, &settings)?;
@@ -157,7 +174,10 @@ fn assemble(
     summary.set("spindle", machine.spindle.name.as_str());
     summary.set("tool", machine.tool.name.as_str());
     summary.set("weights", weights);
-    summary.set("model.nominal", machine_json(nominal, &frequencies(nominal)?));
+    summary.set(
+        "model.nominal",
+        machine_json(nominal, &frequencies(nominal)?),
+    );
     summary.set("model.used", machine_json(machine, &updated_hz));
     if let Some(u) = updating {
         if let Some(found) = &u.identification {
@@ -171,25 +191,53 @@ fn assemble(
     }
     summary.set("design", design_json(design));
     let both = |controller| -> Result<[Prediction; 2], Failure> {
-        Ok([predict(machine, controller, 0.0)?, predict(machine, controller, top)?])
+        Ok([
+            predict(machine, controller, 0.0)?,
+            predict(machine, controller, top)?,
+        ])
     };
     let (mu, tuned) = (both(&design.controller)?, both(&pid.controller)?);
     let untuned = both(&plain.controller)?;
     let flexible: Vec<f64> = updated_hz.iter().take(3).map(|f| f * TAU).collect();
     for (name, [rest, speed]) in [("mu", &mu), ("pid", &tuned), ("textbook_pid", &untuned)] {
         add_predictions(&mut summary, name, rest, speed);
-        summary.set(&format!("damping_ratio.{name}"), modal_damping_json(rest, &flexible));
+        summary.set(
+            &format!("damping_ratio.{name}"),
+            modal_damping_json(rest, &flexible),
+        );
     }
     summary.set("pid.stable", pid.certificate.is_stable());
-    summary.set("pid.certificates.nominal", verification_json(&pid.certificate.nominal));
-    summary.set("pid.certificates.modes_lowered", verification_json(&pid.certificate.lowered));
-    summary.set("pid.certificates.modes_raised", verification_json(&pid.certificate.raised));
-    summary.set("pid.noise_current_a", number(pid.certificate.noise_current_a));
+    summary.set(
+        "pid.certificates.nominal",
+        verification_json(&pid.certificate.nominal),
+    );
+    summary.set(
+        "pid.certificates.modes_lowered",
+        verification_json(&pid.certificate.lowered),
+    );
+    summary.set(
+        "pid.certificates.modes_raised",
+        verification_json(&pid.certificate.raised),
+    );
+    summary.set(
+        "pid.noise_current_a",
+        number(pid.certificate.noise_current_a),
+    );
     summary.set("pid.textbook_stable", plain.certificate.nominal.is_stable());
-    summary.set("plain_words", plain_words(machine, design, &mu[0], &tuned[0]));
+    summary.set(
+        "plain_words",
+        plain_words(machine, design, &mu[0], &tuned[0]),
+    );
     let marked = updating.map_or_else(Default::default, |u| marks(&u.targets));
-    let models = [("nominal", Role::Nominal, nominal), ("updated", Role::Updated, machine)];
-    let models = if updating.is_some() { &models[..] } else { &models[1..] };
+    let models = [
+        ("nominal", Role::Nominal, nominal),
+        ("updated", Role::Updated, machine),
+    ];
+    let models = if updating.is_some() {
+        &models[..]
+    } else {
+        &models[1..]
+    };
     for (stem, figure) in open_loop(models, &marked)? {
         folder.add_plot(&stem, &figure)?;
     }
@@ -207,11 +255,17 @@ fn assemble(
         (Role::Pid, &tuned[1]),
         (Role::TextbookPid, &untuned[1]),
     ];
-    for (stem, figure) in robustness(design).into_iter().chain(predictions(&runs, &[], top / 60.0)) {
+    for (stem, figure) in robustness(design)
+        .into_iter()
+        .chain(predictions(&runs, &[], top / 60.0))
+    {
         folder.add_plot(&stem, &figure)?;
     }
     add_controller(&mut folder, machine, design)?;
-    folder.add("controller/pid.json", crate::report::controller_json::controller_json(&pid.controller))?;
+    folder.add(
+        "controller/pid.json",
+        crate::report::controller_json::controller_json(&pid.controller),
+    )?;
     folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
     folder.add("tool.yaml", tool_yaml(&machine.tool))?;
     Ok((folder, summary))
@@ -219,7 +273,11 @@ fn assemble(
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
     [0, 1].map(|bearing| {
-        let resonances = targets.resonances.iter().flatten().map(|t| (t, Peak::Resonance));
+        let resonances = targets
+            .resonances
+            .iter()
+            .flatten()
+            .map(|t| (t, Peak::Resonance));
         let zeros = targets
             .antiresonances
             .get(bearing)
@@ -228,7 +286,10 @@ fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
             .map(|t| (t, Peak::Antiresonance));
         resonances
             .chain(zeros)
-            .map(|(t, peak)| MarkedFrequency { frequency_hz: t.frequency_hz, peak })
+            .map(|(t, peak)| MarkedFrequency {
+                frequency_hz: t.frequency_hz,
+                peak,
+            })
             .collect()
     })
 }
@@ -237,7 +298,10 @@ fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
 fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Prediction) -> String {
     let micro = |k: f64| k * 1e-6;
     let stable = if design.verification.is_stable() {
-        format!("stable at every speed checked up to {:.0} rpm", machine.spindle.max_rpm)
+        format!(
+            "stable at every speed checked up to {:.0} rpm",
+            machine.spindle.max_rpm
+        )
     } else {
         "NOT stable at every speed".to_owned()
     };

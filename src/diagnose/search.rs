@@ -21,12 +21,16 @@ const CLIMB: usize = 4;
 const FINISH: usize = 12;
 /// χ² per residual above which a model fails at a floor. Where noise and floor describe the data it is below 1.
 const FAILS: f64 = 1.0;
+/// χ² per residual above which lower floors are not tried: what misses by that much will not fit more closely.
+const HOPELESS: f64 = 10.0;
 /// Least fall of the score for another effect.
 pub const ACCEPT: f64 = 30.0;
 /// Scores closer than this cannot be told apart (odds of 1 to 30), see [`Round`].
 pub const TIE: f64 = 7.0;
 /// Names that reach the thinned second screening, all lines, and the final floor.
-const SHORT_LISTS: [usize; 3] = [24, 8, 6];
+const SHORT_LISTS: [usize; 3] = [24, 8, 5];
+/// The same for a second effect.
+const PAIR_LISTS: [usize; 3] = [16, 6, 4];
 /// Most effects at once.
 pub const MOST_EFFECTS: usize = 2;
 /// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1, noise that is not quite
@@ -106,7 +110,12 @@ impl Search<'_> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub fn stand(&self, effects: &[Hypothesis], from: &Point, usage: Use) -> Result<Standing, DiagnoseError> {
+    pub fn stand(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        usage: Use,
+    ) -> Result<Standing, DiagnoseError> {
         let problem = self.problem(effects, usage);
         let (mut at, mut before) = (from.clone(), from.clone());
         let mut last = None;
@@ -133,21 +142,34 @@ impl Search<'_> {
         })
     }
 
-    /// Fits through all rungs below `top` down to the final floor, whatever the misfit.
+    /// Fits through all rungs from `top` down to the final floor, or to where it is hopeless.
     ///
     /// # Errors
     /// As [`Self::stand`].
-    pub fn finish(&self, effects: &[Hypothesis], from: &Point, top: f64, usage: Use) -> Result<Candidate, DiagnoseError> {
-        let stages: Vec<Stage> = LADDER
-            .into_iter()
-            .filter(|f| *f <= top)
-            .map(|f| (f, if f == FINAL_FLOOR { FINISH } else { CLIMB }))
-            .collect();
-        let fit = self.problem(effects, usage).fit(from, &stages)?;
+    pub fn finish(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        top: f64,
+        usage: Use,
+    ) -> Result<Candidate, DiagnoseError> {
+        let problem = self.problem(effects, usage);
+        let (mut at, mut last) = (from.clone(), None);
+        for floor in LADDER.into_iter().filter(|f| *f <= top) {
+            let iterations = if floor == FINAL_FLOOR { FINISH } else { CLIMB };
+            let fit = problem.fit(&at, &[(floor, iterations)])?;
+            let hopeless = fit.data_chi2 > HOPELESS * fit.residuals as f64;
+            at = fit.at.clone();
+            last = Some((fit, floor));
+            if hopeless {
+                break;
+            }
+        }
+        let (fit, floor) = last.ok_or(DiagnoseError::NoSweep)?;
         Ok(Candidate {
             effects: effects.to_vec(),
             fit,
-            floor: FINAL_FLOOR,
+            floor,
         })
     }
 
@@ -158,6 +180,11 @@ impl Search<'_> {
     pub fn round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
         let present = &standing.candidate.effects;
         let w = standing.working_floor;
+        let lists = if present.is_empty() {
+            SHORT_LISTS
+        } else {
+            PAIR_LISTS
+        };
         let thin = |stride| Use { stride, ..Use::ALL };
         let with = |h: &Hypothesis| -> Vec<Hypothesis> {
             let mut effects = present.clone();
@@ -167,9 +194,17 @@ impl Search<'_> {
         let free: Vec<&Hypothesis> = self
             .catalogue
             .iter()
-            .filter(|h| !present.iter().any(|p| p.same_name(h) && p.kind != crate::spindle::EffectKind::HousingMode))
+            .filter(|h| {
+                !present
+                    .iter()
+                    .any(|p| p.same_name(h) && p.kind != crate::spindle::EffectKind::HousingMode)
+            })
             .collect();
-        (self.progress)(&format!("{} hypotheses, beside {} accepted", free.len(), present.len()));
+        (self.progress)(&format!(
+            "{} hypotheses, beside {} accepted",
+            free.len(),
+            present.len()
+        ));
         let fit = |h: &Hypothesis, from: &Point, usage: Use, stages: &[Stage]| {
             self.problem(&with(h), usage).fit(from, stages)
         };
@@ -180,23 +215,28 @@ impl Search<'_> {
             .filter_map(|h| {
                 let mut from = standing.from.clone();
                 from.theta.push(h.start.clone());
-                let (at, chi2) = self.problem(&with(h), thin(3)).predicted(&base, &from, w).ok()?;
+                let (at, chi2) = self
+                    .problem(&with(h), thin(3))
+                    .predicted(&base, &from, w)
+                    .ok()?;
                 Some(((*h).clone(), at, chi2))
             })
             .collect();
-        let (first, mut ranking) = shortlist(first, SHORT_LISTS[0]);
+        let (first, mut ranking) = shortlist(first, lists[0]);
         let second: Vec<(Hypothesis, Fit)> = first
             .par_iter()
-            .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?)))
+            .filter_map(|(h, at, _)| {
+                Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?))
+            })
             .collect();
-        let second = distinct(second, SHORT_LISTS[1]);
+        let second = distinct(second, lists[1]);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
             .kept
             .par_iter()
             .filter_map(|(h, f)| Some((h.clone(), fit(h, &f.at, Use::ALL, &[(lower, 4)]).ok()?)))
             .collect();
-        let third = distinct(third, SHORT_LISTS[2]);
+        let third = distinct(third, lists[2]);
         let best = third.kept.first().map_or(0.0, |(_, f)| f.chi2);
         let mut finalists: Vec<Candidate> = third
             .kept
@@ -205,7 +245,12 @@ impl Search<'_> {
             .filter(|(_, f)| f.chi2 < 4.0 * best + 100.0)
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Use::ALL).ok())
             .collect();
-        finalists.sort_by(|a, b| a.score().total_cmp(&b.score()));
+        // Whoever reaches a lower floor is ahead; at one floor the score counts.
+        finalists.sort_by(|a, b| {
+            a.floor
+                .total_cmp(&b.floor)
+                .then(a.score().total_cmp(&b.score()))
+        });
         let others = second.rest.into_iter().chain(third.kept).chain(third.rest);
         ranking.extend(others.map(|(h, f)| {
             let score = score(&f);
@@ -218,11 +263,22 @@ impl Search<'_> {
     ///
     /// # Errors
     /// As [`Self::stand`].
-    pub fn misfit(&self, effects: &[Hypothesis], at: &Point, floor: f64) -> Result<Misfit, DiagnoseError> {
-        let named: Vec<_> = effects.iter().zip(&at.theta).map(|(h, t)| h.effect(t)).collect();
+    pub fn misfit(
+        &self,
+        effects: &[Hypothesis],
+        at: &Point,
+        floor: f64,
+    ) -> Result<Misfit, DiagnoseError> {
+        let named: Vec<_> = effects
+            .iter()
+            .zip(&at.theta)
+            .map(|(h, t)| h.effect(t))
+            .collect();
         let mut worst = Misfit::default();
         for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
-            let model = self.model.assemble(&at.p, &named, sweep.speed_rad_s, false)?;
+            let model = self
+                .model
+                .assemble(&at.p, &named, sweep.speed_rad_s, false)?;
             let lines = sweep.omega_rad_s.len();
             let bands = (lines / 60).clamp(1, 8);
             let mut sums = vec![[0.0; 16]; bands];
@@ -233,7 +289,9 @@ impl Search<'_> {
                 let rows = sweep.whitening(line, floor, true);
                 for i in 0..4 {
                     let gain = 1.0 + at.p[self.model.layout.axis(s, i)];
-                    let mut d: [_; 4] = std::array::from_fn(|j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain);
+                    let mut d: [_; 4] = std::array::from_fn(|j| {
+                        sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain
+                    });
                     whiten(&rows[i], &mut d);
                     for j in 0..4 {
                         sums[band][4 * i + j] += 2.0 * d[j].norm_sqr();
@@ -245,7 +303,10 @@ impl Search<'_> {
                 for n in 0..16 {
                     let value = sums[band][n] / counts[band].max(1) as f64;
                     if value > worst.value {
-                        let edge = |b: usize| sweep.omega_rad_s[(b * lines / bands).min(lines - 1)] / std::f64::consts::TAU;
+                        let edge = |b: usize| {
+                            sweep.omega_rad_s[(b * lines / bands).min(lines - 1)]
+                                / std::f64::consts::TAU
+                        };
                         worst = Misfit {
                             value,
                             output: n / 4,
@@ -274,7 +335,10 @@ pub struct Misfit {
 }
 
 fn rung_below(floor: f64) -> f64 {
-    LADDER.into_iter().find(|f| *f < floor).unwrap_or(FINAL_FLOOR)
+    LADDER
+        .into_iter()
+        .find(|f| *f < floor)
+        .unwrap_or(FINAL_FLOOR)
 }
 
 fn score(fit: &Fit) -> f64 {
@@ -295,7 +359,11 @@ fn distinct(mut all: Vec<(Hypothesis, Fit)>, most: usize) -> Listed {
         if kept.iter().any(|k| k.0.same_name(&entry.0)) {
             continue;
         }
-        if kept.len() < most { kept.push(entry) } else { rest.push(entry) }
+        if kept.len() < most {
+            kept.push(entry)
+        } else {
+            rest.push(entry)
+        }
     }
     Listed { kept, rest }
 }
@@ -308,7 +376,11 @@ fn shortlist(mut all: Vec<Screened>, most: usize) -> (Vec<Screened>, Vec<Screene
     let (mut kept, mut rest): (Vec<Screened>, Vec<Screened>) = (vec![], vec![]);
     for entry in all {
         let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
-        if kept.len() < most && twins < 2 { kept.push(entry) } else { rest.push(entry) }
+        if kept.len() < most && twins < 2 {
+            kept.push(entry)
+        } else {
+            rest.push(entry)
+        }
     }
     (kept, rest)
 }

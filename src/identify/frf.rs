@@ -153,11 +153,10 @@ pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
         scatter.push(noise(record, line, &g));
         inverses.push(inverse);
     }
-    for line in 0..lines {
+    for (line, inverse) in inverses.iter().enumerate() {
         let window = line.saturating_sub(SMOOTHING)..(line + SMOOTHING + 1).min(lines);
         let count = window.len() as f64;
         let sigma_v = window.fold(Mat::<c64>::zeros(AXES, AXES), |sum, k| sum + &scatter[k]);
-        let inverse = &inverses[line];
         for j in 0..AXES {
             for l in 0..AXES {
                 // (U Uᴴ)⁻ᵀ = U⁻ᵀ (U⁻ᵀ)ᴴ

@@ -271,8 +271,9 @@ fn read_record(
             .mode_shapes
             .extend(read_mode_shapes(&name, &bytes()?)?),
         "frequencies" => {
-            let text = String::from_utf8(bytes()?)
-                .map_err(|_| InputError::new(&name, "is not UTF-8 text").with_hint("save the file as UTF-8"))?;
+            let text = String::from_utf8(bytes()?).map_err(|_| {
+                InputError::new(&name, "is not UTF-8 text").with_hint("save the file as UTF-8")
+            })?;
             measurement
                 .frequencies
                 .push(read_frequencies(&name, &text)?);

@@ -117,7 +117,7 @@ pub fn care_with(
 
 /// Residual below which a solution counts as found by the fast road; the γ iteration needs no more.
 const GOOD: f64 = 1e-10;
-/// Residual above which the fast road does not try Newton.
+/// Residual above which a candidate is no start for Newton's method, unless it stabilises.
 const USABLE: f64 = 1e-3;
 
 /// Balanced problem.
@@ -186,7 +186,7 @@ impl Data {
         // Ill-conditioned, but not hopeless: residuals of f64 are noise here, those of doubled precision are not.
         let refined = failed
             .iter()
-            .filter(|c| c.closed_loop_max_real < 0.0 && c.residual < USABLE)
+            .filter(|c| c.residual < USABLE)
             .find_map(|c| self.refined(&c.x));
         refined.ok_or(failed)
     }
@@ -213,8 +213,9 @@ impl Data {
         for road in 0..4 {
             let Some(x) = self.road(road) else { continue };
             let start = self.candidate(x);
-            // From any stabilising start Newton's method converges when G ≥ 0 (Kleinman 1968).
-            if start.closed_loop_max_real < 0.0
+            // From any stabilising start Newton's method converges when G ≥ 0 (Kleinman 1968); a start that is close
+            // may look unstable for rounding alone, and the result is judged anyway.
+            if (start.closed_loop_max_real < 0.0 || start.residual < USABLE)
                 && let Some(found) = self.refined(&start.x)
             {
                 return Ok(found);

@@ -73,7 +73,9 @@ pub fn frequency_weighted_balance(
             // series() puts the states of its first system first: K comes last.
             let cascade = series(w, &stable)?;
             let factor = reachability_factor(&cascade.a, &cascade.b)?.rounded();
-            factor.submatrix(w.order(), 0, n, cascade.order()).to_owned()
+            factor
+                .submatrix(w.order(), 0, n, cascade.order())
+                .to_owned()
         }
     };
     let observe = match output_weight {
@@ -115,7 +117,11 @@ impl Balancing {
         let product = observe.transpose_times(reach).rounded();
         let size = product.nrows().max(cols);
         let square = Mat::from_fn(size, size, |i, j| {
-            if i < product.nrows() && j < cols { product[(i, j)] } else { 0.0 }
+            if i < product.nrows() && j < cols {
+                product[(i, j)]
+            } else {
+                0.0
+            }
         });
         let (u, s, v) = jacobi_svd(&square);
         // Values below rounding of the largest have no reliable directions.
@@ -147,7 +153,10 @@ impl Balancing {
     /// # Errors
     /// [`NumericError`] when `order` is below [`Self::kept`].
     pub fn truncated(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
-        Ok(append_outputs(&self.truncated_part(self.stable_order(order)?), &self.kept))
+        Ok(append_outputs(
+            &self.truncated_part(self.stable_order(order)?),
+            &self.kept,
+        ))
     }
 
     /// Singular perturbation to `order` states.
@@ -155,7 +164,10 @@ impl Balancing {
     /// # Errors
     /// [`NumericError`] when `order` is below [`Self::kept`], or the cut part has a pole at zero.
     pub fn residualised(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
-        Ok(append_outputs(&self.residualised_part(self.stable_order(order)?)?, &self.kept))
+        Ok(append_outputs(
+            &self.residualised_part(self.stable_order(order)?)?,
+            &self.kept,
+        ))
     }
 
     /// Both reductions with their L∞ errors: (method, system, error), better one first.
@@ -171,9 +183,10 @@ impl Balancing {
         let mut list = Vec::with_capacity(2);
         for (method, part) in parts {
             // The kept part cancels in the difference.
-            let minus = part.scale_outputs(&Mat::from_fn(part.outputs(), part.outputs(), |i, j| {
-                if i == j { -1.0 } else { 0.0 }
-            }));
+            let minus =
+                part.scale_outputs(&Mat::from_fn(part.outputs(), part.outputs(), |i, j| {
+                    if i == j { -1.0 } else { 0.0 }
+                }));
             let error = linf_norm(&add(&self.stable, &minus)?, 1e-9)?;
             list.push(Reduction {
                 method,

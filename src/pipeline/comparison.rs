@@ -4,7 +4,7 @@ use super::PipelineError;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::sample::tustin;
-use crate::lti::{FrequencyGrid, StateSpace, Discrete};
+use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::predict::closed_loop::{close, equivalent_poles};
 use crate::predict::sensitivity::{AxisSensitivity, axis_sensitivity};
 use crate::predict::stiffness::{DynamicStiffness, dynamic_stiffness, stiffness_at};
@@ -51,8 +51,10 @@ pub fn predict(
     let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     let period = machine.spindle.electronics.sample_period_s();
     let law = discrete(controller, period)?;
-    let loop_system = close(&plant.sampled()?, &law).map_err(PipelineError::numeric("closed loop"))?;
-    let poles = equivalent_poles(&loop_system).map_err(PipelineError::numeric("closed-loop poles"))?;
+    let loop_system =
+        close(&plant.sampled()?, &law).map_err(PipelineError::numeric("closed loop"))?;
+    let poles =
+        equivalent_poles(&loop_system).map_err(PipelineError::numeric("closed-loop poles"))?;
     let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1, GRID_POINTS)
         .refine_round_poles(&poles, POINTS_A_SIDE);
     let stiffness = [0, 1].map(|axis| dynamic_stiffness(&plant, controller, axis, &grid));
@@ -77,7 +79,10 @@ pub fn predict(
 ///
 /// # Errors
 /// [`PipelineError::Numeric`] when the map is singular.
-pub fn discrete(controller: &Controller, period_s: f64) -> Result<StateSpace<Discrete>, PipelineError> {
+pub fn discrete(
+    controller: &Controller,
+    period_s: f64,
+) -> Result<StateSpace<Discrete>, PipelineError> {
     match &controller.law {
         ControlLaw::Discrete(law) => Ok(law.clone()),
         ControlLaw::Continuous(law) => {

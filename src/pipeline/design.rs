@@ -17,13 +17,13 @@ use crate::augment::{Block, GeneralizedPlant};
 use crate::controller::realise::{Realisation, modal_form};
 use crate::controller::verification::{Verification, verify};
 use crate::controller::{ControlLaw, Controller};
+use crate::lti::balance::frequency_weighted_balance;
 use crate::lti::connect::lower_lft;
 use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Continuous, Discrete, FrequencyGrid, StateSpace};
 use crate::predict::closed_loop::both_planes;
-use crate::robust::dk::{DkSettings, DkStep, iterate};
-use crate::lti::balance::frequency_weighted_balance;
 use crate::robust::MuError;
+use crate::robust::dk::{DkSettings, DkStep, iterate};
 use crate::robust::mu_system::{MuPeak, MuSystem};
 use crate::robust::prescale::{constant_scales, scaled};
 use crate::spindle::Machine;
@@ -169,7 +169,11 @@ pub fn design(
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<Design, PipelineError> {
     let (problems, scales, _) = pose(machine, weights, settings)?;
-    let outcome = iterate(&scaled(&problems.synthesis, &scales), &settings.dk, progress)?;
+    let outcome = iterate(
+        &scaled(&problems.synthesis, &scales),
+        &settings.dk,
+        progress,
+    )?;
     let full = outcome.controller;
     let full_stage = stage("full order", &problems, &full)?;
     let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
@@ -200,7 +204,10 @@ pub fn design(
         specification_curve: curve(&problems.specification, &rounded_stage.specification)?,
         covered_curve: curve(&problems.covered, &rounded_stage.covered)?,
         gamma: outcome.gamma,
-        d_order: outcome.steps.get(outcome.best_iteration).map_or(0, |s| s.d_orders.iter().sum()),
+        d_order: outcome
+            .steps
+            .get(outcome.best_iteration)
+            .map_or(0, |s| s.d_orders.iter().sum()),
         reduction_limit,
         steps: outcome.steps,
         full: full_stage,
@@ -219,7 +226,10 @@ pub fn design(
 }
 
 fn named(name: &str, law: ControlLaw) -> Controller {
-    Controller { name: name.to_owned(), law }
+    Controller {
+        name: name.to_owned(),
+        law,
+    }
 }
 
 /// Builds the three problems and the constant scales of the synthesis problem.
@@ -246,14 +256,23 @@ fn pose(
     let build = |modes: &[UncertainMode], limit: Option<f64>| {
         let flexible = kept + settings.guard_modes;
         let plane = design_plane(machine, flexible, modes.len(), settings.route)?;
-        let weights = Weights { complementary_sensitivity_limit: limit, ..weights.clone() };
-        generalized_plane(&plane, modes, &weights).map_err(PipelineError::numeric("generalized plant"))
+        let weights = Weights {
+            complementary_sensitivity_limit: limit,
+            ..weights.clone()
+        };
+        generalized_plane(&plane, modes, &weights)
+            .map_err(PipelineError::numeric("generalized plant"))
     };
     let (written, covered_modes) = (modes(false), modes(true));
     let given = weights.complementary_sensitivity_limit;
     let candidates: Vec<Option<f64>> = match given {
         Some(limit) => vec![Some(limit)],
-        None => settings.sensitivity_limits.iter().map(|l| Some(*l)).chain([None]).collect(),
+        None => settings
+            .sensitivity_limits
+            .iter()
+            .map(|l| Some(*l))
+            .chain([None])
+            .collect(),
     };
     let mut start: Vec<f64> = covered_modes.iter().map(|_| STARTING_SCALE).collect();
     let mut attempt = |limit: Option<f64>| -> Result<_, PipelineError> {
@@ -299,7 +318,10 @@ pub fn covered_gamma(
         tool_tightening: weights.tool_tightening * tightening,
         ..weights.clone()
     };
-    let only = DesignSettings { sensitivity_limits: vec![], ..settings.clone() };
+    let only = DesignSettings {
+        sensitivity_limits: vec![],
+        ..settings.clone()
+    };
     Ok(pose(machine, &tightened, &only)?.2)
 }
 
@@ -313,7 +335,9 @@ pub fn largest_tightening(
     weights: &Weights,
     settings: &DesignSettings,
 ) -> Result<f64, PipelineError> {
-    let meets = |factor: f64| Ok::<_, PipelineError>(covered_gamma(machine, weights, factor, settings)? <= 1.0);
+    let meets = |factor: f64| {
+        Ok::<_, PipelineError>(covered_gamma(machine, weights, factor, settings)? <= 1.0)
+    };
     let (mut low, mut high) = (1.0 / 64.0, 64.0);
     // Octaves first, from the factor asked: most specifications are within a factor of four.
     let mut factor = 1.0;
@@ -328,7 +352,11 @@ pub fn largest_tightening(
     }
     while high / low > 1.02 {
         let middle = (low * high).sqrt();
-        if meets(middle)? { low = middle } else { high = middle }
+        if meets(middle)? {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     Ok(low)
 }
@@ -343,8 +371,14 @@ fn stage(
 ) -> Result<Stage, PipelineError> {
     Ok(Stage {
         order: controller.order(),
-        specification: figures(&peak(name, &problems.specification, controller)?, problems.period_s),
-        covered: figures(&peak(name, &problems.covered, controller)?, problems.period_s),
+        specification: figures(
+            &peak(name, &problems.specification, controller)?,
+            problems.period_s,
+        ),
+        covered: figures(
+            &peak(name, &problems.covered, controller)?,
+            problems.period_s,
+        ),
         synthesis: attained(&problems.synthesis, controller)?.unwrap_or(f64::INFINITY),
     })
 }
@@ -359,7 +393,9 @@ pub fn peak(
     controller: &StateSpace<Continuous>,
 ) -> Result<MuPeak, PipelineError> {
     // Certified a tenth of a percent above what is attained: below the digits reported.
-    closed(name, plant, controller)?.peak(1e-3).map_err(PipelineError::mu(name))
+    closed(name, plant, controller)?
+        .peak(1e-3)
+        .map_err(PipelineError::mu(name))
 }
 
 fn closed(
@@ -367,8 +403,7 @@ fn closed(
     plant: &GeneralizedPlant,
     controller: &StateSpace<Continuous>,
 ) -> Result<MuSystem, PipelineError> {
-    let loop_system =
-        lower_lft(&plant.system, controller).map_err(PipelineError::numeric(name))?;
+    let loop_system = lower_lft(&plant.system, controller).map_err(PipelineError::numeric(name))?;
     let blocks: &[Block] = &plant.blocks;
     MuSystem::new(&loop_system, blocks).map_err(PipelineError::mu(name))
 }
@@ -397,12 +432,14 @@ fn reduce(
     let plant = scaled(&problems.synthesis, scales);
     let (nw, nz) = (plant.disturbances(), plant.errors());
     let twice = |first: usize, count: usize| -> Vec<usize> {
-        (0..first).chain(first..first + count).chain(first..first + count).collect()
+        (0..first)
+            .chain(first..first + count)
+            .chain(first..first + count)
+            .collect()
     };
-    let ports = plant.system.select(
-        &twice(nz, plant.measurements),
-        &twice(nw, plant.controls),
-    );
+    let ports = plant
+        .system
+        .select(&twice(nz, plant.measurements), &twice(nw, plant.controls));
     let opened = lower_lft(&ports, full).map_err(numeric())?;
     let list = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
     let output_weight = opened.select(&list(0, nz), &list(nw, plant.controls));
@@ -414,7 +451,9 @@ fn reduce(
         for candidate in [balancing.truncated(order), balancing.residualised(order)] {
             // A cut that is singular at this order is no candidate.
             let Ok(candidate) = candidate else { continue };
-            let Some(mu) = attained(&problems.synthesis, &candidate)? else { continue };
+            let Some(mu) = attained(&problems.synthesis, &candidate)? else {
+                continue;
+            };
             tried.push((order, mu));
             if mu <= limit {
                 tried.push((full.order(), at_full.synthesis));
@@ -433,8 +472,13 @@ fn attained(
 ) -> Result<Option<f64>, PipelineError> {
     const STAGE: &str = "reduction";
     match closed(STAGE, plant, controller) {
-        Ok(system) => Ok(Some(system.search().map_err(PipelineError::mu(STAGE))?.0.upper)),
-        Err(PipelineError::Mu { source: MuError::Unstable { .. }, .. }) => Ok(None),
+        Ok(system) => Ok(Some(
+            system.search().map_err(PipelineError::mu(STAGE))?.0.upper,
+        )),
+        Err(PipelineError::Mu {
+            source: MuError::Unstable { .. },
+            ..
+        }) => Ok(None),
         Err(error) => Err(error),
     }
 }

@@ -29,7 +29,11 @@ pub fn open_loop(
     for (_, _, machine) in models {
         let plant = Plant::new(machine, 0.0, ModelDetail::Full)?;
         let lines: Vec<_> = grid.omega_rad_s().iter().map(|w| plant.at(*w)).collect();
-        responses.push([0, 2].map(|axis| lines.iter().map(|h| h[(axis, axis)]).collect()).to_vec());
+        responses.push(
+            [0, 2]
+                .map(|axis| lines.iter().map(|h| h[(axis, axis)]).collect())
+                .to_vec(),
+        );
     }
     Ok([("front", "Front bearing"), ("rear", "Rear bearing")]
         .iter()
@@ -59,17 +63,27 @@ pub fn open_loop(
 /// # Errors
 /// [`SpindleError`] when a rotor cannot be built.
 pub fn shapes(models: &[NamedMachine]) -> Result<Option<Figure>, SpindleError> {
-    let Some((_, _, first)) = models.first() else { return Ok(None) };
+    let Some((_, _, first)) = models.first() else {
+        return Ok(None);
+    };
     let rotor = first.rotor()?;
     let nodes = rotor.node_positions_m();
     let outline: Vec<OutlinePiece> = rotor
         .sections()
         .iter()
         .zip(nodes.windows(2))
-        .map(|(s, z)| OutlinePiece { from_m: z[0], to_m: z[1], diameter_m: s.outer_diameter_m[0] })
+        .map(|(s, z)| OutlinePiece {
+            from_m: z[0],
+            to_m: z[1],
+            diameter_m: s.outer_diameter_m[0],
+        })
         .collect();
     let [front, rear] = first.effective().bearings;
-    let station = |name, position_m, kind| Station { name, position_m, kind };
+    let station = |name, position_m, kind| Station {
+        name,
+        position_m,
+        kind,
+    };
     let stations = [
         station("tool", first.tool_plane_m(), StationKind::Other),
         station("front sensor", front.sensor_m, StationKind::Sensor),
@@ -84,16 +98,25 @@ pub fn shapes(models: &[NamedMachine]) -> Result<Option<Figure>, SpindleError> {
     }
     let amplitude = |modes: &PlanarModes, k: usize| -> Vec<f64> {
         (0..nodes.len())
-            .map(|i| if RIGID + k < modes.len() { modes.shapes[(2 * i, RIGID + k)] } else { 0.0 })
+            .map(|i| {
+                if RIGID + k < modes.len() {
+                    modes.shapes[(2 * i, RIGID + k)]
+                } else {
+                    0.0
+                }
+            })
             .collect()
     };
-    let amplitudes: Vec<Vec<Vec<f64>>> =
-        (0..3).map(|k| solved.iter().map(|(_, _, m)| amplitude(m, k)).collect()).collect();
+    let amplitudes: Vec<Vec<Vec<f64>>> = (0..3)
+        .map(|k| solved.iter().map(|(_, _, m)| amplitude(m, k)).collect())
+        .collect();
     let panels: Vec<(String, Vec<ShapeCurve>)> = amplitudes
         .iter()
         .enumerate()
         .map(|(k, curves)| {
-            let hz = solved.last().and_then(|(_, _, m)| m.flexible_hz().get(k).copied());
+            let hz = solved
+                .last()
+                .and_then(|(_, _, m)| m.flexible_hz().get(k).copied());
             let heading = format!("mode {}: {:.0} Hz", k + 1, hz.unwrap_or(f64::NAN));
             let curves = solved
                 .iter()
@@ -108,7 +131,12 @@ pub fn shapes(models: &[NamedMachine]) -> Result<Option<Figure>, SpindleError> {
             (heading, curves)
         })
         .collect();
-    Ok(Some(mode_shapes("Flexible modes of the free rotor", &outline, &stations, &panels)))
+    Ok(Some(mode_shapes(
+        "Flexible modes of the free rotor",
+        &outline,
+        &stations,
+        &panels,
+    )))
 }
 
 /// μ over frequency, over the iteration, over the order of the controller: (stem, figure).
@@ -125,22 +153,44 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
         ("with gyroscopic cover", &covered),
         ("specification as written", &written),
     ]
-    .map(|(name, c)| MuStep { name, frequency_hz: &c.0, upper: &c.1, lower: &c.2 });
+    .map(|(name, c)| MuStep {
+        name,
+        frequency_hz: &c.0,
+        upper: &c.1,
+        lower: &c.2,
+    });
     let gamma: Vec<f64> = design.steps.iter().map(|s| s.gamma).collect();
     let peak: Vec<f64> = design.steps.iter().map(|s| s.mu_peak).collect();
-    let orders: Vec<f64> = design.orders_tried.iter().map(|o| 2.0 * o.0 as f64).collect();
+    let orders: Vec<f64> = design
+        .orders_tried
+        .iter()
+        .map(|o| 2.0 * o.0 as f64)
+        .collect();
     let values: Vec<f64> = design.orders_tried.iter().map(|o| o.1).collect();
-    let tried = Curve { name: "tried", role: Role::Other(0), x: &orders, y: &values };
+    let tried = Curve {
+        name: "tried",
+        role: Role::Other(0),
+        x: &orders,
+        y: &values,
+    };
     let chosen = (2.0 * design.reduced.order as f64, design.reduced.synthesis);
     vec![
         (
             "mu".to_owned(),
             mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
         ),
-        ("mu_iterations".to_owned(), mu_per_iteration("D-K iteration", &gamma, &peak)),
+        (
+            "mu_iterations".to_owned(),
+            mu_per_iteration("D-K iteration", &gamma, &peak),
+        ),
         (
             "mu_order".to_owned(),
-            mu_against_order("µ against the order of the controller", &[tried], design.reduction_limit, chosen),
+            mu_against_order(
+                "µ against the order of the controller",
+                &[tried],
+                design.reduction_limit,
+                chosen,
+            ),
         ),
     ]
 }
@@ -182,12 +232,17 @@ pub fn predictions(
                     x: &p.stiffness[0].frequency_hz,
                     y: &p.stiffness[0].magnitude_n_per_m,
                 })
-                .chain(measured.iter().filter(|m| m.speed_rpm == *rpm).map(|m| Curve {
-                    name: &m.name,
-                    role: Role::Measured,
-                    x: &m.frequency_hz,
-                    y: &m.stiffness_n_per_m,
-                }))
+                .chain(
+                    measured
+                        .iter()
+                        .filter(|m| m.speed_rpm == *rpm)
+                        .map(|m| Curve {
+                            name: &m.name,
+                            role: Role::Measured,
+                            x: &m.frequency_hz,
+                            y: &m.stiffness_n_per_m,
+                        }),
+                )
                 .collect();
             (label.as_str(), curves)
         })
@@ -197,7 +252,12 @@ pub fn predictions(
     for (role, p) in runs {
         for (axis, name) in axes {
             let values = p.sensitivity.magnitude.iter().map(|s| s[axis]).collect();
-            columns.push((format!("{}, {}", name, label(p.speed_rpm)), *role, p, values));
+            columns.push((
+                format!("{}, {}", name, label(p.speed_rpm)),
+                *role,
+                p,
+                values,
+            ));
         }
     }
     let headings: Vec<String> = axes
@@ -223,8 +283,15 @@ pub fn predictions(
     vec![
         (
             "stiffness".to_owned(),
-            dynamic_stiffness("Dynamic stiffness at the tool", &stiffness, &[(max_speed_hz, "top speed")]),
+            dynamic_stiffness(
+                "Dynamic stiffness at the tool",
+                &stiffness,
+                &[(max_speed_hz, "top speed")],
+            ),
         ),
-        ("sensitivity".to_owned(), sensitivity("Sensitivity and the zones of ISO 14839-3", &margins)),
+        (
+            "sensitivity".to_owned(),
+            sensitivity("Sensitivity and the zones of ISO 14839-3", &margins),
+        ),
     ]
 }

@@ -78,9 +78,7 @@ fn step_json(step: &crate::robust::dk::DkStep) -> Value {
 }
 
 fn stage_json(stage: &Stage) -> Value {
-    let peak = |p: &PeakFigures| {
-        json!({ "upper": number(p.upper), "lower": number(p.lower), "frequency_hz": number(p.frequency_hz) })
-    };
+    let peak = |p: &PeakFigures| json!({ "upper": number(p.upper), "lower": number(p.lower), "frequency_hz": number(p.frequency_hz) });
     json!({
         "order_per_plane": stage.order,
         "table_as_written": peak(&stage.specification),
@@ -130,7 +128,12 @@ pub fn modal_damping_json(prediction: &Prediction, flexible_rad_s: &[f64]) -> Va
             .map(|p| -p.re / p.norm())
             .min_by(f64::total_cmp)
     };
-    Value::Array(flexible_rad_s.iter().map(|w| least(w).map_or(Value::Null, number)).collect())
+    Value::Array(
+        flexible_rad_s
+            .iter()
+            .map(|w| least(w).map_or(Value::Null, number))
+            .collect(),
+    )
 }
 
 /// Name and masses of the machine, and its natural frequencies at rest.

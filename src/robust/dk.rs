@@ -12,6 +12,7 @@ use super::dfit::{Magnitudes, fit_quick};
 use super::dfit_factors::{Factors, Limits};
 use super::dk_descent::Descent;
 use super::dk_scale::DScales;
+use super::dscale;
 use super::error::SynthesisError;
 use super::hinf::{HinfSettings, synthesise};
 use super::mu_system::{MuPoint, MuSystem};
@@ -76,7 +77,7 @@ pub struct DkSettings {
 impl Default for DkSettings {
     fn default() -> Self {
         Self {
-            max_iterations: 6,
+            max_iterations: 5,
             max_d_order: 4,
             target_mu: None,
             patience: 2,
@@ -145,6 +146,7 @@ pub fn iterate(
         blocks,
         settings,
         hint: None,
+        full_order: None,
     };
     let mut log = Log {
         steps: vec![],
@@ -231,6 +233,8 @@ struct Run<'a> {
     blocks: Vec<Block>,
     settings: &'a DkSettings,
     hint: Option<f64>,
+    /// Fitted scales of full order with the lowest γ so far, and that γ.
+    full_order: Option<(DScales, f64)>,
 }
 
 /// Certified peak of μ of a loop.
@@ -347,20 +351,32 @@ impl Run<'_> {
             limits: self.limits(),
         };
         let mut rounds = self.settings.descent_rounds;
-        let Some((mut scales, mut level)) = self.descent_start(&descent, best) else {
+        if rounds == 0 || self.reached(best) {
+            return;
+        }
+        // γ has several valleys: the first stage goes down each, the rest the deepest.
+        let enough = self.settings.target_mu.unwrap_or(0.0);
+        let stage = rounds.min(DESCENT_STAGE);
+        let deepest = self
+            .descent_starts(&descent, best)
+            .into_iter()
+            .map(|start| descent.run(&start, stage, enough))
+            .filter(|(_, level)| level.is_finite())
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((mut scales, mut level)) = deepest else {
             return;
         };
-        while rounds > 0 && !self.reached(best) {
-            let stage = rounds.min(DESCENT_STAGE);
-            rounds -= stage;
-            // μ is at most γ, and close to it where D is good.
-            let enough = self.settings.target_mu.unwrap_or(0.0);
-            let (lower, next) = descent.run(&scales, stage, enough);
-            if let Ok(current) = log.enter(&lower, self.attempt(&lower))
+        loop {
+            if let Ok(current) = log.enter(&scales, self.attempt(&scales))
                 && current.mu_peak < best.mu_peak
             {
                 *best = current;
             }
+            rounds = rounds.saturating_sub(stage);
+            if rounds == 0 || self.reached(best) {
+                return;
+            }
+            let (lower, next) = descent.run(&scales, rounds.min(DESCENT_STAGE), enough);
             // NaN ends the descent as well.
             let improves = next < level * (1.0 - self.settings.min_improvement);
             if !improves {
@@ -371,8 +387,8 @@ impl Run<'_> {
     }
 
     /// The best scales so far, raised to the full order by cancelling poles and zeros spread over the range; or such poles
-    /// and zeros alone, whichever has the lower γ.
-    fn descent_start(&self, descent: &Descent, best: &Iterate) -> Option<(DScales, f64)> {
+    /// and zeros alone; and the best fit of full order. The two with the lowest γ.
+    fn descent_starts(&self, descent: &Descent, best: &Iterate) -> Vec<DScales> {
         let order = self.settings.max_d_order;
         let (lo, hi) = self.range();
         let raised = |start: &Factors| {
@@ -387,37 +403,61 @@ impl Run<'_> {
         };
         let last = best.scales.factors.len() - 1;
         let (mut own, mut plain) = (best.scales.clone(), best.scales.clone());
-        for (own, plain) in own.factors[..last].iter_mut().zip(&mut plain.factors[..last]) {
+        for (own, plain) in own.factors[..last]
+            .iter_mut()
+            .zip(&mut plain.factors[..last])
+        {
             let gain = own.ln_magnitude(best.peak_omega_rad_s.min(hi));
             *own = raised(own);
             *plain = raised(&Factors::constant(gain));
         }
-        let leveled = [own, plain].into_iter().map(|s| {
-            let level = descent.ln_level(&s, None).exp();
-            (s, level)
-        });
-        leveled
+        let mut starts = vec![own, plain];
+        starts.extend(self.full_order.iter().map(|f| f.0.clone()));
+        starts.dedup();
+        let mut leveled: Vec<(DScales, f64)> = starts
+            .into_iter()
+            .map(|s| {
+                let level = descent.ln_level(&s, None).exp();
+                (s, level)
+            })
             .filter(|(_, level)| level.is_finite())
-            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .collect();
+        leveled.sort_by(|a, b| a.1.total_cmp(&b.1));
+        leveled.truncate(2);
+        leveled.into_iter().map(|(s, _)| s).collect()
     }
 
-    /// Scales for the next synthesis: of the fits of all orders the one with the lowest γ.
-    fn next_scales(&self, current: &Iterate) -> Option<DScales> {
-        let points = current.analysis.sweep(&self.fit_frequencies(current)).ok()?;
+    /// Scales for the next synthesis: of fits of order 0 and of full order the one with the lowest γ.
+    fn next_scales(&mut self, current: &Iterate) -> Option<DScales> {
+        let points = current
+            .analysis
+            .sweep(&self.fit_frequencies(current))
+            .ok()?;
         let structure = self.structure.clone();
         let descent = Descent {
             plant: self.plant,
             structure: &structure,
             limits: self.limits(),
         };
-        let levels: Vec<(DScales, f64)> = (0..=self.settings.max_d_order)
+        let highest = self.settings.max_d_order;
+        let mut candidates = vec![(0, SMOOTH_SLACKS[0])];
+        if highest > 0 {
+            candidates.extend(SMOOTH_SLACKS.map(|slack| (highest, slack)));
+        }
+        let levels: Vec<(DScales, f64)> = candidates
             .into_par_iter()
-            .filter_map(|order| {
-                let scales = self.fitted(current, &points, order)?;
-                let level = descent.ln_level(&scales, self.hint);
+            .filter_map(|(order, slack)| {
+                let scales = self.fitted(current, &points, order, slack)?;
+                let level = descent.ln_level(&scales, self.hint).exp();
                 level.is_finite().then_some((scales, level))
             })
             .collect();
+        for (scales, level) in &levels {
+            let full = scales.orders().iter().all(|o| *o == highest);
+            if full && self.full_order.as_ref().is_none_or(|f| *level < f.1) {
+                self.full_order = Some((scales.clone(), *level));
+            }
+        }
         levels
             .into_iter()
             .min_by(|a, b| a.1.total_cmp(&b.1))
@@ -469,21 +509,30 @@ impl Run<'_> {
     }
 
     /// Scales of one order fitted to the pointwise optimum, weighted by μ.
-    fn fitted(&self, current: &Iterate, points: &[MuPoint], order: usize) -> Option<DScales> {
+    fn fitted(
+        &self,
+        current: &Iterate,
+        points: &[MuPoint],
+        order: usize,
+        slack: f64,
+    ) -> Option<DScales> {
         let last = self.structure.spans.len() - 1;
-        let reference = self.structure.spans[last].w.start;
         let weight: Vec<f64> = points
             .iter()
             .map(|p| (p.upper / current.mu_peak).max(1e-3))
             .collect();
-        let fits: Option<Vec<Factors>> = self.structure.spans[..last]
+        let scales: Vec<Vec<f64>> = points
             .par_iter()
-            .map(|span| {
-                let magnitude = points.iter().map(|p| {
-                    let d = |k: usize| p.scaling.right[(k, k)].norm();
-                    // Irreducible parts of a loop may be scaled apart without limit; twelve decades are enough.
-                    (d(span.w.start) / d(reference)).clamp(1e-12, 1e12)
-                });
+            .map(|p| {
+                let response = current.analysis.response(p.omega_rad_s);
+                dscale::smooth(&response, &self.structure, slack)
+            })
+            .collect();
+        let fits: Option<Vec<Factors>> = (0..last)
+            .into_par_iter()
+            .map(|block| {
+                // Irreducible parts of a loop may be scaled apart without limit; twelve decades are enough.
+                let magnitude = scales.iter().map(|d| d[block].clamp(1e-12, 1e12));
                 let omega = points.iter().map(|p| p.omega_rad_s);
                 let data = Magnitudes::new(omega.collect(), magnitude.collect(), weight.clone());
                 let mut data = data.ok()?;
@@ -505,6 +554,8 @@ impl Run<'_> {
     }
 }
 
+/// D may be off its pointwise optimum by this, if it is smoother there; the better of the two is used.
+const SMOOTH_SLACKS: [f64; 2] = [1e-3, 3e-2];
 /// Gradients between two controllers of the descent.
 const DESCENT_STAGE: usize = 10;
 /// Sharper corners of D than ζ = 0.05 follow the grid, not the loop; ζ = 30 separates two real corners by 3.5 decades.

@@ -106,6 +106,65 @@ pub fn optimal(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
     }
 }
 
+/// The diagonal scale nearest to the balance of Osborne, in logarithms, among those between it and the optimum whose bound
+/// is at most (1 + `slack`) times the optimum.
+///
+/// Where the bound is flat its optimal D is arbitrary and jumps from frequency to frequency; the balance is smooth, and what
+/// a rational D(s) should follow there.
+pub fn smooth(m: &Mat<c64>, structure: &Structure, slack: f64) -> Vec<f64> {
+    let best = optimal(m, structure);
+    let balance = osborne(m, structure);
+    let between = |t: f64| -> Vec<f64> {
+        let pairs = best.d.iter().zip(&balance);
+        pairs.map(|(d, o)| d.powf(1.0 - t) * o.powf(t)).collect()
+    };
+    let within = |t: f64| {
+        let scaled = Scaling::diagonal(structure, &between(t)).apply(m);
+        max_singular_value_complex(&scaled) <= (1.0 + slack) * best.bound
+    };
+    if within(1.0) {
+        return balance;
+    }
+    // ln σ is convex in ln d: the admissible part of the path is one interval from the optimum on.
+    let (mut lo, mut hi) = (0.0, 1.0);
+    for _ in 0..10 {
+        let mid = 0.5 * (lo + hi);
+        if within(mid) {
+            lo = mid;
+        } else {
+            hi = mid;
+        }
+    }
+    between(lo)
+}
+
+/// One damped Newton step of the barrier at a level, with its decrement; `None` when it cannot move.
+fn newton(m: &Mat<c64>, structure: &Structure, level: f64, x: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let free = x.len() - 1;
+    let barrier = Barrier::new(m, structure, level, x)?;
+    let step = solve_definite(&barrier.hessian, &barrier.gradient)?;
+    let squared: f64 = (0..free)
+        .map(|i| step[(i, 0)] * barrier.gradient[(i, 0)])
+        .sum();
+    let decrement = squared.max(0.0).sqrt();
+    // Damped phase of a self-concordant barrier, then full steps.
+    let mut length = if decrement > 0.25 {
+        1.0 / (1.0 + decrement)
+    } else {
+        1.0
+    };
+    while length > 1e-8 {
+        let trial: Vec<f64> = (0..x.len())
+            .map(|i| x[i] - if i < free { length * step[(i, 0)] } else { 0.0 })
+            .collect();
+        if trial.iter().all(|v| *v > 0.0) && is_definite(&slack(m, structure, level, &trial)) {
+            return Some((trial, decrement));
+        }
+        length *= 0.5;
+    }
+    None
+}
+
 struct Centred {
     x: Vec<f64>,
     at_least: f64,
@@ -115,7 +174,6 @@ struct Centred {
 /// Method of centres from x = 1 on a matrix with σ_max = 1.
 fn centres(m: &Mat<c64>, structure: &Structure) -> Centred {
     let blocks = structure.spans.len();
-    let free = blocks - 1;
     let mut x = vec![1.0; blocks];
     // A little above σ_max² = 1, so that x = 1 is strictly inside.
     let mut level = 1.05;
@@ -123,41 +181,16 @@ fn centres(m: &Mat<c64>, structure: &Structure) -> Centred {
     let mut steps = 0;
     while steps < MAX_STEPS {
         steps += 1;
-        let Some(barrier) = Barrier::new(m, structure, level, &x) else {
+        let Some((next, decrement)) = newton(m, structure, level, &x) else {
             break;
         };
-        let Some(step) = solve_definite(&barrier.hessian, &barrier.gradient) else {
-            break;
-        };
-        let decrement = (0..free)
-            .map(|i| step[(i, 0)] * barrier.gradient[(i, 0)])
-            .sum::<f64>()
-            .max(0.0)
-            .sqrt();
-        // Damped Newton phase of a self-concordant barrier, then full steps.
-        let mut length = if decrement > 0.25 {
-            1.0 / (1.0 + decrement)
-        } else {
-            1.0
-        };
-        loop {
-            let trial: Vec<f64> = (0..blocks)
-                .map(|i| x[i] - if i < free { length * step[(i, 0)] } else { 0.0 })
-                .collect();
-            if trial.iter().all(|v| *v > 0.0) && is_definite(&slack(m, structure, level, &trial)) {
-                x = trial;
-                break;
-            }
-            length *= 0.5;
-            if length < 1e-8 {
-                return Centred { x, at_least, steps };
-            }
-        }
+        let gap = duality_gap(m, structure, level, &x);
+        x = next;
         if decrement > 0.3 {
             continue;
         }
-        at_least = at_least.max(level - barrier.gap);
-        if barrier.gap <= GAP * level {
+        at_least = at_least.max(level - gap);
+        if gap <= GAP * level {
             break;
         }
         // 1/tr(S⁻¹X_R) is at most the distance of β² from the largest eigenvalue: nine tenths of it stay inside.
@@ -198,11 +231,21 @@ fn weighted_trace(inverse: &Mat<c64>, structure: &Structure, x: &[f64]) -> f64 {
         .sum()
 }
 
-/// Gradient and Hessian of −log det S in the free entries of x, and the distance of β² from the optimum at a centre.
+/// Distance of β² from the optimum at a centre; infinite outside the feasible set.
+fn duality_gap(m: &Mat<c64>, structure: &Structure, level: f64, x: &[f64]) -> f64 {
+    let (Some(span), Some(last)) = (structure.spans.last(), x.last()) else {
+        return f64::INFINITY;
+    };
+    inverse_definite(&slack(m, structure, level, x)).map_or(f64::INFINITY, |g| {
+        let trace: f64 = span.w.clone().map(|i| g[(i, i)].re).sum();
+        m.ncols() as f64 / (last * trace)
+    })
+}
+
+/// Gradient and Hessian of −log det S in the free entries of x.
 struct Barrier {
     gradient: Mat<f64>,
     hessian: Mat<f64>,
-    gap: f64,
 }
 
 impl Barrier {
@@ -228,11 +271,6 @@ impl Barrier {
                 - level * sum(a.z.clone(), b.w.clone(), &mg)
                 + sum(a.z.clone(), b.z.clone(), &p)
         });
-        let gap = m.ncols() as f64 / (x[free] * trace(free));
-        Some(Self {
-            gradient,
-            hessian,
-            gap,
-        })
+        Some(Self { gradient, hessian })
     }
 }

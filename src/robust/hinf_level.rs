@@ -40,6 +40,16 @@ pub struct Regulator {
     pub x: Mat<f64>,
     /// Feedback F₂ = −(D12ᵀC1 + B2ᵀX₂).
     pub f: Mat<f64>,
+    /// Largest real part of the closed loop, negative.
+    pub growth_rate: f64,
+}
+
+impl Regulator {
+    /// True when the closed loop is stable only within rounding: an assumption may be violated exactly.
+    pub fn is_marginal(&self, side: &Side) -> bool {
+        let closed = &side.a + &side.b2 * &self.f;
+        self.growth_rate > -1e-13 * closed.norm_l2()
+    }
 }
 
 /// A, G, Q of a Riccati equation.
@@ -80,7 +90,11 @@ impl Side {
             Effort::Fast,
         )?;
         let f = Mat::<f64>::zeros(self.b2.ncols(), n) - &direct - self.b2.transpose() * &found.x;
-        Ok(Regulator { x: found.x, f })
+        Ok(Regulator {
+            x: found.x,
+            f,
+            growth_rate: found.closed_loop_max_real,
+        })
     }
 
     /// [D11 D12].

@@ -1,4 +1,5 @@
 //! Synthesis and analysis: H∞, μ bounds, D-scales and their fits, the D-K loop.
+#![doc = include_str!("limits.md")]
 
 pub mod dfit;
 pub mod dfit_factors;
@@ -9,13 +10,14 @@ pub mod dk_descent;
 pub mod dk_scale;
 pub mod dscale;
 pub mod lmi;
-pub mod prescale;
 pub mod mu;
 pub mod mu_certificate;
 pub mod mu_lower;
 pub mod mu_mixed;
 pub mod mu_reduction;
 pub mod mu_system;
+pub mod prescale;
+pub mod robstab;
 pub mod structure;
 
 pub use structure::MuError;
@@ -25,6 +27,8 @@ pub mod hinf;
 pub mod hinf_controller;
 pub mod hinf_level;
 pub mod hinf_normal;
+mod hinf_pair;
+mod hinf_search;
 
 pub use error::{Condition, SynthesisError};
 pub use hinf::{HinfSettings, HinfSolution, synthesise};

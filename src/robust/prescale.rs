@@ -5,7 +5,7 @@
 //! for a fixed loop, and a synthesis costs tens of milliseconds.
 
 use super::error::SynthesisError;
-use super::hinf::{HinfSettings, synthesise};
+use super::hinf::{HinfSettings, optimal_level};
 use crate::augment::GeneralizedPlant;
 use crate::linalg::Mat;
 
@@ -33,12 +33,17 @@ pub fn constant_scales(
 ) -> Result<ConstantScales, SynthesisError> {
     let free = plant.blocks.len().saturating_sub(1);
     // γ to 0.1 % decides between neighbours a tenth apart.
-    let settings = HinfSettings { rel_tol: 1e-3, ..HinfSettings::default() };
+    let settings = HinfSettings {
+        rel_tol: 1e-3,
+        ..HinfSettings::default()
+    };
     let evaluate = |ln: &[f64]| {
         let scale: Vec<f64> = ln.iter().map(|l| l.exp()).collect();
-        synthesise(&scaled(plant, &scale), &settings).map(|s| s.gamma_opt)
+        optimal_level(&scaled(plant, &scale), &settings)
     };
-    let mut ln: Vec<f64> = (0..free).map(|k| start.get(k).map_or(0.0, |d| d.ln())).collect();
+    let mut ln: Vec<f64> = (0..free)
+        .map(|k| start.get(k).map_or(0.0, |d| d.ln()))
+        .collect();
     let mut gamma = evaluate(&ln)?;
     let mut syntheses = 1;
     let mut step = 2.0;
@@ -51,7 +56,9 @@ pub fn constant_scales(
                 trial[k] += direction;
                 syntheses += 1;
                 // A failed synthesis at a trial scale is a point not to go to, no more.
-                let Ok(value) = evaluate(&trial) else { continue };
+                let Ok(value) = evaluate(&trial) else {
+                    continue;
+                };
                 if value < gamma * (1.0 - 1e-3) {
                     (gamma, ln, moved) = (value, trial, true);
                     break;
@@ -64,7 +71,11 @@ pub fn constant_scales(
     }
     let mut scale: Vec<f64> = ln.iter().map(|l| l.exp()).collect();
     scale.push(1.0);
-    Ok(ConstantScales { scale, gamma, syntheses })
+    Ok(ConstantScales {
+        scale,
+        gamma,
+        syntheses,
+    })
 }
 
 /// The plant with its uncertainty channels scaled: outputs of block i by dᵢ, inputs by 1/dᵢ. Blocks are kept.
@@ -82,7 +93,9 @@ pub fn scaled(plant: &GeneralizedPlant, scale: &[f64]) -> GeneralizedPlant {
     let out = per_channel(crate::augment::Block::cols, plant.system.outputs());
     let inp = per_channel(crate::augment::Block::rows, plant.system.inputs());
     let diagonal = |d: &[f64], power: i32| {
-        Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i].powi(power) } else { 0.0 })
+        Mat::from_fn(d.len(), d.len(), |i, j| {
+            if i == j { d[i].powi(power) } else { 0.0 }
+        })
     };
     GeneralizedPlant {
         system: plant

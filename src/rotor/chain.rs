@@ -247,11 +247,10 @@ impl Factor {
 
     /// Forward sweep of a port vector into `y`; entries before the port's node stay untouched.
     pub fn forward(&self, port: &Port, y: &mut [[f64; 2]]) {
-        let n = self.inverse.len();
         let w = &port.weights;
         let mut current = [w[0], w[1]];
-        for i in port.node..n {
-            y[i] = current;
+        for (i, slot) in y.iter_mut().enumerate().skip(port.node) {
+            *slot = current;
             let t = self.apply(i, current);
             let mut next = if i == port.node {
                 [w[2], w[3]]

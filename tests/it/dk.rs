@@ -23,22 +23,37 @@ fn run(id: &str, limit: f64, order_limit: usize) {
     let omega = number_list(&case.data["omega"]);
     let settings = DkSettings {
         fit_range_rad_s: Some((omega[0], omega[omega.len() - 1])),
+        descent_rounds: std::env::var("DESCENT").map_or(40, |v| v.parse().unwrap()),
         ..DkSettings::default()
     };
     let outcome = iterate(&plant, &settings, &mut |s| {
         eprintln!(
             "{id} {:2} gamma {:.5} mu {:.5} at {:.4} order {} d {:?} {:?} {:?}",
-            s.iteration, s.gamma, s.mu_peak, s.peak_omega_rad_s, s.controller_order, s.d_orders, s.failure, start.elapsed()
+            s.iteration,
+            s.gamma,
+            s.mu_peak,
+            s.peak_omega_rad_s,
+            s.controller_order,
+            s.d_orders,
+            s.failure,
+            start.elapsed()
         );
     })
     .unwrap();
-    eprintln!("{id} certified {:.5} order {} {:?}", outcome.mu_peak, outcome.controller.order(), start.elapsed());
+    eprintln!(
+        "{id} certified {:.5} order {} {:?}",
+        outcome.mu_peak,
+        outcome.controller.order(),
+        start.elapsed()
+    );
     assert!(outcome.mu_peak <= limit, "{} > {limit}", outcome.mu_peak);
     assert!(outcome.controller.order() <= order_limit);
     // An independent dense look at the loop.
     let closed = lower_lft(&plant.system, &outcome.controller).unwrap();
     let dense = MuSystem::new(&closed, &plant.blocks).unwrap();
-    let grid: Vec<f64> = (0..400).map(|k| 10f64.powf(-4.0 + 0.025 * f64::from(k))).collect();
+    let grid: Vec<f64> = (0..400)
+        .map(|k| 10f64.powf(-4.0 + 0.025 * f64::from(k)))
+        .collect();
     let largest = dense
         .sweep(&grid)
         .unwrap()

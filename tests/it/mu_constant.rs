@@ -16,14 +16,6 @@ fn reference_cases_lie_between_the_bounds() {
         let blocks = block_list(&case.data["blocks"]);
         let reference = |key: &str| case.reference[key].as_f64().unwrap();
         let found = mu::bounds(&m, &blocks).unwrap();
-        eprintln!(
-            "{:24} upper {:.9} ref {:.9} lower {:.9} ref {:.9}",
-            case.id,
-            found.upper,
-            reference("upper_bound"),
-            found.lower,
-            reference("lower_bound")
-        );
         assert!(
             found.upper >= reference("lower_bound") * (1.0 - 1e-9),
             "{}: upper {} below the reference lower bound",
@@ -86,4 +78,149 @@ fn check_worst_case(m: &Mat<c64>, blocks: &[Block], found: &mu::MuBounds) {
     });
     let smallest = muspin::linalg::hermitian::min_singular_value(&difference);
     assert!(smallest < 1e-8 * (1.0 + sigma_max(&gain)), "{smallest}");
+}
+
+fn random(seed: u64, rows: usize, cols: usize) -> Mat<c64> {
+    use rand::{Rng, SeedableRng};
+    let mut source = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || 2.0 * source.random::<f64>() - 1.0;
+    Mat::from_fn(rows, cols, |_, _| c64::new(draw(), draw()))
+}
+
+/// Structures with nothing but complex blocks, of four channels.
+fn complex_structures() -> Vec<Vec<Block>> {
+    let scalar = Block::ComplexScalar { n: 1 };
+    let full = |k| Block::ComplexFull { rows: k, cols: k };
+    vec![
+        vec![full(4)],
+        vec![full(2), full(2)],
+        vec![scalar, scalar, full(2)],
+        vec![scalar; 4],
+        vec![Block::ComplexScalar { n: 2 }, full(2)],
+        vec![Block::ComplexScalar { n: 4 }],
+    ]
+}
+
+#[test]
+fn the_spectral_radius_and_the_largest_gain_enclose_mu_and_the_bounds_meet() {
+    for seed in 0..10 {
+        let m = random(seed, 4, 4);
+        let radius = muspin::linalg::eigenvalues_complex(&m)
+            .unwrap()
+            .last()
+            .map_or(0.0, |v| v.norm());
+        for blocks in complex_structures() {
+            let found = mu::bounds(&m, &blocks).unwrap();
+            assert!(found.upper >= radius * (1.0 - 1e-6), "{blocks:?}");
+            assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12));
+            assert!(found.lower <= found.upper * (1.0 + 1e-9));
+            assert!(
+                found.lower >= 0.95 * found.upper,
+                "{blocks:?} {}",
+                found.lower / found.upper
+            );
+            check_worst_case(&m, &blocks, &found);
+        }
+    }
+}
+
+#[test]
+fn refining_a_block_never_raises_the_bound_and_one_repeated_scalar_is_the_spectral_radius() {
+    for seed in 20..26 {
+        let m = random(seed, 4, 4);
+        let upper: Vec<f64> = complex_structures()
+            .iter()
+            .map(|b| mu::upper_bound(&m, b).unwrap().0)
+            .collect();
+        for k in 1..4 {
+            assert!(upper[k] <= upper[k - 1] * (1.0 + 1e-7), "{upper:?}");
+        }
+        let radius = muspin::linalg::eigenvalues_complex(&m)
+            .unwrap()
+            .last()
+            .map_or(0.0, |v| v.norm());
+        assert!(
+            (upper[5] / radius - 1.0).abs() < 1e-4,
+            "{} {radius}",
+            upper[5]
+        );
+    }
+}
+
+#[test]
+fn a_diagonal_scale_changes_neither_bound() {
+    let d: [f64; 4] = [1.0, 1e4, 1e-3, 1e7];
+    let blocks = vec![Block::ComplexScalar { n: 1 }; 4];
+    for seed in 40..45 {
+        let m = random(seed, 4, 4);
+        let scaled = Mat::from_fn(4, 4, |i, j| m[(i, j)] * (d[i] / d[j]));
+        let (plain, badly) = (
+            mu::upper_bound(&m, &blocks).unwrap().0,
+            mu::upper_bound(&scaled, &blocks).unwrap().0,
+        );
+        assert!((plain / badly - 1.0).abs() < 1e-6, "{plain} {badly}");
+    }
+}
+
+#[test]
+fn reducible_and_zero_matrices() {
+    let scalars = vec![Block::ComplexScalar { n: 1 }; 4];
+    let triangular = Mat::from_fn(4, 4, |i, j| {
+        let value = if i > j {
+            0.0
+        } else {
+            [0.3, -0.7, 0.2, 0.5][i] + 5.0 * (j - i) as f64
+        };
+        c64::new(value, 0.0)
+    });
+    let found = mu::bounds(&triangular, &scalars).unwrap();
+    assert!((found.upper - 0.7).abs() < 1e-8, "{}", found.upper);
+    assert!((found.lower - 0.7).abs() < 1e-8, "{}", found.lower);
+    let strictly = Mat::from_fn(4, 4, |i, j| c64::new(f64::from(u8::from(j > i)), 0.0));
+    assert!(mu::upper_bound(&strictly, &scalars).unwrap().0 < 1e-9);
+    let zero = mu::bounds(&Mat::zeros(4, 4), &scalars).unwrap();
+    assert_eq!((zero.upper, zero.lower), (0.0, 0.0));
+}
+
+#[test]
+fn the_fast_scale_agrees_with_the_matrix_inequality() {
+    use muspin::robust::{dscale, mu_mixed, structure::Scaling};
+    for seed in 60..64 {
+        let m = random(seed, 4, 4);
+        let structure = Structure::new(&[Block::ComplexScalar { n: 1 }; 4]).unwrap();
+        let fast = dscale::optimal(&m, &structure);
+        let start = Scaling::identity(&structure);
+        let slow = mu_mixed::optimal(&m, &structure, start).unwrap().bound(&m);
+        assert!(
+            (fast.bound / slow - 1.0).abs() < 1e-5,
+            "{} {slow}",
+            fast.bound
+        );
+        assert!(fast.at_least <= fast.bound && fast.at_least > fast.bound * (1.0 - 1e-6));
+    }
+}
+
+#[test]
+fn wrong_shapes_and_bad_numbers_are_named() {
+    use muspin::robust::MuError;
+    let blocks = [Block::ComplexFull { rows: 2, cols: 3 }];
+    let wrong = mu::bounds(&random(1, 2, 2), &blocks);
+    assert!(matches!(
+        wrong,
+        Err(MuError::Shape {
+            rows: 3,
+            cols: 2,
+            ..
+        })
+    ));
+    assert!(matches!(
+        mu::bounds(&random(1, 2, 2), &[]),
+        Err(MuError::EmptyBlock { .. })
+    ));
+    let mut bad = random(1, 3, 2);
+    bad[(0, 0)] = c64::new(f64::NAN, 0.0);
+    assert!(matches!(
+        mu::bounds(&bad, &blocks),
+        Err(MuError::NotFinite { .. })
+    ));
 }

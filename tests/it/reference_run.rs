@@ -39,20 +39,28 @@ fn tree(root: &Path) -> BTreeMap<String, Vec<u8>> {
 
 fn figure(summary: &Value, key: &str) -> f64 {
     let value = summary.pointer(&format!("/{}", key.replace('.', "/")));
-    value.and_then(Value::as_f64).unwrap_or_else(|| panic!("{key} is missing"))
+    value
+        .and_then(Value::as_f64)
+        .unwrap_or_else(|| panic!("{key} is missing"))
 }
 
 #[test]
 fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes() {
     let temporary = tempfile::tempdir().unwrap();
-    let (first, second) = (temporary.path().join("first"), temporary.path().join("second"));
+    let (first, second) = (
+        temporary.path().join("first"),
+        temporary.path().join("second"),
+    );
     let words = run(&first, "1");
     run(&second, "2");
     assert!(words.contains("stable at every speed checked"), "{words}");
     let (a, b) = (tree(&first), tree(&second));
     assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
     for (name, bytes) in &a {
-        assert!(bytes == &b[name], "{name} differs between one and two threads");
+        assert!(
+            bytes == &b[name],
+            "{name} differs between one and two threads"
+        );
     }
     let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/reference");
     let read = |root: &Path| -> Value {
@@ -74,9 +82,17 @@ fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes() {
         assert!((n / o - 1.0).abs() < tolerance, "{key}: {n} against {o}");
     }
     assert!(figure(&new, "design.table_as_written.mu_peak_discrete") <= 1.0);
-    let list = new.pointer("/design/stable_speeds_rpm").unwrap().as_array().unwrap().clone();
+    let list = new
+        .pointer("/design/stable_speeds_rpm")
+        .unwrap()
+        .as_array()
+        .unwrap()
+        .clone();
     for rpm in [0.0, 10e3, 20e3, 30e3, 40e3, 50e3] {
-        assert!(list.iter().any(|v| v.as_f64() == Some(rpm)), "not stable at {rpm} rpm");
+        assert!(
+            list.iter().any(|v| v.as_f64() == Some(rpm)),
+            "not stable at {rpm} rpm"
+        );
     }
     // Published frequencies, each within 0.1 % by both methods; nominal model as the independent one.
     for method in ["", ".nelder_mead"] {
@@ -88,7 +104,9 @@ fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes() {
             }
         }
     }
-    let nominal = new.pointer("/model/nominal/flexible_frequencies_hz").unwrap();
+    let nominal = new
+        .pointer("/model/nominal/flexible_frequencies_hz")
+        .unwrap();
     for (k, f) in [1165.151, 2304.000, 3425.590].iter().enumerate() {
         let found = nominal[k].as_f64().unwrap();
         // The published digits end at a thousandth of a hertz.

@@ -1,10 +1,10 @@
 //! Discretisation: responses and matrices against the references, inverse maps, exponentials, Lyapunov equations.
 
 use super::solve_cases::{answer, cases, complex, matrix, number, refusal};
+use muspin::linalg::Mat;
 use muspin::linalg::exponential::exponential;
 use muspin::linalg::lyapunov::{discrete_lyapunov, lyapunov, sylvester};
 use muspin::linalg::schur::schur;
-use muspin::linalg::Mat;
 use muspin::lti::sample::{inverse_tustin, tustin, tustin_prewarped};
 use muspin::lti::{Continuous, Discrete, Response, StateSpace};
 use rand::{Rng, SeedableRng};
@@ -27,7 +27,11 @@ fn responses_match_the_references() {
             for name in ["A", "B", "C", "D"] {
                 let exact = matrix(&case.json["reference"][kind][format!("{name}d")]);
                 let error = (&m(name) - &exact).norm_max();
-                assert!(error <= 1e-10 * exact.norm_max(), "{} {kind} {name}", case.name);
+                assert!(
+                    error <= 1e-10 * exact.norm_max(),
+                    "{} {kind} {name}",
+                    case.name
+                );
             }
         }
     }
@@ -49,7 +53,12 @@ fn inverse_tustin_returns_the_same_matrices() {
     )
     .unwrap();
     let back = inverse_tustin(&tustin(&s, 0.05).unwrap()).unwrap();
-    for (x, y) in [(&s.a, &back.a), (&s.b, &back.b), (&s.c, &back.c), (&s.d, &back.d)] {
+    for (x, y) in [
+        (&s.a, &back.a),
+        (&s.b, &back.b),
+        (&s.c, &back.c),
+        (&s.d, &back.d),
+    ] {
         assert!((x - y).norm_max() < 1e-12);
     }
     let omega = 17.0;
@@ -75,7 +84,9 @@ fn schur_forms_lyapunov_and_sylvester_solutions_have_small_residuals() {
     for n in [1, 2, 3, 7, 20, 40] {
         let a = random(&mut rng, n, n);
         let (form, stable) = schur(&a).unwrap().ordered(|v| v.re < 0.0);
-        assert!((&form.z * &form.t * form.z.transpose() - &a).norm_l2() < 1e-12 * (1.0 + a.norm_l2()));
+        assert!(
+            (&form.z * &form.t * form.z.transpose() - &a).norm_l2() < 1e-12 * (1.0 + a.norm_l2())
+        );
         let values = form.eigenvalues();
         assert!(values[..stable].iter().all(|v| v.re < 0.0));
         assert!(values[stable..].iter().all(|v| v.re >= 0.0));
@@ -83,12 +94,18 @@ fn schur_forms_lyapunov_and_sylvester_solutions_have_small_residuals() {
         let q = &q * q.transpose();
         let x = lyapunov(&a, &q).unwrap();
         let rest = (a.transpose() * &x + &x * &a + &q).norm_l2();
-        assert!(rest < 1e-11 * (x.norm_l2() * a.norm_l2() + q.norm_l2()), "{n}");
+        assert!(
+            rest < 1e-11 * (x.norm_l2() * a.norm_l2() + q.norm_l2()),
+            "{n}"
+        );
         let b = random(&mut rng, 5, 5);
         let c = random(&mut rng, n, 5);
         let x = sylvester(&a, &b, &c).unwrap();
         let rest = (&a * &x + &x * &b - &c).norm_l2();
-        assert!(rest < 1e-11 * (x.norm_l2() * (a.norm_l2() + b.norm_l2()) + c.norm_l2()), "{n}");
+        assert!(
+            rest < 1e-11 * (x.norm_l2() * (a.norm_l2() + b.norm_l2()) + c.norm_l2()),
+            "{n}"
+        );
         let contraction = Mat::from_fn(n, n, |i, j| a[(i, j)] / (n as f64 + 1.0));
         let x = discrete_lyapunov(&contraction, &q).unwrap();
         let rest = (contraction.transpose() * &x * &contraction - &x + &q).norm_l2();

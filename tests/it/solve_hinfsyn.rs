@@ -28,7 +28,9 @@ fn plant(data: &serde_json::Value) -> GeneralizedPlant {
 
 /// Largest gain on a grid packed round the poles: no Hamiltonian, no Riccati equation.
 fn dense_peak(s: &StateSpace<Continuous>) -> f64 {
-    let mut grid: Vec<f64> = (0..400).map(|k| 1e-4 * 10f64.powf(0.025 * f64::from(k))).collect();
+    let mut grid: Vec<f64> = (0..400)
+        .map(|k| 1e-4 * 10f64.powf(0.025 * f64::from(k)))
+        .collect();
     for p in s.poles().unwrap() {
         grid.extend((-20..=20).map(|k| (p.im + 0.2 * f64::from(k) * p.re).abs()));
     }
@@ -45,8 +47,16 @@ fn optimum_and_controller_match_the_references() {
         let (opt, gamma) = (number(&found["gamma_opt"]), number(&found["gamma"]));
         // The reference bracket is 2e-8 wide; the search stops at 1e-7. jw_weight is nearly singular by design.
         let tolerance = if case.name == "jw_weight" { 1e-5 } else { 1e-6 };
-        assert!((opt / exact - 1.0).abs() < tolerance, "{}: {opt} {exact}", case.name);
-        assert!(gamma <= 1.01 * exact && gamma >= opt, "{}: {gamma}", case.name);
+        assert!(
+            (opt / exact - 1.0).abs() < tolerance,
+            "{}: {opt} {exact}",
+            case.name
+        );
+        assert!(
+            gamma <= 1.01 * exact && gamma >= opt,
+            "{}: {gamma}",
+            case.name
+        );
         let k = &found["controller"];
         let controller = StateSpace::new(
             matrix(&k["A"]),
@@ -59,7 +69,11 @@ fn optimum_and_controller_match_the_references() {
         let closed = lower_lft(&plant(&case.json["data"]).system, &controller).unwrap();
         assert!(closed.growth_rate().unwrap() < 0.0, "{}", case.name);
         let peak = dense_peak(&closed);
-        assert!(peak <= gamma * (1.0 + 1e-6), "{}: {peak} above {gamma}", case.name);
+        assert!(
+            peak <= gamma * (1.0 + 1e-6),
+            "{}: {peak} above {gamma}",
+            case.name
+        );
         let norm = number(&found["closed_loop_norm"]);
         assert!(norm <= gamma * (1.0 + 1e-8), "{}: {norm}", case.name);
         assert!(peak <= norm * (1.0 + 1e-6), "{}: {peak} {norm}", case.name);
@@ -142,7 +156,10 @@ fn random_plants_get_a_level_that_cannot_be_lowered_and_a_loop_that_meets_it() {
             ..HinfSettings::default()
         };
         let error = synthesise(&p, &below).unwrap_err();
-        assert!(matches!(error, SynthesisError::Infeasible { .. }), "{k}: {error}");
+        assert!(
+            matches!(error, SynthesisError::Infeasible { .. }),
+            "{k}: {error}"
+        );
     }
 }
 
@@ -154,7 +171,9 @@ fn optimum_of_an_integrator_is_root_two() {
             Mat::zeros(1, 1),
             Mat::from_fn(1, 3, |_, j| [1.0, 0.0, 1.0][j]),
             Mat::from_fn(3, 1, |i, _| [1.0, 0.0, 1.0][i]),
-            Mat::from_fn(3, 3, |i, j| f64::from(u8::from((i, j) == (1, 2) || (i, j) == (2, 1)))),
+            Mat::from_fn(3, 3, |i, j| {
+                f64::from(u8::from((i, j) == (1, 2) || (i, j) == (2, 1)))
+            }),
             Continuous,
         )
         .unwrap(),
@@ -163,7 +182,11 @@ fn optimum_of_an_integrator_is_root_two() {
         blocks: vec![],
     };
     let found = synthesise(&p, &HinfSettings::default()).unwrap();
-    assert!((found.gamma_opt - f64::sqrt(2.0)).abs() < 1e-6, "{}", found.gamma_opt);
+    assert!(
+        (found.gamma_opt - f64::sqrt(2.0)).abs() < 1e-6,
+        "{}",
+        found.gamma_opt
+    );
 }
 
 fn problem(a: &str, b: &str, c: &str, d: &str) -> String {
@@ -181,29 +204,49 @@ fn violated_assumptions_are_refused_by_name() {
     };
     let b = "[[1,0,1],[0,0,0]]";
     let c = "[[1,0],[0,0],[1,0]]";
-    check(refusal("hinfsyn", &problem("[[-1,0],[0,2]]", b, c, d)), &["not stabilisable", "2.0"]);
     check(
-        refusal("hinfsyn", &problem("[[-1,0],[0,2]]", "[[1,0,1],[0,0,1]]", c, d)),
+        refusal("hinfsyn", &problem("[[-1,0],[0,2]]", b, c, d)),
+        &["not stabilisable", "2.0"],
+    );
+    check(
+        refusal(
+            "hinfsyn",
+            &problem("[[-1,0],[0,2]]", "[[1,0,1],[0,0,1]]", c, d),
+        ),
         &["not detectable"],
     );
     check(
-        refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,0],[0,1,0]]")),
+        refusal(
+            "hinfsyn",
+            &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,0],[0,1,0]]"),
+        ),
         &["D12", "column rank"],
     );
     check(
-        refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,0,0]]")),
+        refusal(
+            "hinfsyn",
+            &problem("[[-1,0],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,0,0]]"),
+        ),
         &["D21", "row rank"],
     );
     // An undamped mode that no error sees is a zero of P12 on the axis.
     check(
         refusal(
             "hinfsyn",
-            &problem("[[0,5],[-5,0]]", "[[0,0,0],[1,0,1]]", "[[0,0],[0,0],[1,0]]", d),
+            &problem(
+                "[[0,5],[-5,0]]",
+                "[[0,0,0],[1,0,1]]",
+                "[[0,0],[0,0],[1,0]]",
+                d,
+            ),
         ),
         &["P12", "zero on the imaginary axis", "5.0"],
     );
     check(
-        refusal("hinfsyn", &problem("[[1e308,1e308],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,1,0]]")),
+        refusal(
+            "hinfsyn",
+            &problem("[[1e308,1e308],[0,-2]]", b, c, "[[0,0,0],[0,0,1],[0,1,0]]"),
+        ),
         &["error"],
     );
     let text = refusal("hinfsyn", &problem("[[-1,0],[0,-2]]", "[[1,0,1]]", c, d));
@@ -217,4 +260,66 @@ fn levels_below_the_optimum_are_refused_with_the_condition() {
     data["gamma"] = serde_json::json!(0.5 * number(&case.json["reference"]["gamma_opt"]));
     let text = refusal("hinfsyn", &data.to_string());
     assert!(text.contains("no controller achieves gamma"), "{text}");
+}
+
+/// The plant of a case in other units of states and channels, and with another cost of control and noise.
+fn rescaled(data: &serde_json::Value, states: f64, channels: f64, direct: f64) -> GeneralizedPlant {
+    let mut p = plant(data);
+    let (n, m1, p1) = (p.system.order(), p.disturbances(), p.errors());
+    let units: Vec<f64> = (0..n)
+        .map(|i| states.powf((2.7 * i as f64).sin()))
+        .collect();
+    p.system = p.system.scale_states(&units);
+    let s = &mut p.system;
+    for j in m1..s.d.ncols() {
+        let unit = channels.powf((1.3 * j as f64).cos());
+        for i in 0..n {
+            s.b[(i, j)] *= unit;
+        }
+        for i in 0..s.d.nrows() {
+            s.d[(i, j)] *= unit * if i < p1 { direct } else { 1.0 };
+        }
+    }
+    for i in p1..s.d.nrows() {
+        let unit = channels.powf((1.9 * i as f64).sin());
+        for j in 0..n {
+            s.c[(i, j)] *= unit;
+        }
+        for j in 0..s.d.ncols() {
+            s.d[(i, j)] *= unit * if j < m1 { direct } else { 1.0 };
+        }
+    }
+    p
+}
+
+#[test]
+fn limits_of_the_documentation_hold() {
+    for case in cases("hinfsyn", 10) {
+        if case.name != "amb_1plane_f2" {
+            continue;
+        }
+        let exact = number(&case.json["reference"]["gamma_opt"]);
+        for (states, channels) in [(1e8, 1.0), (1e12, 1.0), (1.0, 1e6), (1e8, 1e6)] {
+            let p = rescaled(&case.json["data"], states, channels, 1.0);
+            let found = synthesise(&p, &HinfSettings::default()).unwrap();
+            assert!(
+                (found.gamma_opt / exact - 1.0).abs() < 1e-6,
+                "{states} {channels}"
+            );
+            assert!(found.gamma <= 1.01 * exact);
+        }
+        let mut last = exact;
+        for direct in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
+            let p = rescaled(&case.json["data"], 1.0, 1.0, direct);
+            let found = synthesise(&p, &HinfSettings::default()).unwrap();
+            // Cheaper control and less noise cannot cost performance.
+            assert!(
+                found.gamma_opt <= last * (1.0 + 1e-6),
+                "{direct}: {}",
+                found.gamma_opt
+            );
+            assert!(found.gamma <= 1.01 * found.gamma_opt, "{direct}");
+            last = found.gamma_opt;
+        }
+    }
 }

@@ -28,7 +28,9 @@ fn hankel_values_and_errors_match_the_references() {
     for case in cases("modred", 3) {
         let found = answer("reduce", &case.path);
         let reference = &case.json["reference"];
-        let exact = reference.get("hsv").unwrap_or(&reference["hsv_stable_part"]);
+        let exact = reference
+            .get("hsv")
+            .unwrap_or(&reference["hsv_stable_part"]);
         let (first, list) = (number(&exact[0]), exact.as_array().unwrap());
         for (k, value) in list.iter().enumerate() {
             let (h, e) = (number(&found["hsv"][k]), number(value));
@@ -47,12 +49,20 @@ fn hankel_values_and_errors_match_the_references() {
                 .fold(f64::INFINITY, f64::min);
             let answer = &found["orders"][order];
             let error = number(&answer["error_hinf"]);
-            assert!(error <= best * 1.001, "{} {order}: {error} {best}", case.name);
+            assert!(
+                error <= best * 1.001,
+                "{} {order}: {error} {best}",
+                case.name
+            );
             let reduced = system(answer);
             assert_eq!(reduced.order().to_string(), *order);
             // The claimed error is that of the matrices in the file.
             let measured = linf_norm(&difference(&full, &reduced), 1e-9).unwrap().norm;
-            assert!((measured / error - 1.0).abs() < 1e-6, "{} {order}", case.name);
+            assert!(
+                (measured / error - 1.0).abs() < 1e-6,
+                "{} {order}",
+                case.name
+            );
             let unstable = |s: &StateSpace<Continuous>| {
                 s.poles().unwrap().iter().filter(|p| p.re >= 0.0).count()
             };
@@ -121,7 +131,11 @@ fn tiny_hankel_values_keep_their_digits() {
     }
     // Symmetric impulse response h(t) = t⁷e⁻ᵗ/7!: the trace of the cross gramian is half the DC gain,
     // so the signed sum of the values is 1/2.
-    let signed: f64 = hankel.iter().enumerate().map(|(k, h)| if k % 2 == 0 { *h } else { -*h }).sum();
+    let signed: f64 = hankel
+        .iter()
+        .enumerate()
+        .map(|(k, h)| if k % 2 == 0 { *h } else { -*h })
+        .sum();
     assert!((signed - 0.5).abs() < 1e-12, "{signed}");
 }
 
@@ -178,7 +192,10 @@ fn orders_that_cannot_be_met_are_refused() {
         "reduce",
         r#"{"A": [[1,0],[0,-1]], "B": [[1],[1]], "C": [[1,1]], "D": [[0]], "orders": [0]}"#,
     );
-    assert!(text.contains("orders[0]") && text.contains("1 poles"), "{text}");
+    assert!(
+        text.contains("orders[0]") && text.contains("1 poles"),
+        "{text}"
+    );
     let text = refusal(
         "reduce",
         r#"{"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]], "orders": [2]}"#,
