@@ -4,6 +4,7 @@
 //! first, then plain words, key figures, a section a stage (absent stages are left out), certificates, all figures.
 //! No script, no font, no style from elsewhere.
 
+use super::frequency_table;
 use super::readable::{self, Grid, Row, words};
 use serde_json::Value;
 
@@ -54,6 +55,7 @@ const STAGES: [Stage; 10] = [
             "determin",
             "errors",
             "updat",
+            "frequenc",
         ],
     },
     Stage {
@@ -113,8 +115,12 @@ struct Section {
     anchor: String,
     title: String,
     lead: String,
+    /// The table a reader looks at first.
+    table: Option<Grid>,
     rows: Vec<Row>,
     grids: Vec<Grid>,
+    /// Whether rows and grids are folded away until asked for.
+    long: bool,
     pictures: Vec<Picture>,
 }
 
@@ -136,11 +142,11 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
             .into_iter()
             .partition(|(stem, _)| stage.stems.iter().any(|s| stem.starts_with(s)));
         left = others;
-        let (rows, grids) = summary.get(stage.key).map_or_else(Default::default, |v| {
-            readable::flatten(v, &["certificates"])
-        });
-        if !(rows.is_empty() && grids.is_empty() && mine.is_empty()) {
+        let (table, rows, grids) = figures(stage.key, summary.get(stage.key));
+        if !(table.is_none() && rows.is_empty() && grids.is_empty() && mine.is_empty()) {
             sections.push(Section {
+                table,
+                long: is_long(&rows, &grids),
                 anchor: stage.key.to_owned(),
                 title: stage.title.to_owned(),
                 lead: stage.lead.to_owned(),
@@ -169,6 +175,27 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
         })?;
     // The template engine writes a slash as an entity, which only makes the source harder to read.
     Ok(page.replace("&#x2f;", "/"))
+}
+
+/// First table, rows and grids of a stage.
+fn figures(key: &str, stage: Option<&Value>) -> (Option<Grid>, Vec<Row>, Vec<Grid>) {
+    let Some(stage) = stage else {
+        return (None, Vec::new(), Vec::new());
+    };
+    let table = (key == "updating")
+        .then(|| frequency_table::frequencies(stage))
+        .flatten();
+    let mut skip = vec!["certificates"];
+    if table.is_some() {
+        skip.extend(frequency_table::SHOWN);
+    }
+    let (rows, grids) = readable::flatten(stage, &skip);
+    (table, rows, grids)
+}
+
+/// More than about half a page of figures.
+fn is_long(rows: &[Row], grids: &[Grid]) -> bool {
+    rows.len() + grids.iter().map(|g| g.rows.len()).sum::<usize>() > 14
 }
 
 fn inline(pictures: &[&(String, String)]) -> Vec<Picture> {
@@ -203,6 +230,8 @@ fn further(summary: &Value, pictures: &[&(String, String)]) -> Option<Section> {
     let (rows, grids) = readable::flatten(&rest.unwrap_or(Value::Null), &["certificates"]);
     let rows: Vec<Row> = rows.into_iter().filter(|r| !r.label.is_empty()).collect();
     (!(rows.is_empty() && grids.is_empty() && pictures.is_empty())).then(|| Section {
+        table: None,
+        long: is_long(&rows, &grids),
         anchor: "further".to_owned(),
         title: "Further figures".to_owned(),
         lead: String::new(),

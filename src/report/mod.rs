@@ -4,6 +4,7 @@ pub mod atomic;
 pub mod controller_json;
 pub mod firmware;
 pub mod firmware_c;
+pub mod frequency_table;
 pub mod html;
 pub mod identification;
 pub mod mat;

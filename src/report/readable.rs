@@ -187,6 +187,16 @@ fn walk(
         (false, false) => format!("{label}: {own}"),
     };
     match value {
+        // A list under names (a factor a region) reads better as one line.
+        Value::Object(map)
+            if map.len() > 2 && map.values().all(Value::is_number) && inherited_only(map, unit) =>
+        {
+            let cells = map
+                .iter()
+                .map(|(k, v)| format!("{} {}", words(k), plain(v, unit)));
+            let value = cells.collect::<Vec<_>>().join(", ");
+            rows.push(Row { label, value });
+        }
         Value::Object(map) => {
             for (k, v) in map.iter().filter(|(k, _)| !skip.contains(&k.as_str())) {
                 walk((&label, unit), k, v, skip, rows, grids);
@@ -204,6 +214,11 @@ fn walk(
             value: plain(scalar, unit),
         }),
     }
+}
+
+/// True when no key below has a unit of its own, and none is a word of several parts: names, not quantities.
+fn inherited_only(map: &serde_json::Map<String, Value>, unit: Option<&Unit>) -> bool {
+    unit.is_some() || map.keys().all(|k| split(k).1.is_none() && !k.contains('_'))
 }
 
 fn grid(label: &str, records: &[Value]) -> Grid {

@@ -189,3 +189,28 @@ fn report_rebuilds_the_page_and_refuses_what_is_no_results_folder() {
     let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
     assert!(message.contains("line 1, column 7"), "{message}");
 }
+
+#[test]
+fn frequencies_stand_side_by_side_and_names_share_a_line() {
+    let summary = json!({"updating": {
+        "measured_hz": {"resonances": [1069.0], "antiresonances": {"front": [1109.0], "rear": [null]}},
+        "model_before_hz": {"resonances": [1165.15], "antiresonances": {"front": [1198.1], "rear": [1006.8]}},
+        "model_hz": {"resonances": [1069.02], "antiresonances": {"front": [1109.0], "rear": [952.0]}},
+        "errors_hz": {"resonances": [0.02], "antiresonances": {"front": [0.0], "rear": [null]}},
+        "modulus_factors": {"e1": 1.0332684, "e2": 0.93, "e3": 1.0},
+        "fit_hz": {"front": [1.5, 2.5], "rear": [3.0]},
+    }});
+    let page = html::report(&summary, &[]).unwrap();
+    for needle in [
+        "<td>resonance 1</td><td>1069.0</td><td>1165.2</td><td>1069.0</td><td>0.02</td><td>–</td>",
+        "<td>antiresonance, rear 1</td><td>–</td>",
+        "e1 1.033, e2 0.93, e3 1",
+        "1.5 Hz, 2.5 Hz",
+    ] {
+        assert!(page.contains(needle), "{needle} missing in {page}");
+    }
+    assert!(
+        !page.contains("model before"),
+        "what the table shows is not listed again"
+    );
+}

@@ -27,6 +27,13 @@ pub fn modulus_factors(
         y_error: error,
         ..bars.shaped(Shape::Bars { width: 0.62 })
     });
+    // A factor is positive: a standard deviation larger than the factor says so by reaching the axis.
+    let tops = factor
+        .iter()
+        .enumerate()
+        .map(|(k, f)| f + standard_deviation.get(k).copied().unwrap_or(0.0));
+    let top = tops.filter(|t| t.is_finite()).fold(1.0, f64::max);
+    panel.y.range = Some([0.0, (top * 5.5).ceil() / 5.0]);
     panel.levels.push(Level {
         value: 1.0,
         label: "nominal".to_owned(),
