@@ -247,7 +247,10 @@ fn an_antiresonance_that_noise_hides_is_null_with_the_reason() {
     let [Antiresonance::NotIdentified { reason, .. }] = between[..] else {
         panic!("{found:?}");
     };
-    assert!(reason.contains("standard deviation") || reason.contains("minimum"), "{reason}");
+    assert!(
+        reason.contains("standard deviation") || reason.contains("minimum"),
+        "{reason}"
+    );
     // Above the last peak nothing crosses zero: roots of the noise are not antiresonances.
     assert!(found.iter().all(|z| z.place_hz() < 1400.0), "{found:?}");
 }
