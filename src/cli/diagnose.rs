@@ -182,7 +182,10 @@ fn sentence(d: &Diagnosis) -> String {
         Verdict::Named => format!("{}: {gap}.", capital(&all(&d.effects))),
         Verdict::Tie => {
             let members: Vec<String> = d.tie.iter().map(|r| all(&r.effects)).collect();
-            format!("Either {}: the data cannot tell; {gap}.", members.join(", or "))
+            format!(
+                "Either {}: the data cannot tell; {gap}.",
+                members.join(", or ")
+            )
         }
         Verdict::Unexplained => match d.localisation.ports.first() {
             Some(port) => format!(
@@ -197,7 +200,9 @@ fn sentence(d: &Diagnosis) -> String {
 
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or(String::new(), |c| c.to_uppercase().chain(letters).collect())
+    letters
+        .next()
+        .map_or(String::new(), |c| c.to_uppercase().chain(letters).collect())
 }
 
 fn words(e: &Effect) -> String {
@@ -216,26 +221,61 @@ fn words(e: &Effect) -> String {
     match e.kind {
         EffectKind::LoopDelay => {
             let way = if v(0) < 0.0 { "faster" } else { "slower" };
-            format!("the loop is {:.1} µs {way} than the model", 1e6 * v(0).abs())
+            format!(
+                "the loop is {:.1} µs {way} than the model",
+                1e6 * v(0).abs()
+            )
         }
-        EffectKind::AmplifierBandwidth => format!("the amplifier of {at} has a bandwidth of {:.0} Hz", v(0)),
-        EffectKind::EddyCurrents => format!("eddy currents weaken {at} from a corner of {:.0} Hz on", v(0)),
-        EffectKind::SensorLowpass => format!("the sensors of {at} have a low-pass at {:.0} Hz", v(0)),
-        EffectKind::SensorOffset => format!("the sensor plane of {at} sits {:+.2} mm off, + to the rear", 1e3 * v(0)),
-        EffectKind::ActuatorOffset => format!("the actuator plane of {at} sits {:+.2} mm off, + to the rear", 1e3 * v(0)),
-        EffectKind::NegativeStiffness => format!("the negative stiffness of {at} is {} off", percent(v(0))),
+        EffectKind::AmplifierBandwidth => {
+            format!("the amplifier of {at} has a bandwidth of {:.0} Hz", v(0))
+        }
+        EffectKind::EddyCurrents => format!(
+            "eddy currents weaken {at} from a corner of {:.0} Hz on",
+            v(0)
+        ),
+        EffectKind::SensorLowpass => {
+            format!("the sensors of {at} have a low-pass at {:.0} Hz", v(0))
+        }
+        EffectKind::SensorOffset => format!(
+            "the sensor plane of {at} sits {:+.2} mm off, + to the rear",
+            1e3 * v(0)
+        ),
+        EffectKind::ActuatorOffset => format!(
+            "the actuator plane of {at} sits {:+.2} mm off, + to the rear",
+            1e3 * v(0)
+        ),
+        EffectKind::NegativeStiffness => {
+            format!("the negative stiffness of {at} is {} off", percent(v(0)))
+        }
         EffectKind::ForceConstant => format!("the force constant of {at} is {} off", percent(v(0))),
         EffectKind::SensorGain => format!("the sensor gain of {at} is {} off", percent(v(0))),
-        EffectKind::BearingCoupling => format!("{at}: x and y are coupled by {:.2} % of ki", 100.0 * v(0)),
-        EffectKind::AxisMisalignment => format!("the sensor axes of {at} are turned by {:.2}°", v(0)),
+        EffectKind::BearingCoupling => {
+            format!("{at}: x and y are coupled by {:.2} % of ki", 100.0 * v(0))
+        }
+        EffectKind::AxisMisalignment => {
+            format!("the sensor axes of {at} are turned by {:.2}°", v(0))
+        }
         EffectKind::Gyroscopic => format!("the gyroscopic effect counts {:.2} times", v(0)),
-        EffectKind::InternalDamping => format!("the rotor has internal damping with a loss time of {:.3} µs", 1e6 * v(0)),
-        EffectKind::CrossCoupling => format!("a circulatory stiffness of {:.3e} N/m acts at {at}", v(0)),
-        EffectKind::ModalDamping => format!("the damping of {at} is {:.2} times that of the model", v(0)),
-        EffectKind::ToolJoint => format!("the tool sits in a joint of {:.3e} N/m and {:.3e} N m/rad", v(0), v(1)),
+        EffectKind::InternalDamping => format!(
+            "the rotor has internal damping with a loss time of {:.3} µs",
+            1e6 * v(0)
+        ),
+        EffectKind::CrossCoupling => {
+            format!("a circulatory stiffness of {:.3e} N/m acts at {at}", v(0))
+        }
+        EffectKind::ModalDamping => {
+            format!("the damping of {at} is {:.2} times that of the model", v(0))
+        }
+        EffectKind::ToolJoint => format!(
+            "the tool sits in a joint of {:.3e} N/m and {:.3e} N m/rad",
+            v(0),
+            v(1)
+        ),
         EffectKind::ToolMass => format!("the tip of the tool carries {:.1} g more", 1e3 * v(0)),
         EffectKind::AddedMass => format!("{:.1} g more sit at {at}", 1e3 * v(0)),
-        EffectKind::HousingMode => format!("the housing of {:.0} kg resonates at {:.0} Hz", v(0), v(1)),
+        EffectKind::HousingMode => {
+            format!("the housing of {:.0} kg resonates at {:.0} Hz", v(0), v(1))
+        }
         EffectKind::RegionStiffness => format!("the modulus of {at} is {} off", percent(v(0))),
         EffectKind::AddedStiffness => format!("a stiffness of {:.3e} N/m acts at {at}", v(0)),
     }
@@ -248,7 +288,12 @@ fn pictures(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Failure> {
         // Share of the misfit that a port explains, line by line.
         let scores: Vec<Vec<f64>> = ports
             .iter()
-            .map(|p| p.line_chi2.iter().map(|c| -(c.max(1e-12)).log10()).collect())
+            .map(|p| {
+                p.line_chi2
+                    .iter()
+                    .map(|c| -(c.max(1e-12)).log10())
+                    .collect()
+            })
             .collect();
         let map = localisation(
             "Where model and measurement disagree",
@@ -266,16 +311,33 @@ fn pictures(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Failure> {
     if !d.ranking.is_empty() {
         let names: Vec<String> = d.ranking.iter().map(|(e, _)| words(e)).collect();
         let worst = d.ranking.last().map_or(0.0, |r| r.1);
-        let scores: Vec<f64> = d.ranking.iter().map(|(_, s)| ((worst - s).max(0.0) + 1.0).log10()).collect();
-        let figure = ranking("Explanations", &names, &scores, "log10 of the score below the worst shown");
+        let scores: Vec<f64> = d
+            .ranking
+            .iter()
+            .map(|(_, s)| ((worst - s).max(0.0) + 1.0).log10())
+            .collect();
+        let figure = ranking(
+            "Explanations",
+            &names,
+            &scores,
+            "log10 of the score below the worst shown",
+        );
         folder.add_plot("diagnosis-ranking", &figure)?;
     }
     let mut table = Table::with_columns(&["data", "gap_before", "gap_after"]);
     for (name, before, after) in [
         ("all records", d.gap_before, d.gap_after),
-        (d.held_out.as_str(), d.gap_before_held_out, d.gap_after_held_out),
+        (
+            d.held_out.as_str(),
+            d.gap_before_held_out,
+            d.gap_after_held_out,
+        ),
     ] {
-        table.push(vec![name.into(), Table::number(before), Table::number(after)]);
+        table.push(vec![
+            name.into(),
+            Table::number(before),
+            Table::number(after),
+        ]);
     }
     folder.add_table("gap.csv", &table)?;
     // Residual against frequency, channel by channel, and the correction without a name at the best port.

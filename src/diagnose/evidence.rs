@@ -98,7 +98,11 @@ pub struct Gap {
 impl Gap {
     /// The gap; 0 without data.
     pub fn value(&self) -> f64 {
-        if self.count == 0 { 0.0 } else { (self.sum / self.count as f64).sqrt() }
+        if self.count == 0 {
+            0.0
+        } else {
+            (self.sum / self.count as f64).sqrt()
+        }
     }
 
     /// One more residual in σ.
@@ -177,7 +181,9 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
     // y of a repeat and what Ĝ makes of its u: [line][experiment][repeat][axis].
     let predicted = |k: usize, e: usize, p: usize, i: usize| {
-        (0..4).fold(ZERO, |sum, j| sum + g(k, i, j) * record.current[(k, e, p, j)])
+        (0..4).fold(ZERO, |sum, j| {
+            sum + g(k, i, j) * record.current[(k, e, p, j)]
+        })
     };
     let mut gains = vec![[0.0; 4]; repeats];
     let mut noise: Vec<[f64; 4]> = vec![[0.0; 4]; lines];
@@ -191,7 +197,8 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
                         let mut sum = 0.0;
                         for e in 0..experiments {
                             for (p, gain) in gains.iter().enumerate() {
-                                let v = record.signal[(k, e, p, i)] - predicted(k, e, p, i) * (1.0 + gain[i]);
+                                let v = record.signal[(k, e, p, i)]
+                                    - predicted(k, e, p, i) * (1.0 + gain[i]);
                                 sum += v.norm_sqr();
                             }
                         }
@@ -228,17 +235,23 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     let mut spread = Vec::with_capacity(lines);
     for k in 0..lines {
         let mut u: Vec<c64> = (0..16).map(|n| frf.current[(k, n / 4, n % 4)]).collect();
-        let mut inverse: Vec<c64> = (0..16).map(|n| c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0)).collect();
+        let mut inverse: Vec<c64> = (0..16)
+            .map(|n| c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0))
+            .collect();
         eliminate(&mut u, &mut inverse, 4, 4);
         // inverse is experiment×axis; error of row i is v_i·U⁻¹.
         spread.push(std::array::from_fn(|n| {
             let (j, l) = (n / 4, n % 4);
-            (0..4).fold(ZERO, |sum, e| sum + inverse[e * 4 + j] * inverse[e * 4 + l].conj()) / repeats as f64
+            (0..4).fold(ZERO, |sum, e| {
+                sum + inverse[e * 4 + j] * inverse[e * 4 + l].conj()
+            }) / repeats as f64
         }));
         if repeats < 2 {
             // Nothing scatters: the customary half percent of the signal stands for the noise.
             for i in 0..4 {
-                let largest = (0..4).map(|e| frf.signal[(k, i, e)].norm()).fold(0.0, f64::max);
+                let largest = (0..4)
+                    .map(|e| frf.signal[(k, i, e)].norm())
+                    .fold(0.0, f64::max);
                 noise[k][i] = (GAP_FLOOR * largest).powi(2);
             }
         }
@@ -253,7 +266,9 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     Ok(SweepEvidence {
         speed_rad_s: record.speed_rpm * TAU / 60.0,
         omega_rad_s: record.frequency_hz.iter().map(|f| TAU * f).collect(),
-        response: (0..lines).map(|k| std::array::from_fn(|n| g(k, n / 4, n % 4))).collect(),
+        response: (0..lines)
+            .map(|k| std::array::from_fn(|n| g(k, n / 4, n % 4)))
+            .collect(),
         spread,
         noise,
         size,
@@ -279,7 +294,10 @@ impl SweepEvidence {
                             c[4 * l + j] = ZERO;
                         }
                     }
-                    c[5 * j] = c64::new(self.size[line][4 * i + j].max(f64::MIN_POSITIVE) * 1e12, 0.0);
+                    c[5 * j] = c64::new(
+                        self.size[line][4 * i + j].max(f64::MIN_POSITIVE) * 1e12,
+                        0.0,
+                    );
                 }
             }
             cholesky(&mut c);
@@ -288,7 +306,13 @@ impl SweepEvidence {
     }
 
     /// Residual of a predicted F in σ of the gap, added to `gap` for the channels that `wanted(output, input)` picks.
-    pub fn gap(&self, line: usize, f: &Square, wanted: impl Fn(usize, usize) -> bool, gap: &mut Gap) {
+    pub fn gap(
+        &self,
+        line: usize,
+        f: &Square,
+        wanted: impl Fn(usize, usize) -> bool,
+        gap: &mut Gap,
+    ) {
         for i in 0..4 {
             for j in 0..4 {
                 if wanted(i, j) {
@@ -321,8 +345,9 @@ impl TapEvidence {
         let mut y: [c64; 4] = std::array::from_fn(|i| f[SIDE * i + tool]);
         eliminate(&mut gk.clone(), &mut y, 4, 1);
         let mut transposed: [c64; 16] = std::array::from_fn(|n| gk[4 * (n % 4) + n / 4]);
-        let mut t: [c64; 4] =
-            std::array::from_fn(|j| (0..4).fold(ZERO, |s, m| s + f[SIDE * tool + m] * k[4 * m + j]));
+        let mut t: [c64; 4] = std::array::from_fn(|j| {
+            (0..4).fold(ZERO, |s, m| s + f[SIDE * tool + m] * k[4 * m + j])
+        });
         eliminate(&mut transposed, &mut t, 4, 1);
         let (mut l, mut r) = ([ZERO; SIDE], [ZERO; SIDE]);
         l[..4].copy_from_slice(&t);

@@ -70,13 +70,25 @@ const SETTLED: f64 = 1e-5;
 
 impl Problem<'_> {
     fn named(&self, theta: &[Vec<f64>]) -> Vec<Effect> {
-        self.effects.iter().zip(theta).map(|(h, t)| h.effect(t)).collect()
+        self.effects
+            .iter()
+            .zip(theta)
+            .map(|(h, t)| h.effect(t))
+            .collect()
     }
 
-    fn assembled(&self, at: &Point, speeds: &[f64], derivatives: bool) -> Result<Vec<Assembled>, DiagnoseError> {
+    fn assembled(
+        &self,
+        at: &Point,
+        speeds: &[f64],
+        derivatives: bool,
+    ) -> Result<Vec<Assembled>, DiagnoseError> {
         let effects = self.named(&at.theta);
         let model = self.model;
-        speeds.iter().map(|speed| model.assemble(&at.p, &effects, *speed, derivatives)).collect()
+        speeds
+            .iter()
+            .map(|speed| model.assemble(&at.p, &effects, *speed, derivatives))
+            .collect()
     }
 
     fn speeds(&self) -> Vec<f64> {
@@ -105,13 +117,22 @@ impl Problem<'_> {
     }
 
     /// Residual of one line appended to `r`.
-    fn one(&self, record: Record, line: usize, f: &Square, p: &[f64], weight: &Weight, r: &mut Vec<f64>) {
+    fn one(
+        &self,
+        record: Record,
+        line: usize,
+        f: &Square,
+        p: &[f64],
+        weight: &Weight,
+        r: &mut Vec<f64>,
+    ) {
         match (record, weight) {
             (Record::Sweep(s), Weight::Rows(rows)) => {
                 let g = &self.evidence.sweeps[s].response[line];
                 for i in 0..4 {
                     let gain = 1.0 + p[self.model.layout.axis(s, i)];
-                    let mut d: [c64; 4] = std::array::from_fn(|j| g[4 * i + j] - f[SIDE * i + j] * gain);
+                    let mut d: [c64; 4] =
+                        std::array::from_fn(|j| g[4 * i + j] - f[SIDE * i + j] * gain);
                     whiten(&rows[i], &mut d);
                     push(r, &d);
                 }
@@ -125,13 +146,24 @@ impl Problem<'_> {
         }
     }
 
-    fn walk(&self, speeds: &[f64], floor: f64, mut visit: impl FnMut(Record, usize, f64, usize, &Weight)) {
+    fn walk(
+        &self,
+        speeds: &[f64],
+        floor: f64,
+        mut visit: impl FnMut(Record, usize, f64, usize, &Weight),
+    ) {
         let index = |speed: f64| speeds.iter().position(|s| *s == speed).unwrap_or_default();
         for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
             for line in (0..sweep.omega_rad_s.len()).step_by(self.usage.stride) {
                 let rows = sweep.whitening(line, floor, self.usage.off_diagonal);
                 let omega = sweep.omega_rad_s[line];
-                visit(Record::Sweep(s), index(sweep.speed_rad_s), omega, line, &Weight::Rows(rows));
+                visit(
+                    Record::Sweep(s),
+                    index(sweep.speed_rad_s),
+                    omega,
+                    line,
+                    &Weight::Rows(rows),
+                );
             }
         }
         if !self.usage.taps {
@@ -140,7 +172,13 @@ impl Problem<'_> {
         for (t, tap) in self.evidence.taps.iter().enumerate() {
             for line in (0..tap.omega_rad_s.len()).step_by(self.usage.stride) {
                 let weight = Weight::One(tap.sd(line, floor));
-                visit(Record::Tap(t), index(tap.speed_rad_s), tap.omega_rad_s[line], line, &weight);
+                visit(
+                    Record::Tap(t),
+                    index(tap.speed_rad_s),
+                    tap.omega_rad_s[line],
+                    line,
+                    &weight,
+                );
             }
         }
     }
@@ -175,7 +213,8 @@ impl Problem<'_> {
             let derivative = |column: &mut dyn FnMut(&[c64])| match (record, weight) {
                 (Record::Sweep(s), Weight::Rows(l)) => {
                     for c in 0..columns {
-                        let df = self.derivative(c, f, &here.derivatives, &moved, speed, omega, &at.p);
+                        let df =
+                            self.derivative(c, f, &here.derivatives, &moved, speed, omega, &at.p);
                         let mut all = [ZERO; 16];
                         for i in 0..4 {
                             let gain = 1.0 + at.p[layout.axis(s, i)];
@@ -193,7 +232,8 @@ impl Problem<'_> {
                 (Record::Tap(t), Weight::One(sd)) => {
                     let (_, left, right) = self.evidence.taps[t].close(line, f);
                     for c in 0..columns {
-                        let df = self.derivative(c, f, &here.derivatives, &moved, speed, omega, &at.p);
+                        let df =
+                            self.derivative(c, f, &here.derivatives, &moved, speed, omega, &at.p);
                         let mut sum = ZERO;
                         if let Some(df) = &df {
                             for i in 0..SIDE {
@@ -215,7 +255,11 @@ impl Problem<'_> {
         let mut jacobian = Mat::zeros(r.len(), columns);
         let (mut from, mut row) = (0, 0);
         self.walk(&speeds, 1.0, |record, _, _, _, _| {
-            let height = if matches!(record, Record::Sweep(_)) { 32 } else { 2 };
+            let height = if matches!(record, Record::Sweep(_)) {
+                32
+            } else {
+                2
+            };
             for c in 0..columns {
                 for i in 0..height {
                     jacobian[(row + i, c)] = rows[from + c * height + i];
@@ -248,16 +292,26 @@ impl Problem<'_> {
         for b in 0..2 {
             if c == layout.ki(b) {
                 return Some(std::array::from_fn(|n| {
-                    if n % SIDE / 2 == b { f[n] / (1.0 + p[c]) } else { ZERO }
+                    if n % SIDE / 2 == b {
+                        f[n] / (1.0 + p[c])
+                    } else {
+                        ZERO
+                    }
                 }));
             }
             if c == layout.gain(b) {
                 return Some(std::array::from_fn(|n| {
-                    if n / SIDE / 2 == b { f[n] / (1.0 + p[c]) } else { ZERO }
+                    if n / SIDE / 2 == b {
+                        f[n] / (1.0 + p[c])
+                    } else {
+                        ZERO
+                    }
                 }));
             }
             if c == layout.ks(b) {
-                return analytic.get(groups + b).map(|d| d.map(|x| x / (1.0 + p[c])));
+                return analytic
+                    .get(groups + b)
+                    .map(|d| d.map(|x| x / (1.0 + p[c])));
             }
         }
         let first = layout.damping(0);
@@ -290,7 +344,12 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn predicted(&self, base: &Linear, from: &Point, floor: f64) -> Result<(Point, f64), DiagnoseError> {
+    pub fn predicted(
+        &self,
+        base: &Linear,
+        from: &Point,
+        floor: f64,
+    ) -> Result<(Point, f64), DiagnoseError> {
         let (Some(hypothesis), Some(theta)) = (self.effects.last(), from.theta.last()) else {
             return Ok((from.clone(), f64::INFINITY));
         };
@@ -325,7 +384,14 @@ impl Problem<'_> {
             (true, false) => cross[(i, j - n)],
             (false, true) => cross[(j, i - n)],
             // A coordinate without influence at this start (the place of no mass) stays where it is.
-            (false, false) => own[(i - n, j - n)] + if i == j { 1e-6 * own[(i - n, i - n)] + 1e-9 } else { 0.0 },
+            (false, false) => {
+                own[(i - n, j - n)]
+                    + if i == j {
+                        1e-6 * own[(i - n, i - n)] + 1e-9
+                    } else {
+                        0.0
+                    }
+            }
         });
         let step = solve(&normal, &slope)?;
         let gain: f64 = (0..n + d).map(|k| step[(k, 0)] * slope[(k, 0)]).sum();
@@ -343,7 +409,10 @@ impl Problem<'_> {
     }
 
     fn prior(&self, p: &[f64]) -> f64 {
-        p.iter().zip(&self.model.layout.sd).map(|(p, sd)| (p / sd).powi(2)).sum()
+        p.iter()
+            .zip(&self.model.layout.sd)
+            .map(|(p, sd)| (p / sd).powi(2))
+            .sum()
     }
 
     /// χ² with priors at a point.
@@ -394,7 +463,11 @@ impl Problem<'_> {
                 for _ in 0..12 {
                     let damped = Mat::from_fn(n, n, |a, b| {
                         let own = normal[(a, b)];
-                        if a == b { own * (1.0 + damping) + 1e-12 } else { own }
+                        if a == b {
+                            own * (1.0 + damping) + 1e-12
+                        } else {
+                            own
+                        }
                     });
                     let Ok(step) = solve(&damped, &slope) else {
                         damping = (damping * 10.0f64).max(1e-6);
@@ -460,7 +533,12 @@ impl Fit {
     pub fn covariance(&self) -> Result<Mat<f64>, DiagnoseError> {
         let n = self.information.nrows();
         let scale: Vec<f64> = (0..n)
-            .map(|i| self.information[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip())
+            .map(|i| {
+                self.information[(i, i)]
+                    .max(f64::MIN_POSITIVE)
+                    .sqrt()
+                    .recip()
+            })
             .collect();
         let unit = Mat::from_fn(n, n, |i, j| self.information[(i, j)] * scale[i] * scale[j]);
         let (values, vectors) = symmetric_eigen(&unit)?;

@@ -101,7 +101,11 @@ impl Hypothesis {
             _ => {}
         }
         if let (Location::Position(_), Some(z)) = (&self.place, theta.last_mut()) {
-            limit(z, self.span_m.0 / POSITION_UNIT_M, self.span_m.1 / POSITION_UNIT_M);
+            limit(
+                z,
+                self.span_m.0 / POSITION_UNIT_M,
+                self.span_m.1 / POSITION_UNIT_M,
+            );
         }
     }
 
@@ -114,7 +118,10 @@ impl Hypothesis {
     pub fn same_name(&self, other: &Self) -> bool {
         self.kind == other.kind
             && (self.place == other.place
-                || matches!((&self.place, &other.place), (Location::Position(_), Location::Position(_))))
+                || matches!(
+                    (&self.place, &other.place),
+                    (Location::Position(_), Location::Position(_))
+                ))
     }
 
     /// The effect that this coordinate vector would have without any size: how far the fit is from no effect, in σ.
@@ -178,7 +185,12 @@ pub fn catalogue(
                 // One start per octave or so: the basin of a resonance is not much wider.
                 let mut hz = 60.0;
                 while hz < scope.top_rad_s / std::f64::consts::TAU {
-                    all.push(make(kind, Location::None, 0.0, &[0.5, f64::ln(hz), 0.05f64.ln()]));
+                    all.push(make(
+                        kind,
+                        Location::None,
+                        0.0,
+                        &[0.5, f64::ln(hz), 0.05f64.ln()],
+                    ));
                     hz *= 1.45;
                 }
             }
@@ -205,12 +217,19 @@ pub fn catalogue(
                 let points = 9;
                 for i in 0..points {
                     let z = span_m.0 + (span_m.1 - span_m.0) * (i as f64 + 0.5) / points as f64;
-                    all.push(make(kind, Location::Position(z), 0.0, &[0.0, z / POSITION_UNIT_M]));
+                    all.push(make(
+                        kind,
+                        Location::Position(z),
+                        0.0,
+                        &[0.0, z / POSITION_UNIT_M],
+                    ));
                 }
             }
             EffectKind::ModalDamping => {
                 // A mode a little above the band still shapes its end.
-                let seen = flexible_rad_s.iter().take_while(|w| **w < 1.3 * scope.top_rad_s);
+                let seen = flexible_rad_s
+                    .iter()
+                    .take_while(|w| **w < 1.3 * scope.top_rad_s);
                 for mode in 1..=seen.count() {
                     all.push(make(kind, Location::Mode(mode), 0.0, &[0.0]));
                 }

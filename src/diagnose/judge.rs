@@ -13,7 +13,9 @@ use super::hypothesis::{Hypothesis, Scope, catalogue};
 use super::localise::{Localisation, localise};
 use super::model::Model;
 use super::next::proposals;
-use super::search::{ACCEPT, BLOCK_FAILS, Candidate, MOST_EFFECTS, Misfit, Round, Search, Standing, TIE};
+use super::search::{
+    ACCEPT, BLOCK_FAILS, Candidate, MOST_EFFECTS, Misfit, Round, Search, Standing, TIE,
+};
 use crate::spindle::{Effect, EffectKind, Machine};
 
 /// Model floor at which a named model must explain the data: what an independent simulation or a good test rig leaves, relative.
@@ -112,7 +114,10 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let evidence = Evidence::new(measurement)?;
     let model = Model::new(machine, &evidence.axis_gain_sd())?;
-    let records = evidence.sweeps.iter().map(|s| (s.speed_rad_s, s.omega_rad_s.last()));
+    let records = evidence
+        .sweeps
+        .iter()
+        .map(|s| (s.speed_rad_s, s.omega_rad_s.last()));
     let scope = Scope {
         turning: records.clone().any(|(speed, _)| speed != 0.0),
         top_rad_s: records.filter_map(|(_, w)| w.copied()).fold(0.0, f64::max),
@@ -145,7 +150,9 @@ pub fn diagnose(
                 continue;
             }
             let distance = rival.score() - best.score();
-            let known = members.iter().any(|m| same_names(&m.effects, &rival.effects));
+            let known = members
+                .iter()
+                .any(|m| same_names(&m.effects, &rival.effects));
             if distance < TIE && !known {
                 members.push(rival);
             }
@@ -165,12 +172,22 @@ pub fn diagnose(
     } else {
         (named(&best)?, best.fit.at.clone())
     };
-    let hypotheses: &[Hypothesis] = if verdict == Verdict::Unexplained { &[] } else { &best.effects };
+    let hypotheses: &[Hypothesis] = if verdict == Verdict::Unexplained {
+        &[]
+    } else {
+        &best.effects
+    };
     progress("held-out records");
     let training = if evidence.taps.is_empty() {
-        Use { off_diagonal: false, ..Use::ALL }
+        Use {
+            off_diagonal: false,
+            ..Use::ALL
+        }
     } else {
-        Use { taps: false, ..Use::ALL }
+        Use {
+            taps: false,
+            ..Use::ALL
+        }
     };
     let held_out = if evidence.taps.is_empty() {
         "channels between the bearings"
@@ -186,13 +203,18 @@ pub fn diagnose(
         };
         search.finish(hypotheses, &start, 0.03, training)?.fit.at
     };
-    let gap = |hypotheses: &[Hypothesis], at: &Point, out: Option<bool>| gap(&search, hypotheses, at, out);
+    let gap = |hypotheses: &[Hypothesis], at: &Point, out: Option<bool>| {
+        gap(&search, hypotheses, at, out)
+    };
     let origin = search.origin();
     let axis_gains = (0..evidence.sweeps.len())
         .map(|s| std::array::from_fn(|i| final_point.p[model.layout.axis(s, i)]))
         .collect();
     let mut corrected = model.layout.apply(machine, &final_point.p);
-    corrected.spindle.effects.extend(effects.iter().map(|e| e.effect.clone()));
+    corrected
+        .spindle
+        .effects
+        .extend(effects.iter().map(|e| e.effect.clone()));
     Ok(Diagnosis {
         next_measurement: next_measurement(&search, verdict, &members)?,
         gap_before: gap(&[], &origin, None)?,
@@ -225,10 +247,18 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
     let round = search.round(null)?;
     let ranking = ranked(&round);
     let Some(first) = better(search, null, &round)? else {
-        return Ok(Chosen { standing: null.clone(), rivals: vec![], ranking });
+        return Ok(Chosen {
+            standing: null.clone(),
+            rivals: vec![],
+            ranking,
+        });
     };
     if complete(search, &first)? || MOST_EFFECTS < 2 {
-        return Ok(Chosen { standing: first, rivals: round.finalists, ranking });
+        return Ok(Chosen {
+            standing: first,
+            rivals: round.finalists,
+            ranking,
+        });
     }
     // Something is left: pairs, begun with each of the best first effects.
     let mut begins = vec![first.clone()];
@@ -253,7 +283,11 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
         }
     }
     let Some(mut standing) = best else {
-        return Ok(Chosen { standing: first, rivals: round.finalists, ranking });
+        return Ok(Chosen {
+            standing: first,
+            rivals: round.finalists,
+            ranking,
+        });
     };
     if complete(search, &standing)? {
         // Was the first one the right choice, now that the second is known?
@@ -273,7 +307,10 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
     }
     // A member that is not needed any more goes.
     let mut i = 0;
-    while complete(search, &standing)? && standing.candidate.effects.len() > 1 && i < standing.candidate.effects.len() {
+    while complete(search, &standing)?
+        && standing.candidate.effects.len() > 1
+        && i < standing.candidate.effects.len()
+    {
         let mut effects = standing.candidate.effects.clone();
         let mut at = standing.candidate.fit.at.clone();
         effects.remove(i);
@@ -287,18 +324,32 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
             i += 1;
         }
     }
-    Ok(Chosen { standing, rivals, ranking })
+    Ok(Chosen {
+        standing,
+        rivals,
+        ranking,
+    })
 }
 
 /// Whether nothing significant is left.
 fn complete(search: &Search, standing: &Standing) -> Result<bool, DiagnoseError> {
-    let Candidate { effects, fit, floor } = &standing.candidate;
+    let Candidate {
+        effects,
+        fit,
+        floor,
+    } = &standing.candidate;
     Ok(*floor == FINAL_FLOOR && search.misfit(effects, &fit.at, FINAL_FLOOR)?.value < BLOCK_FAILS)
 }
 
 /// The best finalist as the new standing, if it explains so much more that chance cannot.
-fn better(search: &Search, standing: &Standing, round: &Round) -> Result<Option<Standing>, DiagnoseError> {
-    let Some(best) = round.finalists.first() else { return Ok(None) };
+fn better(
+    search: &Search,
+    standing: &Standing,
+    round: &Round,
+) -> Result<Option<Standing>, DiagnoseError> {
+    let Some(best) = round.finalists.first() else {
+        return Ok(None);
+    };
     if best.floor > FINAL_FLOOR {
         // It explains too little, but may be one of two.
         return Ok(Some(settle(search, best)?));
@@ -307,7 +358,12 @@ fn better(search: &Search, standing: &Standing, round: &Round) -> Result<Option<
         standing.candidate.score()
     } else {
         search
-            .finish(&standing.candidate.effects, &standing.from, standing.working_floor, Use::ALL)?
+            .finish(
+                &standing.candidate.effects,
+                &standing.from,
+                standing.working_floor,
+                Use::ALL,
+            )?
             .score()
     };
     if best.score() > at_final - ACCEPT {
@@ -315,7 +371,8 @@ fn better(search: &Search, standing: &Standing, round: &Round) -> Result<Option<
     }
     let settled = settle(search, best)?;
     // The number must also differ from nothing by itself.
-    let (Some(h), Some(theta)) = (best.effects.last(), settled.candidate.fit.at.theta.last()) else {
+    let (Some(h), Some(theta)) = (best.effects.last(), settled.candidate.fit.at.theta.last())
+    else {
         return Ok(None);
     };
     let covariance = settled.candidate.fit.covariance()?;
@@ -340,7 +397,11 @@ fn settle(search: &Search, best: &Candidate) -> Result<Standing, DiagnoseError> 
     };
     let stood = search.stand(&best.effects, &start, Use::ALL)?;
     Ok(Standing {
-        candidate: if stood.working_floor == FINAL_FLOOR { stood.candidate } else { best.clone() },
+        candidate: if stood.working_floor == FINAL_FLOOR {
+            stood.candidate
+        } else {
+            best.clone()
+        },
         from: stood.from,
         working_floor: stood.working_floor,
     })
@@ -351,7 +412,9 @@ fn same_names(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
 }
 
 fn ranked(round: &Round) -> Vec<(Effect, f64)> {
-    let Some(best) = round.finalists.first().map(Candidate::score) else { return vec![] };
+    let Some(best) = round.finalists.first().map(Candidate::score) else {
+        return vec![];
+    };
     round
         .finalists
         .iter()
@@ -366,7 +429,9 @@ fn ranked(round: &Round) -> Vec<(Effect, f64)> {
 fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
     let covariance = candidate.fit.covariance()?;
     // Model error beyond noise and floor widens everything.
-    let excess = (candidate.fit.data_chi2 / candidate.fit.residuals.max(1) as f64).max(1.0).sqrt();
+    let excess = (candidate.fit.data_chi2 / candidate.fit.residuals.max(1) as f64)
+        .max(1.0)
+        .sqrt();
     let free: usize = candidate.fit.at.theta.iter().map(Vec::len).sum();
     let mut column = covariance.ncols() - free;
     let mut all = vec![];
@@ -382,13 +447,18 @@ fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
                 h.effect(&moved).values.get(i).copied().unwrap_or(*value)
             };
             let step = 1e-3 * sd(i).min(1.0);
-            let slope = if step > 0.0 { (at(step) - at(-step)) / (2.0 * step) } else { 0.0 };
+            let slope = if step > 0.0 {
+                (at(step) - at(-step)) / (2.0 * step)
+            } else {
+                0.0
+            };
             deviations.push((slope * sd(i)).abs());
             // 1.645 σ on either side hold 90 % of a normal distribution in fit coordinates.
             let (a, b) = (at(-1.645 * sd(i)), at(1.645 * sd(i)));
             intervals.push((a.min(b), a.max(b)));
         }
-        let position_sd_m = matches!(effect.location, crate::spindle::Location::Position(_)).then(|| 0.05 * sd(theta.len() - 1));
+        let position_sd_m = matches!(effect.location, crate::spindle::Location::Position(_))
+            .then(|| 0.05 * sd(theta.len() - 1));
         column += theta.len();
         all.push(NamedEffect {
             effect,
@@ -401,8 +471,17 @@ fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
 }
 
 /// Gap of a hypothesis; `out`: only the held-out records, or all.
-fn gap(search: &Search, hypotheses: &[Hypothesis], at: &Point, out: Option<bool>) -> Result<f64, DiagnoseError> {
-    let effects: Vec<Effect> = hypotheses.iter().zip(&at.theta).map(|(h, t)| h.effect(t)).collect();
+fn gap(
+    search: &Search,
+    hypotheses: &[Hypothesis],
+    at: &Point,
+    out: Option<bool>,
+) -> Result<f64, DiagnoseError> {
+    let effects: Vec<Effect> = hypotheses
+        .iter()
+        .zip(&at.theta)
+        .map(|(h, t)| h.effect(t))
+        .collect();
     let mut total = Gap::default();
     let evidence = search.evidence;
     let held_taps = !evidence.taps.is_empty();
@@ -410,14 +489,18 @@ fn gap(search: &Search, hypotheses: &[Hypothesis], at: &Point, out: Option<bool>
         if out.is_some() && held_taps {
             break;
         }
-        let model = search.model.assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
+        let model = search
+            .model
+            .assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
         for (line, omega) in sweep.omega_rad_s.iter().enumerate() {
             let f = model.line(*omega, None).response;
             sweep.gap(line, &f, |i, j| out.is_none() || i / 2 != j / 2, &mut total);
         }
     }
     for tap in &evidence.taps {
-        let model = search.model.assemble(&at.p, &effects, tap.speed_rad_s, false)?;
+        let model = search
+            .model
+            .assemble(&at.p, &effects, tap.speed_rad_s, false)?;
         for (line, omega) in tap.omega_rad_s.iter().enumerate() {
             tap.gap(line, &model.line(*omega, None).response, &mut total);
         }
@@ -426,7 +509,11 @@ fn gap(search: &Search, hypotheses: &[Hypothesis], at: &Point, out: Option<bool>
 }
 
 /// The measurement that separates what ties most, with the expected separation.
-fn next_measurement(search: &Search, verdict: Verdict, members: &[&Candidate]) -> Result<Option<String>, DiagnoseError> {
+fn next_measurement(
+    search: &Search,
+    verdict: Verdict,
+    members: &[&Candidate],
+) -> Result<Option<String>, DiagnoseError> {
     match (verdict, members) {
         (Verdict::Unexplained, _) => Ok(Some(
             "repeat the sweep at half the amplitude, and with a second sensor at the place the localisation names: \

@@ -69,7 +69,10 @@ pub fn localise(search: &Search, standing: &Standing) -> Result<Localisation, Di
         ("tool", Port::Station(machine.tool_plane_m())),
         ("nose", Port::Station(0.0)),
         ("front actuator", Port::Station(planes.front_actuator_m)),
-        ("middle", Port::Station(0.5 * (planes.front_actuator_m + planes.rear_actuator_m))),
+        (
+            "middle",
+            Port::Station(0.5 * (planes.front_actuator_m + planes.rear_actuator_m)),
+        ),
         ("rear actuator", Port::Station(planes.rear_actuator_m)),
         ("tail", Port::Station(to.max(from))),
         ("front sensor", Port::Row(0)),
@@ -140,8 +143,12 @@ pub fn localise(search: &Search, standing: &Standing) -> Result<Localisation, Di
                     }
                     all
                 };
-                let residual = white(&|i, j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain(i));
-                let moved: Vec<Square> = probes.iter().map(|p| p.line(*omega, None).response).collect();
+                let residual =
+                    white(&|i, j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain(i));
+                let moved: Vec<Square> = probes
+                    .iter()
+                    .map(|p| p.line(*omega, None).response)
+                    .collect();
                 // Unit of the probe: force per displacement, or flexibility of the housing.
                 let unit = |k: usize| match port {
                     Port::Housing => c64::new(-1.0 / ([1e9, 1e6][k] * omega * omega), 0.0),
@@ -154,11 +161,15 @@ pub fn localise(search: &Search, standing: &Standing) -> Result<Localisation, Di
                         Port::Column(b) if j / 2 == b => own,
                         Port::Loop => own,
                         Port::Cross(b) if i / 2 == b => {
-                            if i % 2 == 0 { f[SIDE * (i + 1) + j] } else { -f[SIDE * (i - 1) + j] }
+                            if i % 2 == 0 {
+                                f[SIDE * (i + 1) + j]
+                            } else {
+                                -f[SIDE * (i - 1) + j]
+                            }
                         }
-                        Port::Station(_) | Port::Housing => {
-                            moved.first().map_or(ZERO, |m| (m[SIDE * i + j] - own) / unit(0))
-                        }
+                        Port::Station(_) | Port::Housing => moved
+                            .first()
+                            .map_or(ZERO, |m| (m[SIDE * i + j] - own) / unit(0)),
                         _ => ZERO,
                     }
                 });
@@ -174,10 +185,21 @@ pub fn localise(search: &Search, standing: &Standing) -> Result<Localisation, Di
                 let own = match &moved[..] {
                     [small, large] => {
                         let best = (0..SIDE * SIDE)
-                            .max_by(|a, b| (small[*a] - f[*a]).norm().total_cmp(&(small[*b] - f[*b]).norm()))
+                            .max_by(|a, b| {
+                                (small[*a] - f[*a])
+                                    .norm()
+                                    .total_cmp(&(small[*b] - f[*b]).norm())
+                            })
                             .unwrap_or_default();
-                        let (b, c) = ((small[best] - f[best]) / unit(0), (large[best] - f[best]) / unit(1));
-                        if c.norm() > 0.0 { (c64::new(1.0, 0.0) - b / c) / unit(1) } else { ZERO }
+                        let (b, c) = (
+                            (small[best] - f[best]) / unit(0),
+                            (large[best] - f[best]) / unit(1),
+                        );
+                        if c.norm() > 0.0 {
+                            (c64::new(1.0, 0.0) - b / c) / unit(1)
+                        } else {
+                            ZERO
+                        }
                     }
                     _ => ZERO,
                 };
@@ -202,15 +224,32 @@ pub fn localise(search: &Search, standing: &Standing) -> Result<Localisation, Di
 fn shape(score: &PortScore) -> &'static str {
     let omega: Vec<f64> = score.frequency_hz.iter().map(|f| TAU * f).collect();
     let laws: [(&str, &str, fn(f64) -> c64); 4] = [
-        ("constant stiffness", "constant gain", |_| c64::new(1.0, 0.0)),
-        ("mass (falls with −ω²)", "second order (ω²)", |w| c64::new(-w * w, 0.0)),
-        ("damper (grows with jω)", "pure delay or fast lag (jω)", |w| c64::new(0.0, w)),
-        ("half-order loss (√jω)", "half order (√jω)", |w| c64::new(0.0, w).sqrt()),
+        ("constant stiffness", "constant gain", |_| {
+            c64::new(1.0, 0.0)
+        }),
+        ("mass (falls with −ω²)", "second order (ω²)", |w| {
+            c64::new(-w * w, 0.0)
+        }),
+        (
+            "damper (grows with jω)",
+            "pure delay or fast lag (jω)",
+            |w| c64::new(0.0, w),
+        ),
+        ("half-order loss (√jω)", "half order (√jω)", |w| {
+            c64::new(0.0, w).sqrt()
+        }),
     ];
     let norm: f64 = score.law.iter().map(|x| x.norm()).sum::<f64>() / score.law.len().max(1) as f64;
     let weight = |x: c64| (x.norm_sqr() + norm * norm).recip();
     let total: f64 = score.law.iter().map(|x| weight(*x) * x.norm_sqr()).sum();
-    let mut best = (1.0, if score.relative { "a resonance, notch or step in frequency" } else { "a resonance" });
+    let mut best = (
+        1.0,
+        if score.relative {
+            "a resonance, notch or step in frequency"
+        } else {
+            "a resonance"
+        },
+    );
     for (stiff, relative, law) in laws {
         let (mut top, mut bottom) = (0.0, f64::MIN_POSITIVE);
         for (x, w) in score.law.iter().zip(&omega) {
@@ -218,7 +257,11 @@ fn shape(score: &PortScore) -> &'static str {
             top += weight(*x) * (l.conj() * x).re;
             bottom += weight(*x) * l.norm_sqr();
         }
-        let left = if total > 0.0 { 1.0 - top * top / bottom / total } else { 1.0 };
+        let left = if total > 0.0 {
+            1.0 - top * top / bottom / total
+        } else {
+            1.0
+        };
         // A simple law must carry two thirds of Δ.
         if left < 0.33 && left < best.0 {
             best = (left, if score.relative { relative } else { stiff });

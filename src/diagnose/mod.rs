@@ -41,7 +41,9 @@ pub enum DiagnoseError {
     #[error(transparent)]
     Numeric(#[from] NumericError),
     /// A hammer record and no controller for it.
-    #[error("hammer record at {speed_rpm} rpm names no controller: the levitated compliance depends on it")]
+    #[error(
+        "hammer record at {speed_rpm} rpm names no controller: the levitated compliance depends on it"
+    )]
     NoController {
         /// Speed, rpm.
         speed_rpm: f64,

@@ -117,11 +117,20 @@ impl Model {
         machine.spindle.effects.extend_from_slice(effects);
         let effective = machine.effective();
         let joint = effects.iter().find(|e| e.kind == EffectKind::ToolJoint);
-        let skeleton = if joint.is_some() { &self.jointed } else { &self.rigid };
+        let skeleton = if joint.is_some() {
+            &self.jointed
+        } else {
+            &self.rigid
+        };
         let n = skeleton.len();
         let mut scale: Vec<f64> = (0..layout.groups).map(|g| p[g]).collect();
-        for effect in effects.iter().filter(|e| e.kind == EffectKind::RegionStiffness) {
-            if let (Location::Region(region), Some(factor)) = (&effect.location, effect.values.first()) {
+        for effect in effects
+            .iter()
+            .filter(|e| e.kind == EffectKind::RegionStiffness)
+        {
+            if let (Location::Region(region), Some(factor)) =
+                (&effect.location, effect.values.first())
+            {
                 for group in self.groups_of(region) {
                     scale[group] = (1.0 + scale[group]) * factor - 1.0;
                 }
@@ -150,7 +159,11 @@ impl Model {
             .clamp(RIGID + 4, n);
         let turn = |row: &[f64]| -> Vec<f64> {
             let mut turned = row[..RIGID].to_vec();
-            turned.extend((0..m).map(|k| (0..m).map(|i| row[i + RIGID] * vectors[(i, k)]).sum::<f64>()));
+            turned.extend((0..m).map(|k| {
+                (0..m)
+                    .map(|i| row[i + RIGID] * vectors[(i, k)])
+                    .sum::<f64>()
+            }));
             turned
         };
         let mut modal = vec![0.0; n];
@@ -164,7 +177,13 @@ impl Model {
         }
         let [front, rear] = &effective.bearings;
         let mut ports = vec![];
-        for z in [machine.tool_plane_m(), front.actuator_m, rear.actuator_m, front.sensor_m, rear.sensor_m] {
+        for z in [
+            machine.tool_plane_m(),
+            front.actuator_m,
+            rear.actuator_m,
+            front.sensor_m,
+            rear.sensor_m,
+        ] {
             ports.push(turn(&skeleton.row(z)?));
         }
         let spring = |k: f64| Law::Spring(c64::new(k, 0.0));
@@ -213,7 +232,9 @@ impl Model {
             let count = ports.len();
             let (d, h) = (dynamic - RIGID, n - dynamic);
             let low = vectors.submatrix(0, 0, m, d);
-            let still = Mat::from_fn(h, count, |k, p| ports[p][dynamic + k] / omega[dynamic + k].powi(2));
+            let still = Mat::from_fn(h, count, |k, p| {
+                ports[p][dynamic + k] / omega[dynamic + k].powi(2)
+            });
             let high = vectors.submatrix(0, d, m, h) * &still;
             for group in &skeleton.groups {
                 let own = Mat::from_fn(m, m, |i, j| group[(i + RIGID, j + RIGID)]);
@@ -222,14 +243,18 @@ impl Model {
                 let b = low.transpose() * &on_high;
                 let c = high.transpose() * &on_high;
                 let flat = |m: &Mat<f64>| -> Vec<f64> {
-                    (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
+                    (0..m.nrows())
+                        .flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)]))
+                        .collect()
                 };
                 groups.push([flat(&a), flat(&b), flat(&c)]);
             }
         }
         let coupled = gyroscopic.is_some()
             || turning.iter().any(|t| *t != 0.0)
-            || feedback.iter().any(|(_, law)| matches!(law, Law::Spring(k) if k.im != 0.0));
+            || feedback
+                .iter()
+                .any(|(_, law)| matches!(law, Law::Spring(k) if k.im != 0.0));
         Ok(Assembled {
             housings: effective.housings.clone(),
             sensor_bandwidth_hz: machine.spindle.electronics.sensor_bandwidth_hz,
@@ -290,17 +315,27 @@ impl Assembled {
         let mut derivatives = vec![];
         if let Some(layout) = layout {
             let plus = self.slopes(&forward, omega_rad_s, layout);
-            let minus = backward.as_ref().map(|b| self.slopes(b, -omega_rad_s, layout));
+            let minus = backward
+                .as_ref()
+                .map(|b| self.slopes(b, -omega_rad_s, layout));
             derivatives = (0..plus.len())
                 .map(|i| chain.apply(&plus[i], minus.as_ref().map(|m| &m[i])))
                 .collect();
         }
-        Line { response, derivatives }
+        Line {
+            response,
+            derivatives,
+        }
     }
 
     fn planar(&self, w: f64) -> Planar {
         let (p, n) = (self.ports.len(), self.omega.len());
-        let diagonal = |k: usize| c64::new(self.omega[k] * self.omega[k] - w * w, w * self.damping[k] - self.turning[k]);
+        let diagonal = |k: usize| {
+            c64::new(
+                self.omega[k] * self.omega[k] - w * w,
+                w * self.damping[k] - self.turning[k],
+            )
+        };
         let d = self.dynamic;
         let mut x = vec![ZERO; d * p];
         match &self.gyroscopic {
@@ -343,7 +378,8 @@ impl Assembled {
         }
         for housing in &self.housings {
             let own = housing.omega_rad_s;
-            let z = c64::new(own * own - w * w, 2.0 * housing.damping_ratio * own * w) * housing.mass_kg;
+            let z = c64::new(own * own - w * w, 2.0 * housing.damping_ratio * own * w)
+                * housing.mass_kg;
             for i in 1..5 {
                 for j in 1..=i {
                     h[i * p + j] += z.inv();
@@ -370,7 +406,8 @@ impl Assembled {
         let mut rows = vec![ZERO; m * p];
         for a in 0..m {
             for b in 0..m {
-                unit[a * m + b] = c64::new(f64::from(u8::from(a == b)), 0.0) - h[f[a].0 * p + f[b].0] * gains[b];
+                unit[a * m + b] =
+                    c64::new(f64::from(u8::from(a == b)), 0.0) - h[f[a].0 * p + f[b].0] * gains[b];
             }
             rows[a * p..(a + 1) * p].copy_from_slice(&h[f[a].0 * p..(f[a].0 + 1) * p]);
         }
@@ -399,7 +436,12 @@ impl Assembled {
                 right[f[a].0 * 3 + i] += gains[a] * closed[f[a].0 * p + input];
             }
         }
-        Planar { x, closed, left, right }
+        Planar {
+            x,
+            closed,
+            left,
+            right,
+        }
     }
 
     /// Derivatives of the closed 3×3 receptance to moduli, ks, ln ζ.

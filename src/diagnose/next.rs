@@ -23,7 +23,11 @@ pub struct Proposal {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn proposals(search: &Search, a: &Candidate, b: &Candidate) -> Result<Vec<Proposal>, DiagnoseError> {
+pub fn proposals(
+    search: &Search,
+    a: &Candidate,
+    b: &Candidate,
+) -> Result<Vec<Proposal>, DiagnoseError> {
     let machine = &search.model.machine;
     let full = machine.spindle.max_rpm * TAU / 60.0;
     let tip = Effect {
@@ -43,23 +47,39 @@ pub fn proposals(search: &Search, a: &Candidate, b: &Candidate) -> Result<Vec<Pr
         (format!("repeat the sweep at {:.0} rpm", 0.5 * machine.spindle.max_rpm), 0.5 * full, None, sweep.clone()),
         ("repeat the sweep with a known mass of 10 g at the tip of the tool".to_owned(), 0.0, Some(tip), sweep),
     ];
-    let lines: Vec<f64> = search.evidence.sweeps.first().map_or(vec![], |s| s.omega_rad_s.clone());
+    let lines: Vec<f64> = search
+        .evidence
+        .sweeps
+        .first()
+        .map_or(vec![], |s| s.omega_rad_s.clone());
     let mut all = vec![];
     for (text, speed, extra, (outputs, inputs)) in menu {
         let assemble = |c: &Candidate| -> Result<Assembled, DiagnoseError> {
-            let mut effects: Vec<Effect> = c.effects.iter().zip(&c.fit.at.theta).map(|(h, t)| h.effect(t)).collect();
+            let mut effects: Vec<Effect> = c
+                .effects
+                .iter()
+                .zip(&c.fit.at.theta)
+                .map(|(h, t)| h.effect(t))
+                .collect();
             effects.extend(extra.clone());
             search.model.assemble(&c.fit.at.p, &effects, speed, false)
         };
         let (first, second) = (assemble(a)?, assemble(b)?);
         let mut separation = 0.0;
         for omega in &lines {
-            let (f, g) = (first.line(*omega, None).response, second.line(*omega, None).response);
+            let (f, g) = (
+                first.line(*omega, None).response,
+                second.line(*omega, None).response,
+            );
             for i in outputs.clone() {
-                let largest = inputs.clone().map(|j| f[SIDE * i + j].norm()).fold(f64::MIN_POSITIVE, f64::max);
+                let largest = inputs
+                    .clone()
+                    .map(|j| f[SIDE * i + j].norm())
+                    .fold(f64::MIN_POSITIVE, f64::max);
                 for j in inputs.clone() {
                     let sigma = GAP_FLOOR * f[SIDE * i + j].norm().max(0.1 * largest);
-                    separation += 2.0 * (f[SIDE * i + j] - g[SIDE * i + j]).norm_sqr() / (sigma * sigma);
+                    separation +=
+                        2.0 * (f[SIDE * i + j] - g[SIDE * i + j]).norm_sqr() / (sigma * sigma);
                 }
             }
         }

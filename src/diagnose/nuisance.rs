@@ -36,7 +36,12 @@ pub struct Layout {
 impl Layout {
     /// Parameters of a machine measured with sweeps whose axis gains scatter by `axis_gain_sd`.
     pub fn new(machine: &Machine, axis_gain_sd: &[[f64; 4]]) -> Self {
-        let tool = machine.tool.sections.iter().rev().map(|s| s.region.as_deref());
+        let tool = machine
+            .tool
+            .sections
+            .iter()
+            .rev()
+            .map(|s| s.region.as_deref());
         let spindle = machine.spindle.sections.iter().map(|s| s.region.as_deref());
         let regions: Vec<Option<&str>> = tool.chain(spindle).collect();
         let mut names: Vec<&str> = vec![];
@@ -118,7 +123,10 @@ impl Layout {
     /// The machine with bearings and damping moved (moduli are moved in the reduced model).
     pub fn bearings(&self, machine: &Machine, p: &[f64]) -> Machine {
         let mut moved = machine.clone();
-        for (b, bearing) in [&mut moved.spindle.front, &mut moved.spindle.rear].into_iter().enumerate() {
+        for (b, bearing) in [&mut moved.spindle.front, &mut moved.spindle.rear]
+            .into_iter()
+            .enumerate()
+        {
             bearing.ki_n_per_a *= 1.0 + p[self.ki(b)];
             bearing.ks_n_per_m *= 1.0 + p[self.ks(b)];
             bearing.sensor_gain *= 1.0 + p[self.gain(b)];
@@ -130,7 +138,8 @@ impl Layout {
     pub fn apply(&self, machine: &Machine, p: &[f64]) -> Machine {
         let mut moved = self.bearings(machine, p);
         let tool = machine.tool.sections.len();
-        let factor = |element: usize| 1.0 + self.group_of_element.get(element).map_or(0.0, |g| p[*g]);
+        let factor =
+            |element: usize| 1.0 + self.group_of_element.get(element).map_or(0.0, |g| p[*g]);
         for (i, section) in moved.spindle.sections.iter_mut().enumerate() {
             section.modulus_scale *= factor(tool + i);
         }

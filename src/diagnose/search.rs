@@ -110,7 +110,12 @@ impl Search<'_> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub fn stand(&self, effects: &[Hypothesis], from: &Point, usage: Use) -> Result<Standing, DiagnoseError> {
+    pub fn stand(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        usage: Use,
+    ) -> Result<Standing, DiagnoseError> {
         let problem = self.problem(effects, usage);
         let (mut at, mut before) = (from.clone(), from.clone());
         let mut last = None;
@@ -141,7 +146,13 @@ impl Search<'_> {
     ///
     /// # Errors
     /// As [`Self::stand`].
-    pub fn finish(&self, effects: &[Hypothesis], from: &Point, top: f64, usage: Use) -> Result<Candidate, DiagnoseError> {
+    pub fn finish(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        top: f64,
+        usage: Use,
+    ) -> Result<Candidate, DiagnoseError> {
         let problem = self.problem(effects, usage);
         let (mut at, mut last) = (from.clone(), None);
         for floor in LADDER.into_iter().filter(|f| *f <= top) {
@@ -169,7 +180,11 @@ impl Search<'_> {
     pub fn round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
         let present = &standing.candidate.effects;
         let w = standing.working_floor;
-        let lists = if present.is_empty() { SHORT_LISTS } else { PAIR_LISTS };
+        let lists = if present.is_empty() {
+            SHORT_LISTS
+        } else {
+            PAIR_LISTS
+        };
         let thin = |stride| Use { stride, ..Use::ALL };
         let with = |h: &Hypothesis| -> Vec<Hypothesis> {
             let mut effects = present.clone();
@@ -179,9 +194,17 @@ impl Search<'_> {
         let free: Vec<&Hypothesis> = self
             .catalogue
             .iter()
-            .filter(|h| !present.iter().any(|p| p.same_name(h) && p.kind != crate::spindle::EffectKind::HousingMode))
+            .filter(|h| {
+                !present
+                    .iter()
+                    .any(|p| p.same_name(h) && p.kind != crate::spindle::EffectKind::HousingMode)
+            })
             .collect();
-        (self.progress)(&format!("{} hypotheses, beside {} accepted", free.len(), present.len()));
+        (self.progress)(&format!(
+            "{} hypotheses, beside {} accepted",
+            free.len(),
+            present.len()
+        ));
         let fit = |h: &Hypothesis, from: &Point, usage: Use, stages: &[Stage]| {
             self.problem(&with(h), usage).fit(from, stages)
         };
@@ -192,14 +215,19 @@ impl Search<'_> {
             .filter_map(|h| {
                 let mut from = standing.from.clone();
                 from.theta.push(h.start.clone());
-                let (at, chi2) = self.problem(&with(h), thin(3)).predicted(&base, &from, w).ok()?;
+                let (at, chi2) = self
+                    .problem(&with(h), thin(3))
+                    .predicted(&base, &from, w)
+                    .ok()?;
                 Some(((*h).clone(), at, chi2))
             })
             .collect();
         let (first, mut ranking) = shortlist(first, lists[0]);
         let second: Vec<(Hypothesis, Fit)> = first
             .par_iter()
-            .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?)))
+            .filter_map(|(h, at, _)| {
+                Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?))
+            })
             .collect();
         let second = distinct(second, lists[1]);
         (self.progress)("finalists");
@@ -218,7 +246,11 @@ impl Search<'_> {
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Use::ALL).ok())
             .collect();
         // Whoever reaches a lower floor is ahead; at one floor the score counts.
-        finalists.sort_by(|a, b| a.floor.total_cmp(&b.floor).then(a.score().total_cmp(&b.score())));
+        finalists.sort_by(|a, b| {
+            a.floor
+                .total_cmp(&b.floor)
+                .then(a.score().total_cmp(&b.score()))
+        });
         let others = second.rest.into_iter().chain(third.kept).chain(third.rest);
         ranking.extend(others.map(|(h, f)| {
             let score = score(&f);
@@ -231,11 +263,22 @@ impl Search<'_> {
     ///
     /// # Errors
     /// As [`Self::stand`].
-    pub fn misfit(&self, effects: &[Hypothesis], at: &Point, floor: f64) -> Result<Misfit, DiagnoseError> {
-        let named: Vec<_> = effects.iter().zip(&at.theta).map(|(h, t)| h.effect(t)).collect();
+    pub fn misfit(
+        &self,
+        effects: &[Hypothesis],
+        at: &Point,
+        floor: f64,
+    ) -> Result<Misfit, DiagnoseError> {
+        let named: Vec<_> = effects
+            .iter()
+            .zip(&at.theta)
+            .map(|(h, t)| h.effect(t))
+            .collect();
         let mut worst = Misfit::default();
         for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
-            let model = self.model.assemble(&at.p, &named, sweep.speed_rad_s, false)?;
+            let model = self
+                .model
+                .assemble(&at.p, &named, sweep.speed_rad_s, false)?;
             let lines = sweep.omega_rad_s.len();
             let bands = (lines / 60).clamp(1, 8);
             let mut sums = vec![[0.0; 16]; bands];
@@ -246,7 +289,9 @@ impl Search<'_> {
                 let rows = sweep.whitening(line, floor, true);
                 for i in 0..4 {
                     let gain = 1.0 + at.p[self.model.layout.axis(s, i)];
-                    let mut d: [_; 4] = std::array::from_fn(|j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain);
+                    let mut d: [_; 4] = std::array::from_fn(|j| {
+                        sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain
+                    });
                     whiten(&rows[i], &mut d);
                     for j in 0..4 {
                         sums[band][4 * i + j] += 2.0 * d[j].norm_sqr();
@@ -258,7 +303,10 @@ impl Search<'_> {
                 for n in 0..16 {
                     let value = sums[band][n] / counts[band].max(1) as f64;
                     if value > worst.value {
-                        let edge = |b: usize| sweep.omega_rad_s[(b * lines / bands).min(lines - 1)] / std::f64::consts::TAU;
+                        let edge = |b: usize| {
+                            sweep.omega_rad_s[(b * lines / bands).min(lines - 1)]
+                                / std::f64::consts::TAU
+                        };
                         worst = Misfit {
                             value,
                             output: n / 4,
@@ -287,7 +335,10 @@ pub struct Misfit {
 }
 
 fn rung_below(floor: f64) -> f64 {
-    LADDER.into_iter().find(|f| *f < floor).unwrap_or(FINAL_FLOOR)
+    LADDER
+        .into_iter()
+        .find(|f| *f < floor)
+        .unwrap_or(FINAL_FLOOR)
 }
 
 fn score(fit: &Fit) -> f64 {
@@ -308,7 +359,11 @@ fn distinct(mut all: Vec<(Hypothesis, Fit)>, most: usize) -> Listed {
         if kept.iter().any(|k| k.0.same_name(&entry.0)) {
             continue;
         }
-        if kept.len() < most { kept.push(entry) } else { rest.push(entry) }
+        if kept.len() < most {
+            kept.push(entry)
+        } else {
+            rest.push(entry)
+        }
     }
     Listed { kept, rest }
 }
@@ -321,7 +376,11 @@ fn shortlist(mut all: Vec<Screened>, most: usize) -> (Vec<Screened>, Vec<Screene
     let (mut kept, mut rest): (Vec<Screened>, Vec<Screened>) = (vec![], vec![]);
     for entry in all {
         let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
-        if kept.len() < most && twins < 2 { kept.push(entry) } else { rest.push(entry) }
+        if kept.len() < most && twins < 2 {
+            kept.push(entry)
+        } else {
+            rest.push(entry)
+        }
     }
     (kept, rest)
 }

@@ -72,12 +72,16 @@ impl Skeleton {
         for i in 0..=((rotor.to_m() - rotor.from_m()) / step) as usize {
             rows.push(rotor.shape_at("port", rotor.from_m() + i as f64 * step)?);
         }
-        let joint_rows = movable_joint.then(|| rotor.joints().last().map(|j| j.0)).flatten();
+        let joint_rows = movable_joint
+            .then(|| rotor.joints().last().map(|j| j.0))
+            .flatten();
         if let Some([a, b]) = joint_rows {
             rows.push(vec![(2 * a, 1.0), (2 * b, -1.0)]);
             rows.push(vec![(2 * a + 1, 1.0), (2 * b + 1, -1.0)]);
         }
-        let shifted = Mat::from_fn(n, n, |i, j| k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]);
+        let shifted = Mat::from_fn(n, n, |i, j| {
+            k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]
+        });
         let mut forces = Mat::zeros(n, rows.len());
         for (c, row) in rows.iter().enumerate() {
             for (dof, a) in row {
@@ -113,13 +117,19 @@ impl Skeleton {
         let extra = &rest * combine;
         let size = kept + extra.ncols();
         let shapes = Mat::from_fn(n, size, |i, j| {
-            if j < kept { modal[(i, j)] } else { extra[(i, j - kept)] }
+            if j < kept {
+                modal[(i, j)]
+            } else {
+                extra[(i, j - kept)]
+            }
         });
         let reduce = |a: &Mat<f64>| shapes.transpose() * (a * &shapes);
         let count = group_of_element.iter().max().map_or(0, |g| g + 1);
         let mut groups = vec![Mat::zeros(size, size); count];
         for element in 0..rotor.sections().len() {
-            let Some(group) = group_of_element.get(element / 2) else { continue };
+            let Some(group) = group_of_element.get(element / 2) else {
+                continue;
+            };
             let (own, dofs) = rotor.element_stiffness(element);
             let rows = Mat::from_fn(4, size, |r, c| shapes[(dofs[r], c)]);
             let own = Mat::from_fn(4, 4, |r, c| own[(r, c)]);
@@ -127,7 +137,11 @@ impl Skeleton {
         }
         let clean = |a: Mat<f64>| {
             Mat::from_fn(size, size, |i, j| {
-                if i < RIGID || j < RIGID { 0.0 } else { 0.5 * (a[(i, j)] + a[(j, i)]) }
+                if i < RIGID || j < RIGID {
+                    0.0
+                } else {
+                    0.5 * (a[(i, j)] + a[(j, i)])
+                }
             })
         };
         let groups = groups.into_iter().map(clean).collect();
@@ -147,7 +161,9 @@ impl Skeleton {
         let mut stiffness = clean(reduce(k));
         if let Some(rows) = &joint {
             for (row, value) in rows.iter().zip(joint_values) {
-                stiffness = Mat::from_fn(size, size, |i, j| stiffness[(i, j)] - value * row[i] * row[j]);
+                stiffness = Mat::from_fn(size, size, |i, j| {
+                    stiffness[(i, j)] - value * row[i] * row[j]
+                });
             }
         }
         Ok(Self {

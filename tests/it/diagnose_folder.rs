@@ -24,7 +24,9 @@ fn table(path: &Path) -> Vec<Vec<f64>> {
 }
 
 pub fn read(name: &str) -> Folder {
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis").join(name);
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/diagnosis")
+        .join(name);
     let path = |f: &str| dir.join(f).to_str().expect("utf-8").to_owned();
     let machine = load_machine(&path("spindle.yaml"), &path("tool.yaml")).expect("machine");
     let controller = load_controller(&path("pid.json")).expect("controller");

@@ -29,8 +29,15 @@ fn reduced_model_answers_as_the_plant() {
             let mut theta = hypothesis.start.clone();
             theta[0] += 1.0;
             let effect = hypothesis.effect(&theta);
-            let plant = Plant::new(&refined(machine).with_effect(effect.clone()), speed, ModelDetail::Full).expect("plant");
-            let assembled = model.assemble(&zero, &[effect.clone()], speed, false).expect("assembled");
+            let plant = Plant::new(
+                &refined(machine).with_effect(effect.clone()),
+                speed,
+                ModelDetail::Full,
+            )
+            .expect("plant");
+            let assembled = model
+                .assemble(&zero, &[effect.clone()], speed, false)
+                .expect("assembled");
             // Damping of a mode with an added mass is that of the nominal mode here: differs at the peaks only.
             let tolerance = match effect.kind {
                 EffectKind::AddedMass | EffectKind::ToolMass => 2e-2,
@@ -42,7 +49,8 @@ fn reduced_model_answers_as_the_plant() {
                 for i in 0..6 {
                     for j in 0..6 {
                         let part = usize::from(i % 2 == j % 2);
-                        scale[part] = scale[part].max(want[(i, j)].norm() / if j < 4 { 1.0 } else { 1e-3 });
+                        scale[part] =
+                            scale[part].max(want[(i, j)].norm() / if j < 4 { 1.0 } else { 1e-3 });
                     }
                 }
                 for i in 0..6 {
@@ -63,4 +71,3 @@ fn reduced_model_answers_as_the_plant() {
         }
     }
 }
-
