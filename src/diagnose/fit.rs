@@ -162,7 +162,7 @@ impl Problem<'_> {
                     index(sweep.speed_rad_s),
                     omega,
                     line,
-                    &Weight::Rows(rows),
+                    &Weight::Rows(Box::new(rows)),
                 );
             }
         }
@@ -559,7 +559,7 @@ enum Record {
 }
 
 enum Weight {
-    Rows([[c64; 16]; 4]),
+    Rows(Box<[[c64; 16]; 4]>),
     One(f64),
 }
 

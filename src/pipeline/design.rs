@@ -187,7 +187,11 @@ pub fn design(
         &modal_form(&both_planes(&sampled))?,
         SignalLimits {
             input_m: machine.spindle.backup_clearance_m,
-            output_a: machine.spindle.front.bias_current_a.min(machine.spindle.rear.bias_current_a),
+            output_a: machine
+                .spindle
+                .front
+                .bias_current_a
+                .min(machine.spindle.rear.bias_current_a),
         },
     )?;
     // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
