@@ -1,7 +1,9 @@
 //! The story, pure: update the model, design the controller, predict what it does. No files, no printing, no clock.
 
+pub mod certificates;
 pub mod comparison;
 pub mod design;
+pub mod problems;
 
 use crate::controller::ControllerError;
 use crate::controller::verification::VerificationError;

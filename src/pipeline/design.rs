@@ -7,13 +7,12 @@
 //! bound on T that keeps μ within its target. The w plane is exact in both directions, so nothing is lost to discretisation.
 
 use super::PipelineError;
-use crate::augment::assembly::{
-    UncertainMode, generalized_plane, scale_controller, unscale_controller,
-};
-use crate::augment::plane::{Route, connected_part, design_plane};
-use crate::augment::split::{ModeSplit, gyroscopic_split};
+use super::certificates::{DScaleCurve, PeakFigures, Stage, attained, d_scales, mu_curve, stage};
+use super::problems::{Problems, pose};
+use crate::augment::GeneralizedPlant;
+use crate::augment::assembly::{scale_controller, unscale_controller};
+use crate::augment::plane::{Route, connected_part};
 use crate::augment::weights::Weights;
-use crate::augment::{Block, GeneralizedPlant};
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled as scaled_realisation};
 use crate::controller::verification::{Verification, verify};
@@ -21,15 +20,12 @@ use crate::controller::{ControlLaw, Controller};
 use crate::lti::balance::frequency_weighted_balance;
 use crate::lti::connect::lower_lft;
 use crate::lti::sample::{inverse_tustin, tustin};
-use crate::lti::{Continuous, Discrete, FrequencyGrid, StateSpace};
+use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::predict::closed_loop::both_planes;
-use crate::robust::MuError;
 use crate::robust::dk::{DkSettings, DkStep, iterate};
-use crate::robust::mu_system::{MuPeak, MuSystem};
-use crate::robust::prescale::{constant_scales, scaled};
+use crate::robust::prescale::scaled;
 use crate::spindle::Machine;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 
 /// What a designer may turn, with the defaults of the reference run.
 #[derive(Clone, Debug)]
@@ -72,49 +68,6 @@ impl Default for DesignSettings {
     }
 }
 
-/// The problems that share one plane model, all in scaled signals and in the w plane.
-#[derive(Clone, Debug)]
-pub struct Problems {
-    /// Gyroscopic split of the modes covered.
-    pub split: Vec<ModeSplit>,
-    /// Uncertainty of the covered problem.
-    pub covered_modes: Vec<UncertainMode>,
-    /// Table 2 as written.
-    pub specification: GeneralizedPlant,
-    /// Mode uncertainty widened by the split.
-    pub covered: GeneralizedPlant,
-    /// Covered, with the bound on T.
-    pub synthesis: GeneralizedPlant,
-    /// The bound on T, if any.
-    pub sensitivity_limit: Option<f64>,
-    /// Sample period, s.
-    pub period_s: f64,
-}
-
-/// Certified peak of μ of one loop.
-#[derive(Clone, Copy, Debug)]
-pub struct PeakFigures {
-    /// No frequency has a larger μ.
-    pub upper: f64,
-    /// Lower bound at the peak, with a perturbation behind it.
-    pub lower: f64,
-    /// Frequency of the peak, Hz, in the w plane mapped back to true frequency.
-    pub frequency_hz: f64,
-}
-
-/// A controller on its way: order and μ of the three problems.
-#[derive(Clone, Copy, Debug)]
-pub struct Stage {
-    /// States of one plane's controller.
-    pub order: usize,
-    /// Specification.
-    pub specification: PeakFigures,
-    /// Covered problem.
-    pub covered: PeakFigures,
-    /// Largest bound found on the synthesis problem.
-    pub synthesis: f64,
-}
-
 /// A finished design.
 #[derive(Clone, Debug)]
 pub struct Design {
@@ -122,6 +75,8 @@ pub struct Design {
     pub problems: Problems,
     /// Records of the D-K iteration on the synthesis problem.
     pub steps: Vec<DkStep>,
+    /// D-scales of the best step beside what the pointwise bound of its loop asks for.
+    pub d_scales: Vec<DScaleCurve>,
     /// γ of the best step.
     pub gamma: f64,
     /// Orders of the D-scales of the best step, summed over the blocks.
@@ -175,6 +130,7 @@ pub fn design(
         &settings.dk,
         progress,
     )?;
+    let d_scales = d_scales(&problems, &scales, &outcome)?;
     let full = outcome.controller;
     let full_stage = stage("full order", &problems, &full)?;
     let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
@@ -222,6 +178,7 @@ pub fn design(
             .get(outcome.best_iteration)
             .map_or(0, |s| s.d_orders.iter().sum()),
         reduction_limit,
+        d_scales,
         steps: outcome.steps,
         full: full_stage,
         reduced: reduced_stage,
@@ -242,190 +199,6 @@ fn named(name: &str, law: ControlLaw) -> Controller {
     Controller {
         name: name.to_owned(),
         law,
-    }
-}
-
-/// Builds the three problems and the constant scales of the synthesis problem.
-fn pose(
-    machine: &Machine,
-    weights: &Weights,
-    settings: &DesignSettings,
-) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
-    let top_speed = machine.spindle.max_rpm * TAU / 60.0;
-    let kept = machine.spindle.flexible_modes;
-    let split = gyroscopic_split(machine, top_speed, kept)?;
-    let table = |k: usize| weights.mode_uncertainty.get(k).copied().unwrap_or(0.0);
-    let modes = |widen: bool| -> Vec<UncertainMode> {
-        split
-            .iter()
-            .enumerate()
-            .map(|(k, s)| UncertainMode {
-                omega_rad_s: s.omega_rad_s,
-                relative: table(k) + if widen { s.relative() } else { 0.0 },
-            })
-            .filter(|m| m.relative > 0.0)
-            .collect()
-    };
-    let build = |modes: &[UncertainMode], limit: Option<f64>| {
-        let flexible = kept + settings.guard_modes;
-        let plane = design_plane(machine, flexible, modes.len(), settings.route)?;
-        let weights = Weights {
-            complementary_sensitivity_limit: limit,
-            ..weights.clone()
-        };
-        generalized_plane(&plane, modes, &weights)
-            .map_err(PipelineError::numeric("generalized plant"))
-    };
-    let (written, covered_modes) = (modes(false), modes(true));
-    let given = weights.complementary_sensitivity_limit;
-    let candidates: Vec<Option<f64>> = match given {
-        Some(limit) => vec![Some(limit)],
-        None => settings
-            .sensitivity_limits
-            .iter()
-            .map(|l| Some(*l))
-            .chain([None])
-            .collect(),
-    };
-    let mut start: Vec<f64> = covered_modes.iter().map(|_| STARTING_SCALE).collect();
-    let mut attempt = |limit: Option<f64>| -> Result<_, PipelineError> {
-        let synthesis = build(&covered_modes, limit)?;
-        let found = constant_scales(&synthesis, &start)?;
-        start.clone_from(&found.scale);
-        start.pop();
-        Ok((synthesis, limit, found.scale, found.gamma))
-    };
-    let mut candidates = candidates.into_iter();
-    let mut chosen = attempt(candidates.next().flatten())?;
-    for limit in candidates {
-        if chosen.3 <= settings.gamma_target {
-            break;
-        }
-        chosen = attempt(limit)?;
-    }
-    let (synthesis, sensitivity_limit, scales, gamma) = chosen;
-    let problems = Problems {
-        specification: build(&written, None)?,
-        covered: build(&covered_modes, None)?,
-        synthesis,
-        sensitivity_limit,
-        period_s: machine.spindle.electronics.sample_period_s(),
-        covered_modes,
-        split,
-    };
-    Ok((problems, scales, gamma))
-}
-
-/// Optimal γ with constant scales of the covered problem without a bound on T, the tool's specification tightened by
-/// `tightening`: an upper bound of the μ that a design reaches.
-///
-/// # Errors
-/// [`PipelineError`] when the plant or every synthesis fails.
-pub fn covered_gamma(
-    machine: &Machine,
-    weights: &Weights,
-    tightening: f64,
-    settings: &DesignSettings,
-) -> Result<f64, PipelineError> {
-    let tightened = Weights {
-        tool_tightening: weights.tool_tightening * tightening,
-        ..weights.clone()
-    };
-    let only = DesignSettings {
-        sensitivity_limits: vec![],
-        ..settings.clone()
-    };
-    Ok(pose(machine, &tightened, &only)?.2)
-}
-
-/// Largest factor on the tool's specification (displacements divided by it) for which [`covered_gamma`] is at most one,
-/// within 2 %, searched between 1/64 and 64.
-///
-/// # Errors
-/// As [`covered_gamma`].
-pub fn largest_tightening(
-    machine: &Machine,
-    weights: &Weights,
-    settings: &DesignSettings,
-) -> Result<f64, PipelineError> {
-    let meets = |factor: f64| {
-        Ok::<_, PipelineError>(covered_gamma(machine, weights, factor, settings)? <= 1.0)
-    };
-    let (mut low, mut high) = (1.0 / 64.0, 64.0);
-    // Octaves first, from the factor asked: most specifications are within a factor of four.
-    let mut factor = 1.0;
-    let up = meets(factor)?;
-    while factor > low && factor < high {
-        let next = if up { factor * 2.0 } else { factor / 2.0 };
-        if meets(next)? != up {
-            (low, high) = if up { (factor, next) } else { (next, factor) };
-            break;
-        }
-        factor = next;
-    }
-    while high / low > 1.02 {
-        let middle = (low * high).sqrt();
-        if meets(middle)? {
-            low = middle
-        } else {
-            high = middle
-        }
-    }
-    Ok(low)
-}
-
-/// Where the search for constant scales of modal channels starts: q is of the order 1e-6 m√kg, √(2r)ω₀ of 1e3 rad/s.
-const STARTING_SCALE: f64 = 100.0;
-
-fn stage(
-    name: &'static str,
-    problems: &Problems,
-    controller: &StateSpace<Continuous>,
-) -> Result<Stage, PipelineError> {
-    Ok(Stage {
-        order: controller.order(),
-        specification: figures(
-            &peak(name, &problems.specification, controller)?,
-            problems.period_s,
-        ),
-        covered: figures(
-            &peak(name, &problems.covered, controller)?,
-            problems.period_s,
-        ),
-        synthesis: attained(&problems.synthesis, controller)?.unwrap_or(f64::INFINITY),
-    })
-}
-
-/// Certified peak of μ of a problem closed with a controller of scaled signals.
-///
-/// # Errors
-/// [`PipelineError`] when the loop is unstable or the certificate fails.
-pub fn peak(
-    name: &'static str,
-    plant: &GeneralizedPlant,
-    controller: &StateSpace<Continuous>,
-) -> Result<MuPeak, PipelineError> {
-    // Certified a tenth of a percent above what is attained: below the digits reported.
-    closed(name, plant, controller)?
-        .peak(1e-3)
-        .map_err(PipelineError::mu(name))
-}
-
-fn closed(
-    name: &'static str,
-    plant: &GeneralizedPlant,
-    controller: &StateSpace<Continuous>,
-) -> Result<MuSystem, PipelineError> {
-    let loop_system = lower_lft(&plant.system, controller).map_err(PipelineError::numeric(name))?;
-    let blocks: &[Block] = &plant.blocks;
-    MuSystem::new(&loop_system, blocks).map_err(PipelineError::mu(name))
-}
-
-fn figures(peak: &MuPeak, period_s: f64) -> PeakFigures {
-    PeakFigures {
-        upper: peak.upper,
-        lower: peak.bounds.lower,
-        frequency_hz: true_frequency_hz(peak.omega_rad_s, period_s),
     }
 }
 
@@ -476,57 +249,6 @@ fn reduce(
     }
     tried.push((full.order(), at_full.synthesis));
     Ok((full.clone(), tried))
-}
-
-/// Largest upper bound of μ found over frequency; `None` for an unstable loop.
-fn attained(
-    plant: &GeneralizedPlant,
-    controller: &StateSpace<Continuous>,
-) -> Result<Option<f64>, PipelineError> {
-    const STAGE: &str = "reduction";
-    match closed(STAGE, plant, controller) {
-        Ok(system) => Ok(Some(
-            system.search().map_err(PipelineError::mu(STAGE))?.0.upper,
-        )),
-        Err(PipelineError::Mu {
-            source: MuError::Unstable { .. },
-            ..
-        }) => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-/// μ over true frequency: Hz, upper, lower, on a log grid with the peak.
-fn mu_curve(
-    plant: &GeneralizedPlant,
-    controller: &StateSpace<Continuous>,
-    peak: &PeakFigures,
-    period_s: f64,
-) -> Result<Vec<(f64, f64, f64)>, PipelineError> {
-    const STAGE: &str = "μ over frequency";
-    let system = closed(STAGE, plant, controller)?;
-    let nyquist_hz = 0.5 / period_s;
-    let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, CURVE_POINTS);
-    let mut lines: Vec<f64> = grid.hz();
-    lines.push(peak.frequency_hz);
-    lines.retain(|f| *f < nyquist_hz);
-    lines.sort_by(f64::total_cmp);
-    lines
-        .par_iter()
-        .map(|f| {
-            let omega = 2.0 / period_s * (0.5 * TAU * f * period_s).tan();
-            let bounds = system.bounds(omega).map_err(PipelineError::mu(STAGE))?;
-            Ok((*f, bounds.upper, bounds.lower))
-        })
-        .collect()
-}
-
-/// Points of the μ curves of the report.
-const CURVE_POINTS: usize = 160;
-
-/// True frequency of a point of the w plane: ω = (2/T) atan(vT/2).
-pub fn true_frequency_hz(w_plane_rad_s: f64, period_s: f64) -> f64 {
-    2.0 / period_s * (0.5 * w_plane_rad_s * period_s).atan() / TAU
 }
 
 /// Sampled law of a controller.

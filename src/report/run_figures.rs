@@ -1,7 +1,9 @@
 //! Pictures of a run from its results.
 
 use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, sensitivity};
-use super::plot::robustness::{MuStep, mu_against_order, mu_over_frequency, mu_per_iteration};
+use super::plot::robustness::{
+    DFit, MuStep, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration,
+};
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
 use super::plot::{Curve, Figure, Role};
 use crate::linalg::c64;
@@ -174,7 +176,25 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
         y: &values,
     };
     let chosen = (2.0 * design.reduced.order as f64, design.reduced.synthesis);
+    let names: Vec<String> = (1..=design.d_scales.len())
+        .map(|k| format!("mode {k}"))
+        .collect();
+    let fits: Vec<DFit> = design
+        .d_scales
+        .iter()
+        .zip(&names)
+        .map(|(d, name)| DFit {
+            name,
+            frequency_hz: &d.frequency_hz,
+            data: &d.asked,
+            fit: &d.used,
+        })
+        .collect();
     vec![
+        (
+            "d_scales".to_owned(),
+            d_fits("D-scales of the uncertain modes", &fits),
+        ),
         (
             "mu".to_owned(),
             mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),

@@ -3,8 +3,9 @@
 use super::summary::{number, numbers};
 use crate::controller::verification::Verification;
 use crate::linalg::c64;
+use crate::pipeline::certificates::{PeakFigures, Stage};
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::design::{Design, PeakFigures, Stage};
+use crate::pipeline::design::Design;
 use crate::spindle::Machine;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;

@@ -127,8 +127,8 @@ fn random_plant(rng: &mut ChaCha8Rng, k: usize) -> GeneralizedPlant {
     for i in 0..p1 + p2 {
         for j in 0..m1 + m2 {
             match (i < p1, j < m1) {
-                (true, true) if k % 3 == 0 => d[(i, j)] = 0.0,
-                (false, false) if k % 2 == 0 => d[(i, j)] = 0.0,
+                (true, true) if k.is_multiple_of(3) => d[(i, j)] = 0.0,
+                (false, false) if k.is_multiple_of(2) => d[(i, j)] = 0.0,
                 _ => {}
             }
         }

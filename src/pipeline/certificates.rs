@@ -1,0 +1,205 @@
+//! μ of the problems closed with a controller: certified peaks, curves over frequency, D-scales asked and used.
+
+use super::PipelineError;
+use super::problems::Problems;
+use crate::augment::{Block, GeneralizedPlant};
+use crate::lti::connect::lower_lft;
+use crate::lti::{Continuous, FrequencyGrid, StateSpace};
+use crate::robust::MuError;
+use crate::robust::dk::DkOutcome;
+use crate::robust::mu_system::{MuPeak, MuSystem};
+use crate::robust::prescale::scaled;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Certified peak of μ of one loop.
+#[derive(Clone, Copy, Debug)]
+pub struct PeakFigures {
+    /// No frequency has a larger μ.
+    pub upper: f64,
+    /// Lower bound at the peak, with a perturbation behind it.
+    pub lower: f64,
+    /// Frequency of the peak, Hz, in the w plane mapped back to true frequency.
+    pub frequency_hz: f64,
+}
+
+/// A controller on its way: order and μ of the three problems.
+#[derive(Clone, Copy, Debug)]
+pub struct Stage {
+    /// States of one plane's controller.
+    pub order: usize,
+    /// Specification.
+    pub specification: PeakFigures,
+    /// Covered problem.
+    pub covered: PeakFigures,
+    /// Largest bound found on the synthesis problem.
+    pub synthesis: f64,
+}
+
+/// The D-scale of one uncertainty block, relative to that of the performance block.
+#[derive(Clone, Debug)]
+pub struct DScaleCurve {
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Magnitude that minimises the bound at each line.
+    pub asked: Vec<f64>,
+    /// Magnitude of the scale that the synthesis used.
+    pub used: Vec<f64>,
+}
+
+pub(super) fn stage(
+    name: &'static str,
+    problems: &Problems,
+    controller: &StateSpace<Continuous>,
+) -> Result<Stage, PipelineError> {
+    Ok(Stage {
+        order: controller.order(),
+        specification: figures(
+            &peak(name, &problems.specification, controller)?,
+            problems.period_s,
+        ),
+        covered: figures(
+            &peak(name, &problems.covered, controller)?,
+            problems.period_s,
+        ),
+        synthesis: attained(&problems.synthesis, controller)?.unwrap_or(f64::INFINITY),
+    })
+}
+
+/// Certified peak of μ of a problem closed with a controller of scaled signals.
+///
+/// # Errors
+/// [`PipelineError`] when the loop is unstable or the certificate fails.
+pub fn peak(
+    name: &'static str,
+    plant: &GeneralizedPlant,
+    controller: &StateSpace<Continuous>,
+) -> Result<MuPeak, PipelineError> {
+    // Certified a tenth of a percent above what is attained: below the digits reported.
+    closed(name, plant, controller)?
+        .peak(1e-3)
+        .map_err(PipelineError::mu(name))
+}
+
+pub(super) fn closed(
+    name: &'static str,
+    plant: &GeneralizedPlant,
+    controller: &StateSpace<Continuous>,
+) -> Result<MuSystem, PipelineError> {
+    let loop_system = lower_lft(&plant.system, controller).map_err(PipelineError::numeric(name))?;
+    let blocks: &[Block] = &plant.blocks;
+    MuSystem::new(&loop_system, blocks).map_err(PipelineError::mu(name))
+}
+
+pub(super) fn figures(peak: &MuPeak, period_s: f64) -> PeakFigures {
+    PeakFigures {
+        upper: peak.upper,
+        lower: peak.bounds.lower,
+        frequency_hz: true_frequency_hz(peak.omega_rad_s, period_s),
+    }
+}
+
+/// Largest upper bound of μ found over frequency; `None` for an unstable loop.
+pub(super) fn attained(
+    plant: &GeneralizedPlant,
+    controller: &StateSpace<Continuous>,
+) -> Result<Option<f64>, PipelineError> {
+    const STAGE: &str = "reduction";
+    match closed(STAGE, plant, controller) {
+        Ok(system) => Ok(Some(
+            system.search().map_err(PipelineError::mu(STAGE))?.0.upper,
+        )),
+        Err(PipelineError::Mu {
+            source: MuError::Unstable { .. },
+            ..
+        }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// D-scales of the iteration's answer, asked and used.
+pub(super) fn d_scales(
+    problems: &Problems,
+    constant: &[f64],
+    outcome: &DkOutcome,
+) -> Result<Vec<DScaleCurve>, PipelineError> {
+    const STAGE: &str = "D-scales";
+    let plant = scaled(&problems.synthesis, constant);
+    let system = closed(STAGE, &plant, &outcome.controller)?;
+    let grid = FrequencyGrid::log_hz(1.0, 0.9 * 0.5 / problems.period_s, D_POINTS);
+    let points = grid
+        .omega_rad_s()
+        .par_iter()
+        .map(|w| {
+            let v = 2.0 / problems.period_s * (0.5 * w * problems.period_s).tan();
+            let point = system.point(v).map_err(PipelineError::mu(STAGE))?;
+            Ok((point.scaling.left, outcome.scales.magnitudes(v)))
+        })
+        .collect::<Result<Vec<_>, PipelineError>>()?;
+    let starts: Vec<usize> = plant
+        .blocks
+        .iter()
+        .scan(0, |at, b| {
+            let start = *at;
+            *at += b.cols();
+            Some(start)
+        })
+        .collect();
+    let Some((last, performance)) = starts.len().checked_sub(1).map(|k| (k, starts[k])) else {
+        return Ok(vec![]);
+    };
+    Ok((0..last)
+        .map(|k| {
+            let at = starts[k];
+            DScaleCurve {
+                frequency_hz: grid.hz(),
+                asked: points
+                    .iter()
+                    .map(|(d, _)| {
+                        constant[k] * d[(at, at)].norm() / d[(performance, performance)].norm()
+                    })
+                    .collect(),
+                used: points
+                    .iter()
+                    .map(|(_, m)| constant[k] * m[k] / m[last])
+                    .collect(),
+            }
+        })
+        .collect())
+}
+
+/// Points of the D-scale curves of the report.
+const D_POINTS: usize = 120;
+
+/// μ over true frequency: Hz, upper, lower, on a log grid with the peak.
+pub(super) fn mu_curve(
+    plant: &GeneralizedPlant,
+    controller: &StateSpace<Continuous>,
+    peak: &PeakFigures,
+    period_s: f64,
+) -> Result<Vec<(f64, f64, f64)>, PipelineError> {
+    const STAGE: &str = "μ over frequency";
+    let system = closed(STAGE, plant, controller)?;
+    let nyquist_hz = 0.5 / period_s;
+    let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, CURVE_POINTS);
+    let mut lines: Vec<f64> = grid.hz();
+    lines.push(peak.frequency_hz);
+    lines.retain(|f| *f < nyquist_hz);
+    lines.sort_by(f64::total_cmp);
+    lines
+        .par_iter()
+        .map(|f| {
+            let omega = 2.0 / period_s * (0.5 * TAU * f * period_s).tan();
+            let bounds = system.bounds(omega).map_err(PipelineError::mu(STAGE))?;
+            Ok((*f, bounds.upper, bounds.lower))
+        })
+        .collect()
+}
+
+/// Points of the μ curves of the report.
+const CURVE_POINTS: usize = 160;
+
+/// True frequency of a point of the w plane: ω = (2/T) atan(vT/2).
+pub fn true_frequency_hz(w_plane_rad_s: f64, period_s: f64) -> f64 {
+    2.0 / period_s * (0.5 * w_plane_rad_s * period_s).atan() / TAU
+}

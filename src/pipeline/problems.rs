@@ -1,0 +1,163 @@
+//! The generalized plants that share one plane model, and how far the tool's specification can be tightened.
+
+use super::PipelineError;
+use super::design::DesignSettings;
+use crate::augment::GeneralizedPlant;
+use crate::augment::assembly::{UncertainMode, generalized_plane};
+use crate::augment::plane::design_plane;
+use crate::augment::split::{ModeSplit, gyroscopic_split};
+use crate::augment::weights::Weights;
+use crate::robust::prescale::constant_scales;
+use crate::spindle::Machine;
+use std::f64::consts::TAU;
+
+/// The problems that share one plane model, all in scaled signals and in the w plane.
+#[derive(Clone, Debug)]
+pub struct Problems {
+    /// Gyroscopic split of the modes covered.
+    pub split: Vec<ModeSplit>,
+    /// Uncertainty of the covered problem.
+    pub covered_modes: Vec<UncertainMode>,
+    /// Table 2 as written.
+    pub specification: GeneralizedPlant,
+    /// Mode uncertainty widened by the split.
+    pub covered: GeneralizedPlant,
+    /// Covered, with the bound on T.
+    pub synthesis: GeneralizedPlant,
+    /// The bound on T, if any.
+    pub sensitivity_limit: Option<f64>,
+    /// Sample period, s.
+    pub period_s: f64,
+}
+
+/// Builds the three problems and the constant scales of the synthesis problem.
+pub(super) fn pose(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
+    let top_speed = machine.spindle.max_rpm * TAU / 60.0;
+    let kept = machine.spindle.flexible_modes;
+    let split = gyroscopic_split(machine, top_speed, kept)?;
+    let table = |k: usize| weights.mode_uncertainty.get(k).copied().unwrap_or(0.0);
+    let modes = |widen: bool| -> Vec<UncertainMode> {
+        split
+            .iter()
+            .enumerate()
+            .map(|(k, s)| UncertainMode {
+                omega_rad_s: s.omega_rad_s,
+                relative: table(k) + if widen { s.relative() } else { 0.0 },
+            })
+            .filter(|m| m.relative > 0.0)
+            .collect()
+    };
+    let build = |modes: &[UncertainMode], limit: Option<f64>| {
+        let flexible = kept + settings.guard_modes;
+        let plane = design_plane(machine, flexible, modes.len(), settings.route)?;
+        let weights = Weights {
+            complementary_sensitivity_limit: limit,
+            ..weights.clone()
+        };
+        generalized_plane(&plane, modes, &weights)
+            .map_err(PipelineError::numeric("generalized plant"))
+    };
+    let (written, covered_modes) = (modes(false), modes(true));
+    let given = weights.complementary_sensitivity_limit;
+    let candidates: Vec<Option<f64>> = match given {
+        Some(limit) => vec![Some(limit)],
+        None => settings
+            .sensitivity_limits
+            .iter()
+            .map(|l| Some(*l))
+            .chain([None])
+            .collect(),
+    };
+    let mut start: Vec<f64> = covered_modes.iter().map(|_| STARTING_SCALE).collect();
+    let mut attempt = |limit: Option<f64>| -> Result<_, PipelineError> {
+        let synthesis = build(&covered_modes, limit)?;
+        let found = constant_scales(&synthesis, &start)?;
+        start.clone_from(&found.scale);
+        start.pop();
+        Ok((synthesis, limit, found.scale, found.gamma))
+    };
+    let mut candidates = candidates.into_iter();
+    let mut chosen = attempt(candidates.next().flatten())?;
+    for limit in candidates {
+        if chosen.3 <= settings.gamma_target {
+            break;
+        }
+        chosen = attempt(limit)?;
+    }
+    let (synthesis, sensitivity_limit, scales, gamma) = chosen;
+    let problems = Problems {
+        specification: build(&written, None)?,
+        covered: build(&covered_modes, None)?,
+        synthesis,
+        sensitivity_limit,
+        period_s: machine.spindle.electronics.sample_period_s(),
+        covered_modes,
+        split,
+    };
+    Ok((problems, scales, gamma))
+}
+
+/// Optimal γ with constant scales of the covered problem without a bound on T, the tool's specification tightened by
+/// `tightening`: an upper bound of the μ that a design reaches.
+///
+/// # Errors
+/// [`PipelineError`] when the plant or every synthesis fails.
+pub fn covered_gamma(
+    machine: &Machine,
+    weights: &Weights,
+    tightening: f64,
+    settings: &DesignSettings,
+) -> Result<f64, PipelineError> {
+    let tightened = Weights {
+        tool_tightening: weights.tool_tightening * tightening,
+        ..weights.clone()
+    };
+    let only = DesignSettings {
+        sensitivity_limits: vec![],
+        ..settings.clone()
+    };
+    Ok(pose(machine, &tightened, &only)?.2)
+}
+
+/// Largest factor on the tool's specification (displacements divided by it) for which [`covered_gamma`] is at most one,
+/// within 2 %, searched between 1/64 and 64.
+///
+/// # Errors
+/// As [`covered_gamma`].
+pub fn largest_tightening(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+) -> Result<f64, PipelineError> {
+    let meets = |factor: f64| {
+        Ok::<_, PipelineError>(covered_gamma(machine, weights, factor, settings)? <= 1.0)
+    };
+    let (mut low, mut high) = (1.0 / 64.0, 64.0);
+    // Octaves first, from the factor asked: most specifications are within a factor of four.
+    let mut factor = 1.0;
+    let up = meets(factor)?;
+    while factor > low && factor < high {
+        let next = if up { factor * 2.0 } else { factor / 2.0 };
+        if meets(next)? != up {
+            (low, high) = if up { (factor, next) } else { (next, factor) };
+            break;
+        }
+        factor = next;
+    }
+    while high / low > 1.02 {
+        let middle = (low * high).sqrt();
+        if meets(middle)? {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    Ok(low)
+}
+
+/// Where the search for constant scales of modal channels starts: q is of the order 1e-6 m√kg, √(2r)ω₀ of 1e3 rad/s.
+const STARTING_SCALE: f64 = 100.0;
