@@ -11,6 +11,7 @@ pub mod identify;
 pub mod input;
 pub mod linalg;
 pub mod lti;
+pub mod pipeline;
 pub mod predict;
 pub mod report;
 pub mod robust;

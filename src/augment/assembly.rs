@@ -8,7 +8,7 @@
 use super::generalized::GeneralizedPlant;
 use super::plane::{LOADS, LOOPS};
 use super::uncertainty::Block;
-use super::weighting::{level_change, roll_on};
+use super::weighting::{level_change, low_frequency_rise, roll_on};
 use super::weights::{Limits, Weights};
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, block2, series, stack_rows};
@@ -16,6 +16,9 @@ use crate::lti::{Continuous, StateSpace};
 
 /// Displacement that counts as one at the controller input of the scaled problem, m: the size of the vibrations.
 pub const SIGNAL_SCALE_M: f64 = 1e-5;
+
+/// Rise of the tool weight below the integral corner: a leaky integrator, since a pole at zero cannot be stabilised.
+const INTEGRAL_RISE: f64 = 1e3;
 
 /// A mode with a port in the plane model and its relative natural-frequency uncertainty.
 #[derive(Clone, Copy, Debug)]
@@ -104,19 +107,23 @@ fn output_weights(
     weights: &Weights,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let mut all = StateSpace::gain(modal_gain(modes), Continuous);
-    for ((limit, factor), crossover) in limits
+    let places = limits
         .iter()
         .zip(tightening)
-        .zip(weights.displacement_crossover_hz)
-    {
-        all = append(
-            &all,
-            &level_change(
-                factor / limit.max_dc_displacement_m,
-                factor / limit.max_hf_displacement_m,
-                crossover,
-            )?,
-        );
+        .zip(weights.displacement_crossover_hz);
+    for (place, ((limit, factor), crossover)) in places.enumerate() {
+        let mut displacement = level_change(
+            factor / limit.max_dc_displacement_m,
+            factor / limit.max_hf_displacement_m,
+            crossover,
+        )?;
+        if let Some(corner) = weights.integral_corner_hz
+            && place == 0
+        {
+            let rise = low_frequency_rise(1.0, corner, INTEGRAL_RISE)?;
+            displacement = series(&displacement, &rise)?;
+        }
+        all = append(&all, &displacement);
     }
     for _ in 0..LOOPS {
         let current = roll_on(

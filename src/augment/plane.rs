@@ -6,8 +6,9 @@
 //! Direct design maps the sampled plant (hold, exact delay) by z = (1 + sT/2)/(1 − sT/2); nothing is lost on the way back.
 //! Emulation takes the continuous plant with a Padé approximant of the delay.
 
-use crate::linalg::{Mat, NumericError, solve};
-use crate::lti::{Continuous, Discrete, StateSpace, TimeBase};
+use crate::linalg::Mat;
+use crate::lti::sample::inverse_tustin;
+use crate::lti::{Continuous, StateSpace, TimeBase};
 use crate::spindle::plant::CHANNELS;
 use crate::spindle::{EffectKind, Machine, ModelDetail, Plant, SpindleError};
 
@@ -41,9 +42,15 @@ pub fn design_plane(
 ) -> Result<StateSpace<Continuous>, SpindleError> {
     let mut isotropic = machine.clone();
     isotropic.spindle.effects.retain(|e| {
-        !matches!(e.kind, EffectKind::BearingCoupling | EffectKind::AxisMisalignment)
+        !matches!(
+            e.kind,
+            EffectKind::BearingCoupling | EffectKind::AxisMisalignment
+        )
     });
-    let detail = ModelDetail::Modes { flexible, static_residual: true };
+    let detail = ModelDetail::Modes {
+        flexible,
+        static_residual: true,
+    };
     let plant = Plant::new(&isotropic, 0.0, detail)?;
     let ports: Vec<usize> = (0..uncertain)
         .map(|mode| CHANNELS + 2 * mode)
@@ -52,7 +59,7 @@ pub fn design_plane(
     Ok(match route {
         Route::Direct => {
             let sampled = plant.sampled_with_modal_ports(uncertain)?;
-            to_w_plane(&connected_part(&sampled.select(&ports, &ports)))?
+            inverse_tustin(&connected_part(&sampled.select(&ports, &ports)))?
         }
         Route::Emulation { pade_order } => {
             let continuous = plant.state_space_with_modal_ports(pade_order, uncertain)?;
@@ -76,8 +83,12 @@ pub fn connected_part<T: TimeBase>(system: &StateSpace<T>) -> StateSpace<T> {
         }
         seen
     };
-    let fed = (0..n).map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0)).collect();
-    let read = (0..n).map(|j| (0..system.outputs()).any(|i| system.c[(i, j)] != 0.0)).collect();
+    let fed = (0..n)
+        .map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0))
+        .collect();
+    let read = (0..n)
+        .map(|j| (0..system.outputs()).any(|i| system.c[(i, j)] != 0.0))
+        .collect();
     let reached = spread(fed, &|to, from| system.a[(to, from)] != 0.0);
     let seen = spread(read, &|to, from| system.a[(from, to)] != 0.0);
     let keep: Vec<usize> = (0..n).filter(|i| reached[*i] && seen[*i]).collect();
@@ -88,59 +99,4 @@ pub fn connected_part<T: TimeBase>(system: &StateSpace<T>) -> StateSpace<T> {
         d: system.d.clone(),
         time: system.time,
     }
-}
-
-/// The sampled system in the w plane, s = (2/T)(z − 1)/(z + 1): same transfer matrix at z = (1 + sT/2)/(1 − sT/2).
-///
-/// # Errors
-/// [`NumericError::Singular`] when z = −1 is a pole.
-pub fn to_w_plane(sampled: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, NumericError> {
-    let (n, period) = (sampled.order(), sampled.time.period_s);
-    let plus = Mat::<f64>::identity(n, n) + &sampled.a;
-    // (I + Φ)⁻¹ [Φ − I, Γ]: with X = (I + Φ)⁻¹, A = (2/T) X(Φ − I), B = (2/T) X Γ, C = 2C X… kept symmetric in √T.
-    let minus = &sampled.a - Mat::<f64>::identity(n, n);
-    let right = solve(&plus, &minus)?;
-    let xb = solve(&plus, &sampled.b)?;
-    let xc = solve(
-        &plus.transpose().to_owned(),
-        &sampled.c.transpose().to_owned(),
-    )?;
-    let root = (2.0f64 / period).sqrt() * 2f64.sqrt();
-    let a = Mat::from_fn(n, n, |i, j| 2.0 / period * right[(i, j)]);
-    let b = Mat::from_fn(n, sampled.inputs(), |i, j| root * xb[(i, j)]);
-    let c = Mat::from_fn(sampled.outputs(), n, |i, j| root * xc[(j, i)]);
-    let d = &sampled.d - &sampled.c * &xb;
-    StateSpace::new(a, b, c, d, Continuous)
-}
-
-/// Back from the w plane: Tustin's map, z = (1 + sT/2)/(1 − sT/2).
-///
-/// # Errors
-/// [`NumericError::Singular`] when s = 2/T is a pole.
-pub fn from_w_plane(
-    system: &StateSpace<Continuous>,
-    period_s: f64,
-) -> Result<StateSpace<Discrete>, NumericError> {
-    let n = system.order();
-    let half = 0.5 * period_s;
-    let scaled = |sign: f64| {
-        Mat::from_fn(n, n, |i, j| {
-            f64::from(u8::from(i == j)) + sign * half * system.a[(i, j)]
-        })
-    };
-    let minus = scaled(-1.0);
-    let a = solve(&minus, &scaled(1.0))?;
-    let xb = solve(&minus, &system.b)?;
-    let xc = solve(
-        &minus.transpose().to_owned(),
-        &system.c.transpose().to_owned(),
-    )?;
-    let root = period_s.sqrt();
-    let b = Mat::from_fn(n, system.inputs(), |i, j| root * xb[(i, j)]);
-    let c = Mat::from_fn(system.outputs(), n, |i, j| root * xc[(j, i)]);
-    let d_extra = &system.c * &xb;
-    let d = Mat::from_fn(system.outputs(), system.inputs(), |i, j| {
-        system.d[(i, j)] + half * d_extra[(i, j)]
-    });
-    StateSpace::new(a, b, c, d, Discrete { period_s })
 }

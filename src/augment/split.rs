@@ -37,8 +37,18 @@ pub fn gyroscopic_split(
 ) -> Result<Vec<ModeSplit>, SpindleError> {
     let rotor = machine.rotor()?;
     let at_rest = PlanarModes::new(&rotor).map_err(SpindleError::Shaft)?;
-    let omega: Vec<f64> = at_rest.omega_rad_s.iter().skip(RIGID).take(modes).copied().collect();
-    let factor = if machine.spindle.gyroscopics { machine.effective().gyroscopic_factor } else { 0.0 };
+    let omega: Vec<f64> = at_rest
+        .omega_rad_s
+        .iter()
+        .skip(RIGID)
+        .take(modes)
+        .copied()
+        .collect();
+    let factor = if machine.spindle.gyroscopics {
+        machine.effective().gyroscopic_factor
+    } else {
+        0.0
+    };
     let top = omega.last().map_or(0.0, |w| 2.0 * w / TAU);
     let spectrum = rotor
         .whirl(speed_rad_s * factor, &Damping::None, &[], top)
@@ -50,7 +60,10 @@ pub fn gyroscopic_split(
         let mut list: Vec<f64> = if speed_rad_s * factor == 0.0 {
             flexible.map(|m| m.natural_rad_s).step_by(2).collect()
         } else {
-            flexible.filter(|m| m.whirl * direction > 0.0).map(|m| m.natural_rad_s).collect()
+            flexible
+                .filter(|m| m.whirl * direction > 0.0)
+                .map(|m| m.natural_rad_s)
+                .collect()
         };
         list.sort_by(f64::total_cmp);
         list

@@ -1,12 +1,171 @@
-//! `muspin design`.
+//! `muspin design`: D-K iteration, reduction, sampling, rounding, verification, firmware tables.
 
-use super::{Failure, Outcome};
+use super::design_arguments::DesignArguments;
+use super::progress::Progress;
+use super::{Failure, Outcome, stdout};
+use crate::controller::scaling::{SignalLimits, scaled};
+use crate::pipeline::PipelineError;
+use crate::pipeline::comparison::{Prediction, predict};
+use crate::pipeline::design::{Design, DesignSettings, design};
+use crate::report::firmware::{Firmware, Format, write_all};
+use crate::report::results::{ResultsError, ResultsFolder};
+use crate::report::run_figures::{predictions, robustness};
+use crate::report::run_summary::{design_json, sensitivity_json, stiffness_json};
+use crate::report::summary::Summary;
+use crate::report::{html, plot::Role};
+use crate::spindle::Machine;
+use std::path::Path;
 
 /// Arguments of `muspin design`.
-#[derive(clap::Args, Debug, Default)]
-pub struct Arguments {}
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    #[command(flatten)]
+    machine: DesignArguments,
+    /// Folder for controller, certificates, pictures and report
+    #[arg(long, default_value = "results/design")]
+    out: String,
+}
+
+impl From<PipelineError> for Failure {
+    fn from(error: PipelineError) -> Self {
+        let hint = match &error {
+            PipelineError::Synthesis(inner) => inner.advice().to_owned(),
+            PipelineError::Plant(_) => {
+                "`muspin check` on the spindle and tool files shows more".to_owned()
+            }
+            _ => "loosen the weights, or check the spindle's data".to_owned(),
+        };
+        Self::new(error.to_string()).with_hint(hint)
+    }
+}
+
+impl From<ResultsError> for Failure {
+    fn from(error: ResultsError) -> Self {
+        Self::new(error.to_string()).with_hint("choose another folder with --out")
+    }
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> Result<Outcome, Failure> {
-    Err(Failure::new("design: not available yet"))
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let (machine, weights) = arguments.machine.load()?;
+    let progress = Progress::start();
+    let found = run_design(&machine, &weights, &progress)?;
+    let mut folder = ResultsFolder::new();
+    let mut summary = Summary::new();
+    summary.set("run", "design");
+    summary.set("spindle", machine.spindle.name.as_str());
+    summary.set("tool", machine.tool.name.as_str());
+    summary.set("weights", weights.name.as_str());
+    summary.set("design", design_json(&found));
+    let runs = [0.0, machine.spindle.max_rpm].map(|rpm| predict(&machine, &found.controller, rpm));
+    let [rest, speed] = runs;
+    let (rest, speed) = (rest?, speed?);
+    add_predictions(&mut summary, "mu", &rest, &speed);
+    for (stem, figure) in robustness(&found).into_iter().chain(predictions(
+        &[(Role::Mu, &rest), (Role::Mu, &speed)],
+        &[],
+        machine.spindle.max_rpm / 60.0,
+    )) {
+        folder.add_plot(&stem, &figure)?;
+    }
+    add_controller(&mut folder, &machine, &found)?;
+    folder.add("spindle.yaml", crate::input::spindle_yaml(&machine.spindle))?;
+    finish(&mut folder, &mut summary, &arguments.out)?;
+    drop(progress);
+    stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
+    Ok(outcome(&found))
+}
+
+/// The design with a line per iteration on a terminal.
+pub fn run_design(
+    machine: &Machine,
+    weights: &crate::augment::weights::Weights,
+    progress: &Progress,
+) -> Result<Design, Failure> {
+    progress.stage("design");
+    Ok(design(
+        machine,
+        weights,
+        &DesignSettings::default(),
+        &mut |step| {
+            progress.line(match &step.failure {
+                Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
+                None => format!(
+                    "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
+                    step.iteration + 1,
+                    step.gamma,
+                    step.mu_peak,
+                    step.controller_order,
+                    step.d_orders
+                ),
+            });
+        },
+    )?)
+}
+
+/// Exit of a design: done, or a target missed.
+pub fn outcome(design: &Design) -> Outcome {
+    if design.meets_targets() {
+        Outcome::Done
+    } else {
+        Outcome::TargetMissed
+    }
+}
+
+/// Stiffness and sensitivity of a controller at rest and at top speed.
+pub fn add_predictions(summary: &mut Summary, name: &str, rest: &Prediction, speed: &Prediction) {
+    summary.set(&format!("stiffness.{name}"), stiffness_json(rest));
+    summary.set(
+        &format!("stiffness.{name}.at_top_speed"),
+        stiffness_json(speed),
+    );
+    summary.set(&format!("sensitivity.{name}"), sensitivity_json(rest));
+    summary.set(
+        &format!("sensitivity.{name}.at_top_speed"),
+        sensitivity_json(speed),
+    );
+}
+
+/// The `controller/` folder of a run: JSON, `.mat`, C, tables, test vectors.
+pub fn add_controller(
+    folder: &mut ResultsFolder,
+    machine: &Machine,
+    design: &Design,
+) -> Result<(), Failure> {
+    let limits = SignalLimits {
+        input_m: machine.spindle.backup_clearance_m,
+        output_a: machine
+            .spindle
+            .front
+            .bias_current_a
+            .min(machine.spindle.rear.bias_current_a),
+    };
+    let scaled = scaled(&design.realisation, limits)
+        .map_err(|e| Failure::new(format!("firmware scaling: {e}")))?;
+    let name = format!("{} with {}", machine.spindle.name, machine.tool.name);
+    let files = write_all(
+        &Firmware {
+            discrete: &design.controller,
+            continuous: Some(&design.continuous),
+            scaled: &scaled,
+            verification: &design.verification,
+            machine: &name,
+        },
+        &Format::ALL,
+    )
+    .map_err(|e| Failure::new(format!("firmware: {e}")))?;
+    for (file, bytes) in files {
+        folder.add(&format!("controller/{file}"), bytes)?;
+    }
+    Ok(())
+}
+
+/// Adds summary and report to the folder and writes it whole.
+pub fn finish(folder: &mut ResultsFolder, summary: &mut Summary, out: &str) -> Result<(), Failure> {
+    let page = html::report(&summary.value(), &folder.pictures())
+        .map_err(|e| Failure::new(format!("report: {e}")))?;
+    folder.add("report.html", page)?;
+    folder.add("summary.json", summary.to_json())?;
+    folder.write(Path::new(out))?;
+    Ok(())
 }

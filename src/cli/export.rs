@@ -1,12 +1,244 @@
-//! `muspin export`.
+//! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, stdout};
+use crate::controller::arithmetic::q31;
+use crate::controller::discretise::discretised;
+use crate::controller::realise::modal_form;
+use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
+use crate::controller::sections::second_order_sections;
+use crate::controller::verification::{Verification, VerificationError, verify};
+use crate::controller::{ControlLaw, Controller, ControllerError};
+use crate::input::{load_controller, load_machine};
+use crate::lti::{Discrete, StateSpace};
+use crate::report::atomic::write_file;
+use crate::report::firmware::{Firmware, FirmwareError, Format, write_all};
+use crate::report::firmware_c::stability_words;
+use crate::spindle::{Machine, ModelDetail, Plant, Side};
+use serde_json::json;
+use std::f64::consts::TAU;
+use std::path::Path;
+
+/// Speeds at which the loop is checked, from 0 to the largest.
+const SPEEDS: usize = 11;
 
 /// Arguments of `muspin export`.
-#[derive(clap::Args, Debug, Default)]
-pub struct Arguments {}
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    /// Controller file (JSON)
+    #[arg(long)]
+    controller: String,
+    /// Kinds of files
+    #[arg(long, value_delimiter = ',', default_value = "c,csv,mat,json")]
+    format: Vec<FormatArgument>,
+    /// Arrangement of the sums
+    #[arg(long, value_enum, default_value = "modal")]
+    form: FormArgument,
+    /// Spindle file, or the name of a shipped one, that the loop is verified on
+    #[arg(long, default_value = "reference")]
+    spindle: String,
+    /// Tool file, or the name of a shipped one
+    #[arg(long, default_value = "paper-tool")]
+    tool: String,
+    /// Folder for the files
+    #[arg(long, default_value = "results/export")]
+    out: String,
+    /// Export even if the loop is unstable or cannot be checked; the files say so
+    #[arg(long)]
+    force_unverified: bool,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum FormatArgument {
+    C,
+    Csv,
+    Mat,
+    Json,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum FormArgument {
+    /// Real modal form
+    Modal,
+    /// Second-order sections, for decentralised controllers
+    Sections,
+}
+
+impl From<ControllerError> for Failure {
+    fn from(error: ControllerError) -> Self {
+        Self::new(error.to_string())
+    }
+}
+
+impl From<VerificationError> for Failure {
+    fn from(error: VerificationError) -> Self {
+        match error {
+            VerificationError::Plant(e) => e.into(),
+            VerificationError::Loop(e) => e.into(),
+        }
+    }
+}
+
+impl From<FirmwareError> for Failure {
+    fn from(error: FirmwareError) -> Self {
+        Self::new(error.to_string())
+    }
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> Result<Outcome, Failure> {
-    Err(Failure::new("export: not available yet"))
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let machine = load_machine(&arguments.spindle, &arguments.tool)?;
+    let loaded = load_controller(&arguments.controller)?;
+    let (discrete, continuous) = ready(&machine, &loaded, &arguments.controller)?;
+    let ControlLaw::Discrete(law) = &discrete.law else {
+        return Err(Failure::new("the controller could not be sampled"));
+    };
+    let realisation = match arguments.form {
+        FormArgument::Modal => modal_form(law)?,
+        FormArgument::Sections => second_order_sections(law)?,
+    };
+    let rows = scaled(&realisation, signal_limits(&machine))?;
+    let verification = checked(&machine, &rows, arguments.force_unverified)?;
+    if !verification.is_stable() && !arguments.force_unverified {
+        return Err(refusal(&verification));
+    }
+    let firmware = Firmware {
+        discrete: &discrete,
+        continuous: continuous.as_ref(),
+        scaled: &rows,
+        verification: &verification,
+        machine: &format!("{} with {}", machine.spindle.name, machine.tool.name),
+    };
+    let files = write_all(&firmware, &formats(&arguments.format))?;
+    for (name, bytes) in &files {
+        let path = Path::new(&arguments.out).join(name);
+        write_file(&path, bytes).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+    }
+    let summary = json!({
+        "controller": discrete.name,
+        "sample_time_s": law.time.period_s,
+        "discretised": continuous.is_some(),
+        "form": realisation.form.name(),
+        "states": realisation.order(),
+        "multiplications_per_sample": realisation.multiplications(),
+        "notes": realisation.notes,
+        "verified": verification.is_stable(),
+        "verification": stability_words(&verification),
+        "files": files.iter().map(|f| f.0.clone()).collect::<Vec<_>>(),
+        "out": arguments.out,
+    });
+    stdout::data(|out| writeln!(out, "{summary:#}"))?;
+    Ok(if verification.is_stable() {
+        Outcome::Done
+    } else {
+        Outcome::TargetMissed
+    })
+}
+
+fn formats(arguments: &[FormatArgument]) -> Vec<Format> {
+    arguments
+        .iter()
+        .map(|f| match f {
+            FormatArgument::C => Format::C,
+            FormatArgument::Csv => Format::Csv,
+            FormatArgument::Mat => Format::Mat,
+            FormatArgument::Json => Format::Json,
+        })
+        .collect()
+}
+
+/// The controller at the spindle's sample rate, and the continuous one it came from.
+pub(super) fn ready(
+    machine: &Machine,
+    loaded: &Controller,
+    file: &str,
+) -> Result<(Controller, Option<Controller>), Failure> {
+    let period = machine.spindle.electronics.sample_period_s();
+    if let ControlLaw::Discrete(law) = &loaded.law {
+        // Sample times are decimals of the same number; only rounding is forgiven.
+        if (law.time.period_s - period).abs() > 1e-9 * period {
+            return Err(Failure::new(format!(
+                "{file}: sample_time_s {} does not match the spindle's sample rate of {} Hz (sample time {period})",
+                law.time.period_s, machine.spindle.electronics.sample_rate_hz
+            ))
+            .with_hint("give the spindle that the controller was made for with --spindle"));
+        }
+        return Ok((loaded.clone(), None));
+    }
+    let model = Plant::new(
+        machine,
+        0.0,
+        ModelDetail::Modes {
+            flexible: 1,
+            static_residual: false,
+        },
+    )?;
+    // The first flexible mode is where phase is scarcest; without one, a tenth of the sample rate.
+    let fallback = 0.1 / period;
+    let prewarp_hz = model
+        .flexible_rad_s()
+        .first()
+        .map_or(fallback, |w| w / TAU)
+        .min(2.0 * fallback);
+    let sampled = discretised(loaded, period, prewarp_hz)?.unwrap_or_else(|| loaded.clone());
+    eprintln!(
+        "note: {file} is continuous; discretised by Tustin's rule at {period} s, exact at {prewarp_hz:.1} Hz"
+    );
+    Ok((sampled, Some(loaded.clone())))
+}
+
+/// Full scales: the backup clearance, and the current that keeps both coils of the weaker bearing in their range.
+pub fn signal_limits(machine: &Machine) -> SignalLimits {
+    let current = Side::BOTH
+        .into_iter()
+        .map(|side| {
+            let bearing = machine.spindle.bearing(side);
+            let range = bearing.max_current_a - bearing.bias_current_a;
+            bearing.bias_current_a.min(range)
+        })
+        .fold(f64::INFINITY, f64::min);
+    SignalLimits {
+        input_m: machine.spindle.backup_clearance_m,
+        output_a: current,
+    }
+}
+
+/// Stability with float32 coefficients, and with Q31 ones: whichever is worse.
+fn checked(
+    machine: &Machine,
+    rows: &ScaledRealisation,
+    forced: bool,
+) -> Result<Verification, Failure> {
+    let words = |format: &str| {
+        format!("full finite-element plant, exact delay, sampled; coefficients rounded to {format}")
+    };
+    let check = |law: &StateSpace<Discrete>, format: &str| {
+        verify(machine, law, SPEEDS, &words(format)).map_err(Failure::from)
+    };
+    let both = || {
+        let float = check(&rows.rows.rounded_f32()?, "float32 and to Q31")?;
+        let fixed = check(&q31(rows)?.rounded()?, "Q31")?;
+        let worse = fixed.worst_growth_rate_per_s() > float.worst_growth_rate_per_s();
+        Ok(if worse && !fixed.is_stable() {
+            fixed
+        } else {
+            float
+        })
+    };
+    match both() {
+        Err(_) if forced => Ok(Verification::none()),
+        other => other,
+    }
+}
+
+fn refusal(verification: &Verification) -> Failure {
+    let what = match verification.first_unstable() {
+        Some(bad) => format!(
+            "the closed loop is unstable: it grows by {:.2} 1/s at {} rpm ({}); nothing was written",
+            bad.growth_rate_per_s, bad.speed_rpm, verification.conditions
+        ),
+        None => "the closed loop could not be verified; nothing was written".to_owned(),
+    };
+    Failure::new(what).with_hint(
+        "check that spindle and tool are those of the design; --force-unverified exports it all the same and says so in the files",
+    )
 }

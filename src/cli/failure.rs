@@ -40,3 +40,26 @@ impl From<crate::linalg::NumericError> for Failure {
         Self::new(error.to_string())
     }
 }
+
+impl From<crate::input::InputError> for Failure {
+    fn from(error: crate::input::InputError) -> Self {
+        let failure = Self::new(error.to_string());
+        match error.hint {
+            Some(hint) => failure.with_hint(hint),
+            None => failure,
+        }
+    }
+}
+
+impl From<crate::spindle::SpindleError> for Failure {
+    fn from(error: crate::spindle::SpindleError) -> Self {
+        Self::new(error.to_string())
+            .with_hint("`muspin check` on the spindle and tool files shows more")
+    }
+}
+
+impl From<crate::rotor::RotorError> for Failure {
+    fn from(error: crate::rotor::RotorError) -> Self {
+        Self::new(error.to_string())
+    }
+}

@@ -1,12 +1,130 @@
-//! `muspin frf`.
+//! `muspin frf`: open-loop frequency responses u → y and F_t → x_t, or with a controller the closed-loop tool compliance,
+//! as CSV. Without a controller the tool compliance is that of the rotor on its magnets, currents zero.
 
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, stdout};
+use crate::controller::Controller;
+use crate::input::{load_controller, load_machine};
+use crate::linalg::{Mat, c64, solve_complex};
+use crate::lti::Response;
+use crate::spindle::plant::AXES;
+use crate::spindle::{ModelDetail, Plant};
+use std::f64::consts::TAU;
 
 /// Arguments of `muspin frf`.
-#[derive(clap::Args, Debug, Default)]
-pub struct Arguments {}
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    /// Spindle file, or the name of a shipped one
+    #[arg(long, default_value = "reference")]
+    spindle: String,
+    /// Tool file, or the name of a shipped one
+    #[arg(long, default_value = "paper-tool")]
+    tool: String,
+    /// Speed, rpm
+    #[arg(long, default_value_t = 0.0)]
+    speed: f64,
+    /// First frequency, Hz
+    #[arg(long, default_value_t = 1.0)]
+    from: f64,
+    /// Last frequency, Hz
+    #[arg(long, default_value_t = 4000.0)]
+    to: f64,
+    /// Number of frequencies, spaced evenly in the logarithm, ends included
+    #[arg(long, default_value_t = 480)]
+    points: usize,
+    /// The reduced model of the design instead of the full FE model
+    #[arg(long)]
+    design_model: bool,
+    /// Controller file: the t_ columns become the closed-loop tool compliance
+    #[arg(long)]
+    controller: Option<String>,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> Result<Outcome, Failure> {
-    Err(Failure::new("frf: not available yet"))
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let machine = load_machine(&arguments.spindle, &arguments.tool)?;
+    let controller = arguments.controller.as_deref().map(load_controller);
+    let controller = controller.transpose()?;
+    let frequencies = frequencies_hz(arguments)?;
+    let speed = arguments.speed * TAU / 60.0;
+    let plant = if arguments.design_model {
+        Plant::design_model(&machine, speed)?
+    } else {
+        Plant::new(&machine, speed, ModelDetail::Full)?
+    };
+    let mut header = vec!["frequency_hz".to_owned()];
+    let mut name = |entry: String| {
+        header.push(format!("{entry}_re"));
+        header.push(format!("{entry}_im"));
+    };
+    for i in 1..=AXES {
+        for j in 1..=AXES {
+            name(format!("g_{i}{j}"));
+        }
+    }
+    for entry in ["t_xx", "t_xy", "t_yx", "t_yy"] {
+        name(entry.to_owned());
+    }
+    stdout::data(|out| {
+        writeln!(out, "{}", header.join(","))?;
+        for hz in &frequencies {
+            let omega = TAU * hz;
+            let h = plant.at(omega);
+            let tool = match &controller {
+                None => h.submatrix(AXES, AXES, 2, 2).to_owned(),
+                Some(controller) => closed_tool_compliance(&h, controller, omega),
+            };
+            write!(out, "{hz}")?;
+            for i in 0..AXES {
+                for j in 0..AXES {
+                    write!(out, ",{:e},{:e}", h[(i, j)].re, h[(i, j)].im)?;
+                }
+            }
+            for i in 0..2 {
+                for j in 0..2 {
+                    write!(out, ",{:e},{:e}", tool[(i, j)].re, tool[(i, j)].im)?;
+                }
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    })?;
+    Ok(Outcome::Done)
+}
+
+fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {
+    let (from, to, points) = (arguments.from, arguments.to, arguments.points);
+    if !(arguments.speed.is_finite() && arguments.speed >= 0.0) {
+        let rule = format!(
+            "--speed: {} must be zero or a positive number",
+            arguments.speed
+        );
+        return Err(Failure::new(rule).with_hint("the speed is in rpm"));
+    }
+    if !(from.is_finite() && from > 0.0 && to.is_finite() && to >= from) {
+        return Err(
+            Failure::new(format!("--from {from} --to {to}: no frequency range"))
+                .with_hint("frequencies are in Hz, 0 < from ≤ to"),
+        );
+    }
+    if points == 0 {
+        return Err(Failure::new("--points 0: no frequency").with_hint("give 1 or more"));
+    }
+    let last = (points - 1).max(1) as f64;
+    let frequency = |k: usize| match k {
+        0 => from,
+        _ if k + 1 == points => to,
+        _ => from * (to / from).powf(k as f64 / last),
+    };
+    Ok((0..points).map(frequency).collect())
+}
+
+/// x_t/F_t with u = K y: G₂₂ + G₂₁ K (I − G₁₁ K)⁻¹ G₁₂.
+fn closed_tool_compliance(h: &Mat<c64>, controller: &Controller, omega: f64) -> Mat<c64> {
+    let k = controller.at(omega);
+    let g11 = h.submatrix(0, 0, AXES, AXES).to_owned();
+    let g12 = h.submatrix(0, AXES, AXES, 2).to_owned();
+    let g21 = h.submatrix(AXES, 0, 2, AXES).to_owned();
+    let g22 = h.submatrix(AXES, AXES, 2, 2).to_owned();
+    let y = solve_complex(&(Mat::<c64>::identity(AXES, AXES) - &g11 * &k), &g12);
+    g22 + g21 * (k * y)
 }

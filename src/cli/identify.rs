@@ -1,12 +1,117 @@
-//! `muspin identify`.
+//! `muspin identify`: measured sweeps to FRFs with covariance, resonances and antiresonances of the free-free rotor (JSON).
 
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, stdout};
+use crate::identify::{IdentifyError, MeasuredFrf, identify, open_loop};
+use crate::input::load_measurement;
+use crate::report::atomic::write_file;
+use crate::report::identification::{frf_csv, identification_json};
+use crate::report::uff::{UffRecord, universal_file};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::Path;
 
 /// Arguments of `muspin identify`.
 #[derive(clap::Args, Debug, Default)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// Measurement folder with measurement.yaml
+    #[arg(long)]
+    measurement: String,
+    /// Spindle file or shipped name; default: that of the measurement
+    #[arg(long)]
+    spindle: Option<String>,
+    /// Tool file or shipped name; default: that of the measurement
+    #[arg(long)]
+    tool: Option<String>,
+    /// Folder for the FRFs with their covariance as CSV
+    #[arg(long)]
+    out: Option<String>,
+}
+
+impl From<IdentifyError> for Failure {
+    fn from(error: IdentifyError) -> Self {
+        let hint = match &error {
+            IdentifyError::Singular { .. } => {
+                "the four injections must differ: one axis each, at every line"
+            }
+            IdentifyError::NotAtRest { .. } => "add a sweep taken at 0 rpm to the measurement",
+            IdentifyError::NoResonance { .. } => {
+                "check frequency range, line spacing and excitation of the sweep"
+            }
+            _ => "check the record",
+        };
+        Self::new(error.to_string()).with_hint(hint)
+    }
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> Result<Outcome, Failure> {
-    Err(Failure::new("identify: not available yet"))
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let measurement = load_measurement(&arguments.measurement)?;
+    let machine = measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let frfs = measurement
+        .sweeps
+        .iter()
+        .map(|s| open_loop(&s.record))
+        .collect::<Result<Vec<_>, _>>()?;
+    if frfs.is_empty() && measurement.hammers.is_empty() {
+        return Err(Failure::new(format!(
+            "{}: no record of kind sweep or hammer",
+            arguments.measurement
+        ))
+        .with_hint("identification needs a sweep; frequencies that are known already go straight into `muspin update`"));
+    }
+    let mut answer = serde_json::Map::new();
+    if let Some(frf) = standstill(&frfs) {
+        let found = identify(frf, &machine)?;
+        answer.insert("identification".into(), identification_json(&found));
+    } else if let Some(frf) = frfs.first() {
+        return Err(IdentifyError::NotAtRest {
+            speed_rpm: frf.speed_rpm,
+        }
+        .into());
+    }
+    let mut files = vec![];
+    for (k, frf) in frfs.iter().enumerate() {
+        files.push((format!("frf-{k}.csv"), frf_csv(frf)));
+    }
+    for (k, hammer) in measurement.hammers.iter().enumerate() {
+        let mut text = String::from("frequency_hz,h_re,h_im,sigma\n");
+        for (l, (f, h)) in hammer
+            .frf
+            .frequency_hz
+            .iter()
+            .zip(&hammer.frf.compliance)
+            .enumerate()
+        {
+            let sigma = hammer.frf.sigma(l, 0.0);
+            let _ = writeln!(text, "{f},{:e},{:e},{sigma:e}", h.re, h.im);
+        }
+        files.push((format!("hammer-{k}.csv"), text));
+        let direction = 1 + hammer.axis as i64;
+        let record = UffRecord {
+            description: "compliance at the tool plane",
+            response: (1, direction),
+            reference: (1, direction),
+            frequency_hz: &hammer.frf.frequency_hz,
+            compliance: &hammer.frf.compliance,
+        };
+        files.push((format!("hammer-{k}.uff"), universal_file(&[record])));
+    }
+    if let Some(out) = &arguments.out {
+        for (name, text) in &files {
+            let path = Path::new(out).join(name);
+            write_file(&path, text.as_bytes())
+                .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+        }
+    }
+    let names: Vec<&String> = files.iter().map(|(n, _)| n).collect();
+    answer.insert("records".into(), json!(names));
+    let text = serde_json::to_string_pretty(&Value::Object(answer))
+        .map_err(|e| Failure::new(e.to_string()))?;
+    stdout::data(|out| writeln!(out, "{text}"))?;
+    Ok(Outcome::Done)
+}
+
+/// The first sweep at standstill.
+pub(super) fn standstill(frfs: &[MeasuredFrf]) -> Option<&MeasuredFrf> {
+    frfs.iter().find(|f| f.speed_rpm == 0.0)
 }

@@ -2,11 +2,13 @@
 //! Exit 0 done; 1 done but a target is missed; 2 error, nothing written.
 
 pub mod failure;
+pub mod progress;
 
 mod batch;
 mod check;
 mod compare;
 mod design;
+mod design_arguments;
 mod diagnose;
 mod export;
 mod frf;
@@ -16,6 +18,7 @@ mod report;
 mod run;
 mod simulate;
 mod solve;
+mod stdout;
 mod update;
 
 use clap::{Parser, Subcommand};

@@ -1,12 +1,324 @@
-//! `muspin run`.
+//! `muspin run`: the whole pipeline, from drawing and measurement to firmware tables and a report.
 
-use super::{Failure, Outcome};
+use super::design::{add_controller, add_predictions, finish, outcome, run_design};
+use super::design_arguments::DesignArguments;
+use super::progress::Progress;
+use super::update::targets;
+use super::{Failure, Outcome, stdout};
+use crate::controller::pid_tune::{TuneSettings, TunedPid, textbook, tune};
+use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
+use crate::pipeline::comparison::{Prediction, predict};
+use crate::pipeline::design::Design;
+use crate::report::identification::identification_json;
+use crate::report::plot::Role;
+use crate::report::plot::loops::{MarkedFrequency, Peak};
+use crate::report::results::ResultsFolder;
+use crate::report::run_figures::{open_loop, predictions, robustness, shapes};
+use crate::report::run_summary::{
+    design_json, machine_json, modal_damping_json, verification_json,
+};
+use crate::report::summary::{Summary, number};
+use crate::report::updating::{figures as update_figures, updating_json};
+use crate::rotor::modes::PlanarModes;
+use crate::spindle::Machine;
+use crate::update::{Targets, UpdateSettings, UpdatedMachine, gauss_newton, nelder_mead};
+use std::f64::consts::TAU;
 
 /// Arguments of `muspin run`.
-#[derive(clap::Args, Debug, Default)]
-pub struct Arguments {}
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    /// Spindle file or shipped name; default: that of the measurement, or the reference
+    #[arg(long)]
+    spindle: Option<String>,
+    /// Tool file or shipped name; default: that of the measurement, or the paper's
+    #[arg(long)]
+    tool: Option<String>,
+    /// Weights file, or the name of a shipped one
+    #[arg(long, default_value = "benchmark")]
+    weights: String,
+    /// Measurement folder or file of frequencies to update the model with; default: the published frequencies for the
+    /// reference spindle, none for another
+    #[arg(long)]
+    measurement: Option<String>,
+    /// Folder for the results
+    #[arg(long, default_value = "results/reference")]
+    out: String,
+}
+
+impl Default for Arguments {
+    fn default() -> Self {
+        Self {
+            spindle: None,
+            tool: None,
+            weights: "benchmark".into(),
+            measurement: None,
+            out: "results/reference".into(),
+        }
+    }
+}
+
+/// What updating gave.
+struct Updating {
+    machine: Machine,
+    gauss_newton: UpdatedMachine,
+    nelder_mead: UpdatedMachine,
+    targets: Targets,
+    identification: Option<crate::identify::Identification>,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> Result<Outcome, Failure> {
-    Err(Failure::new("run: not available yet"))
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let weights = load_weights(&arguments.weights)?;
+    let progress = Progress::start();
+    let nominal_files = DesignArguments {
+        spindle: arguments
+            .spindle
+            .clone()
+            .unwrap_or_else(|| "reference".into()),
+        tool: arguments
+            .tool
+            .clone()
+            .unwrap_or_else(|| "paper-tool".into()),
+        weights: arguments.weights.clone(),
+    };
+    let source = match (&arguments.measurement, &arguments.spindle) {
+        (Some(given), _) => Some(given.clone()),
+        (None, None) => Some("paper-frequencies".to_owned()),
+        (None, Some(_)) => None,
+    };
+    let (nominal, updating) = match &source {
+        None => (nominal_files.load()?.0, None),
+        Some(source) => {
+            progress.stage("model updating");
+            let measurement = load_measurement(source)?;
+            let nominal =
+                measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+            let found = update(&measurement, &nominal)?;
+            (nominal, Some(found))
+        }
+    };
+    let machine = updating.as_ref().map_or(&nominal, |u| &u.machine);
+    if let Some(u) = &updating {
+        progress.line(format!(
+            "model updating: largest error {:.4} % (Gauss–Newton, {} evaluations), {:.4} % (Nelder–Mead, {} evaluations)",
+            u.gauss_newton.fit.largest_error_percent(),
+            u.gauss_newton.fit.evaluations,
+            u.nelder_mead.fit.largest_error_percent(),
+            u.nelder_mead.fit.evaluations
+        ));
+    }
+    let design = run_design(machine, &weights, &progress)?;
+    progress.line(format!(
+        "controller: μ {:.3} as specified, {:.3} with the gyroscopic split covered, order {}",
+        design.rounded.specification.upper,
+        design.rounded.covered.upper,
+        2 * design.rounded.order
+    ));
+    progress.stage("PID");
+    let quick = TuneSettings::quick();
+    let pid = tune(machine, &quick, &mut |_, _| {})?;
+    let plain = textbook(machine, &quick)?;
+    progress.stage("predictions and report");
+    let result = assemble(
+        &nominal,
+        machine,
+        &weights.name,
+        updating.as_ref(),
+        &design,
+        &pid,
+        &plain,
+    )?;
+    let (mut folder, mut summary) = result;
+    finish(&mut folder, &mut summary, &arguments.out)?;
+    drop(progress);
+    let words = summary
+        .get("plain_words")
+        .and_then(|v| v.as_str())
+        .unwrap_or_default()
+        .to_owned();
+    stdout::data(|out| writeln!(out, "{words}\nresults in {}", arguments.out))?;
+    Ok(outcome(&design))
+}
+
+fn update(measurement: &crate::input::Measurement, nominal: &Machine) -> Result<Updating, Failure> {
+    let (targets, identification) = targets(measurement, nominal, None)?;
+    let settings = UpdateSettings::default();
+    let found = gauss_newton(nominal, &targets, &settings)?;
+    Ok(Updating {
+        machine: found.machine.clone(),
+        nelder_mead: nelder_mead(nominal, &targets, &settings)?,
+        gauss_newton: found,
+        targets,
+        identification,
+    })
+}
+
+/// Summary, pictures and files of a run.
+fn assemble(
+    nominal: &Machine,
+    machine: &Machine,
+    weights: &str,
+    updating: Option<&Updating>,
+    design: &Design,
+    pid: &TunedPid,
+    plain: &TunedPid,
+) -> Result<(ResultsFolder, Summary), Failure> {
+    let (mut folder, mut summary) = (ResultsFolder::new(), Summary::new());
+    let top = machine.spindle.max_rpm;
+    let frequencies = |m: &Machine| -> Result<Vec<f64>, Failure> {
+        let modes = PlanarModes::new(&m.rotor()?)?;
+        Ok(modes.flexible_hz().into_iter().take(5).collect())
+    };
+    let updated_hz = frequencies(machine)?;
+    summary.set("run", "run");
+    summary.set("spindle", machine.spindle.name.as_str());
+    summary.set("tool", machine.tool.name.as_str());
+    summary.set("weights", weights);
+    summary.set(
+        "model.nominal",
+        machine_json(nominal, &frequencies(nominal)?),
+    );
+    summary.set("model.used", machine_json(machine, &updated_hz));
+    if let Some(u) = updating {
+        if let Some(found) = &u.identification {
+            summary.set("identification", identification_json(found));
+        }
+        summary.set("updating", updating_json(&u.gauss_newton.fit));
+        summary.set("updating.nelder_mead", updating_json(&u.nelder_mead.fit));
+        for (stem, figure) in update_figures(nominal, &[("updated", &u.gauss_newton.fit)]) {
+            folder.add_plot(stem, &figure)?;
+        }
+    }
+    summary.set("design", design_json(design));
+    let both = |controller| -> Result<[Prediction; 2], Failure> {
+        Ok([
+            predict(machine, controller, 0.0)?,
+            predict(machine, controller, top)?,
+        ])
+    };
+    let (mu, tuned) = (both(&design.controller)?, both(&pid.controller)?);
+    let untuned = both(&plain.controller)?;
+    let flexible: Vec<f64> = updated_hz.iter().take(3).map(|f| f * TAU).collect();
+    for (name, [rest, speed]) in [("mu", &mu), ("pid", &tuned), ("textbook_pid", &untuned)] {
+        add_predictions(&mut summary, name, rest, speed);
+        summary.set(
+            &format!("damping_ratio.{name}"),
+            modal_damping_json(rest, &flexible),
+        );
+    }
+    summary.set("pid.stable", pid.certificate.is_stable());
+    summary.set(
+        "pid.certificates.nominal",
+        verification_json(&pid.certificate.nominal),
+    );
+    summary.set(
+        "pid.certificates.modes_lowered",
+        verification_json(&pid.certificate.lowered),
+    );
+    summary.set(
+        "pid.certificates.modes_raised",
+        verification_json(&pid.certificate.raised),
+    );
+    summary.set(
+        "pid.noise_current_a",
+        number(pid.certificate.noise_current_a),
+    );
+    summary.set("pid.textbook_stable", plain.certificate.nominal.is_stable());
+    summary.set(
+        "plain_words",
+        plain_words(machine, design, &mu[0], &tuned[0]),
+    );
+    let marked = updating.map_or_else(Default::default, |u| marks(&u.targets));
+    let models = [
+        ("nominal", Role::Nominal, nominal),
+        ("updated", Role::Updated, machine),
+    ];
+    let models = if updating.is_some() {
+        &models[..]
+    } else {
+        &models[1..]
+    };
+    for (stem, figure) in open_loop(models, &marked)? {
+        folder.add_plot(&stem, &figure)?;
+    }
+    // Updating draws the shapes before and after itself.
+    if updating.is_none()
+        && let Some(figure) = shapes(models)?
+    {
+        folder.add_plot("mode_shapes", &figure)?;
+    }
+    let runs = [
+        (Role::Mu, &mu[0]),
+        (Role::Pid, &tuned[0]),
+        (Role::TextbookPid, &untuned[0]),
+        (Role::Mu, &mu[1]),
+        (Role::Pid, &tuned[1]),
+        (Role::TextbookPid, &untuned[1]),
+    ];
+    for (stem, figure) in robustness(design)
+        .into_iter()
+        .chain(predictions(&runs, &[], top / 60.0))
+    {
+        folder.add_plot(&stem, &figure)?;
+    }
+    add_controller(&mut folder, machine, design)?;
+    folder.add(
+        "controller/pid.json",
+        crate::report::controller_json::controller_json(&pid.controller),
+    )?;
+    folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
+    folder.add("tool.yaml", tool_yaml(&machine.tool))?;
+    Ok((folder, summary))
+}
+
+fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
+    [0, 1].map(|bearing| {
+        let resonances = targets
+            .resonances
+            .iter()
+            .flatten()
+            .map(|t| (t, Peak::Resonance));
+        let zeros = targets
+            .antiresonances
+            .get(bearing)
+            .into_iter()
+            .flat_map(|f| f.antiresonances.iter().flatten())
+            .map(|t| (t, Peak::Antiresonance));
+        resonances
+            .chain(zeros)
+            .map(|(t, peak)| MarkedFrequency {
+                frequency_hz: t.frequency_hz,
+                peak,
+            })
+            .collect()
+    })
+}
+
+/// The outcome in a few sentences.
+fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Prediction) -> String {
+    let micro = |k: f64| k * 1e-6;
+    let stable = if design.verification.is_stable() {
+        format!(
+            "stable at every speed checked up to {:.0} rpm",
+            machine.spindle.max_rpm
+        )
+    } else {
+        "NOT stable at every speed".to_owned()
+    };
+    format!(
+        "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {:.3} for the specification as \
+         written and {:.3} with the gyroscopic split covered, is {stable}, zone {}. Smallest tool stiffness {:.2} N/µm \
+         at {:.0} Hz against {:.2} N/µm with the tuned PID (zone {}), a factor of {:.1}.",
+        machine.spindle.name,
+        machine.tool.name,
+        2 * design.rounded.order,
+        design.rounded.specification.upper,
+        design.rounded.covered.upper,
+        mu.sensitivity.zone().letter(),
+        micro(mu.minimum.0),
+        mu.minimum.1,
+        micro(pid.minimum.0),
+        pid.sensitivity.zone().letter(),
+        mu.minimum.0 / pid.minimum.0
+    )
 }

@@ -1,12 +1,290 @@
-//! `muspin simulate`.
+//! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on standard
+//! output, response and orbits as CSV and SVG in the folder.
 
-use super::{Failure, Outcome};
+use super::export::{ready, signal_limits};
+use super::{Failure, Outcome, stdout};
+use crate::controller::ControlLaw;
+use crate::controller::arithmetic::float32;
+use crate::controller::realise::modal_form;
+use crate::controller::scaling::scaled;
+use crate::input::{load_controller, load_machine};
+use crate::predict::time::{TimeError, TimeResponse, TimeSettings};
+use crate::predict::time_cases::{Case, TimeFigures, figures, run_case};
+use crate::report::plot::motion::{TimePanel, orbits, time_responses};
+use crate::report::plot::{Curve, Role};
+use crate::report::results::{ResultsError, ResultsFolder};
+use crate::report::tables::Table;
+use crate::spindle::Machine;
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+use std::path::Path;
 
 /// Arguments of `muspin simulate`.
-#[derive(clap::Args, Debug, Default)]
-pub struct Arguments {}
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    /// Controller file (JSON)
+    #[arg(long)]
+    controller: String,
+    /// What happens
+    #[arg(long, value_enum)]
+    case: CaseArgument,
+    /// Speed, rpm (unbalance: largest speed unless given; otherwise 0)
+    #[arg(long)]
+    speed: Option<f64>,
+    /// Balance grade in mm/s, for unbalance
+    #[arg(long, default_value_t = 0.4)]
+    grade: f64,
+    /// Force at the tool, N (impulse 50, step 40 unless given)
+    #[arg(long)]
+    force: Option<f64>,
+    /// Duration, s
+    #[arg(long)]
+    duration: Option<f64>,
+    /// Adds the sensor noise of the spindle, with this seed
+    #[arg(long)]
+    noise_seed: Option<u64>,
+    /// Spindle file, or the name of a shipped one
+    #[arg(long, default_value = "reference")]
+    spindle: String,
+    /// Tool file, or the name of a shipped one
+    #[arg(long, default_value = "paper-tool")]
+    tool: String,
+    /// Folder for response, orbits and plots
+    #[arg(long, default_value = "results/simulate")]
+    out: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+enum CaseArgument {
+    /// Half-sine push of 0.5 ms at the tool
+    Impulse,
+    /// Constant force at the tool
+    Step,
+    /// Unbalance of a balance grade at speed
+    Unbalance,
+    /// Lift-off from the backup bearings
+    LiftOff,
+}
+
+impl From<TimeError> for Failure {
+    fn from(error: TimeError) -> Self {
+        match error {
+            TimeError::Plant(e) => e.into(),
+            other => Self::new(other.to_string()),
+        }
+    }
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> Result<Outcome, Failure> {
-    Err(Failure::new("simulate: not available yet"))
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let machine = load_machine(&arguments.spindle, &arguments.tool)?;
+    let loaded = load_controller(&arguments.controller)?;
+    let (discrete, _) = ready(&machine, &loaded, &arguments.controller)?;
+    let ControlLaw::Discrete(law) = &discrete.law else {
+        return Err(Failure::new("the controller could not be sampled"));
+    };
+    let program = float32(&scaled(&modal_form(law)?, signal_limits(&machine))?)?;
+    let (case, name, speed_rpm, duration_s) = scenario(arguments, &machine)?;
+    let settings = TimeSettings {
+        noise_seed: arguments.noise_seed,
+        ..TimeSettings::default()
+    };
+    let speed = speed_rpm * TAU / 60.0;
+    let response = run_case(&machine, &program, case, speed, duration_s, &settings)?;
+    let found = figures(&machine, &response);
+    let summary = json!({
+        "controller": discrete.name,
+        "case": name,
+        "speed_rpm": speed_rpm,
+        "duration_s": duration_s,
+        "simulation": summary(&machine, &response, &found),
+    });
+    let text = format!("{summary:#}\n");
+    staged(&machine, &response, name, &text)
+        .and_then(|folder| folder.write(Path::new(&arguments.out)))
+        .map_err(|e| Failure::new(e.to_string()))?;
+    stdout::data(|out| out.write_all(text.as_bytes()))?;
+    // Lift-off starts in contact; what counts is where it ends.
+    let last = response.samples.last();
+    let touches = match case {
+        Case::LiftOff => last.is_none_or(|s| s.contact_n.iter().any(|f| *f != 0.0)),
+        _ => response.in_contact > 0.0,
+    };
+    Ok(if response.diverged || touches {
+        Outcome::TargetMissed
+    } else {
+        Outcome::Done
+    })
+}
+
+fn scenario(
+    arguments: &Arguments,
+    machine: &Machine,
+) -> Result<(Case, &'static str, f64, f64), Failure> {
+    let positive = |name: &str, value: Option<f64>| match value {
+        Some(v) if !(v.is_finite() && v > 0.0) => Err(Failure::new(format!(
+            "--{name}: {v} must be a positive number"
+        ))),
+        other => Ok(other),
+    };
+    let force = positive("force", arguments.force)?;
+    let duration = positive("duration", arguments.duration)?;
+    let grade = positive("grade", Some(arguments.grade))?.unwrap_or(0.4);
+    let (case, name, length) = match arguments.case {
+        CaseArgument::Impulse => (
+            Case::Impulse {
+                force_n: force.unwrap_or(50.0),
+                length_s: 5e-4,
+            },
+            "impulse",
+            0.1,
+        ),
+        CaseArgument::Step => (
+            Case::Step {
+                force_n: force.unwrap_or(40.0),
+            },
+            "step",
+            0.3,
+        ),
+        CaseArgument::Unbalance => (
+            Case::Unbalance {
+                grade_m_s: 1e-3 * grade,
+            },
+            "unbalance",
+            0.2,
+        ),
+        CaseArgument::LiftOff => (Case::LiftOff, "lift-off", 0.5),
+    };
+    let usual = if arguments.case == CaseArgument::Unbalance {
+        machine.spindle.max_rpm
+    } else {
+        0.0
+    };
+    let speed = arguments.speed.unwrap_or(usual);
+    if !(0.0..=1e6).contains(&speed) {
+        return Err(Failure::new(format!(
+            "--speed: {speed} must be between 0 and 1e6 rpm"
+        )));
+    }
+    Ok((case, name, speed, duration.unwrap_or(length)))
+}
+
+fn summary(machine: &Machine, response: &TimeResponse, found: &TimeFigures) -> Value {
+    let places = |v: &[f64; 3]| json!({"tool": v[0], "front": v[1], "rear": v[2]});
+    let sides = |v: &[f64; 2]| json!({"front": v[0], "rear": v[1]});
+    let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
+    json!({
+        "peak_displacement_m": places(&found.displacement_m),
+        "settled_displacement_m": places(&found.settled_displacement_m),
+        "backup_clearance_m": machine.spindle.backup_clearance_m,
+        "clearance_ratio": found.clearance_ratio,
+        "peak_current_a": sides(&found.current_a),
+        "current_limit_a": signal_limits(machine).output_a,
+        "peak_force_n": sides(&found.force_n),
+        "force_limit_n": sides(&[front.max_force_n, rear.max_force_n]),
+        "peak_contact_force_n": found.contact_force_n,
+        "share_current_limited": response.current_limited,
+        "share_voltage_limited": response.voltage_limited,
+        "share_in_contact": response.in_contact,
+        "diverged": response.diverged,
+    })
+}
+
+/// Everything that goes into the folder.
+fn staged(
+    machine: &Machine,
+    response: &TimeResponse,
+    name: &str,
+    summary: &str,
+) -> Result<ResultsFolder, ResultsError> {
+    let axes = ["front_x", "front_y", "rear_x", "rear_y"];
+    let places = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "rear_y"];
+    let mut header = vec!["time_s".to_owned()];
+    header.extend(axes.map(|a| format!("sensor_{a}_m")));
+    header.extend(places.map(|p| format!("displacement_{p}_m")));
+    header.extend(axes.map(|a| format!("current_{a}_a")));
+    header.extend(axes.map(|a| format!("force_{a}_n")));
+    header.extend(axes.map(|a| format!("contact_{a}_n")));
+    let mut table = Table::new(header);
+    for s in &response.samples {
+        let row: Vec<f64> = std::iter::once(s.time_s)
+            .chain(s.sensors_m)
+            .chain(s.displacements_m)
+            .chain(s.currents_a)
+            .chain(s.forces_n)
+            .chain(s.contact_n)
+            .collect();
+        table.push_numbers(&row);
+    }
+    let time: Vec<f64> = response.samples.iter().map(|s| s.time_s).collect();
+    let column = |k: usize| -> Vec<f64> {
+        response
+            .samples
+            .iter()
+            .map(|s| s.displacements_m[k])
+            .collect()
+    };
+    let [tx, ty, fx, fy, rx, ry] = [0, 1, 2, 3, 4, 5].map(column);
+    let micro = |v: &[f64]| v.iter().map(|m| 1e6 * m).collect::<Vec<f64>>();
+    let shown = [micro(&tx), micro(&fx), micro(&rx)];
+    let current =
+        |k: usize| -> Vec<f64> { response.samples.iter().map(|s| s.currents_a[k]).collect() };
+    let currents = [current(0), current(2)];
+    let clearance = 1e6 * machine.spindle.backup_clearance_m;
+    let limit = signal_limits(machine).output_a;
+    let panels = [
+        TimePanel {
+            title: "Displacement x",
+            label: "x",
+            unit: "µm",
+            curves: curves(&time, &["tool", "front", "rear"], &shown),
+            limits: vec![
+                (clearance, "backup bearing"),
+                (-clearance, "backup bearing"),
+            ],
+        },
+        TimePanel {
+            title: "Control current x",
+            label: "i",
+            unit: "A",
+            curves: curves(&time, &["front", "rear"], &currents),
+            limits: vec![(limit, "limit"), (-limit, "limit")],
+        },
+    ];
+    let mut folder = ResultsFolder::new();
+    folder.add("summary.json", summary)?;
+    folder.add_table("response.csv", &table)?;
+    folder.add_plot(
+        "response",
+        &time_responses(&format!("Response to {name}"), &panels),
+    )?;
+    let planes = [
+        ("tool", tx.as_slice(), ty.as_slice()),
+        ("front actuator", &fx, &fy),
+        ("rear actuator", &rx, &ry),
+    ];
+    folder.add_plot(
+        "orbits",
+        &orbits(
+            &format!("Orbits, {name}"),
+            &planes,
+            machine.spindle.backup_clearance_m,
+        ),
+    )?;
+    Ok(folder)
+}
+
+/// Curves over one time axis, told apart by number.
+fn curves<'a>(time: &'a [f64], names: &[&'a str], values: &'a [Vec<f64>]) -> Vec<Curve<'a>> {
+    names
+        .iter()
+        .zip(values)
+        .enumerate()
+        .map(|(k, (name, y))| Curve {
+            name,
+            x: time,
+            y,
+            role: Role::Other(k),
+        })
+        .collect()
 }

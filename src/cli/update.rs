@@ -1,12 +1,320 @@
-//! `muspin update`.
+//! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
-use super::{Failure, Outcome};
+use super::identify::standstill;
+use super::{Failure, Outcome, stdout};
+use crate::identify::{Identification, Reading, identify, open_loop};
+use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
+use crate::report::atomic::write_file;
+use crate::report::identification::identification_json;
+use crate::report::plot::picture;
+use crate::report::tables::Table;
+use crate::report::updating::{error_table, figures, updating_json};
+use crate::spindle::Machine;
+use crate::update::{
+    FrfTargets, Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine,
+    front_and_rear, gauss_newton, nelder_mead, tool_error_db,
+};
+use clap::ValueEnum;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// How the factors are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum MethodArgument {
+    /// Sensitivities, prior, noise
+    #[default]
+    GaussNewton,
+    /// The search of the reference method, Eq. (7)
+    NelderMead,
+}
 
 /// Arguments of `muspin update`.
-#[derive(clap::Args, Debug, Default)]
-pub struct Arguments {}
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    /// Measurement folder, a YAML file of frequencies, or `paper-frequencies`
+    #[arg(long, default_value = "paper-frequencies")]
+    measurement: String,
+    /// Spindle file or shipped name; default: that of the measurement
+    #[arg(long)]
+    spindle: Option<String>,
+    /// Tool file or shipped name; default: that of the measurement
+    #[arg(long)]
+    tool: Option<String>,
+    /// Method
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodArgument,
+    /// FRFs of a sweep whose antiresonances are fitted; what is left of 11, 33, 13, 31 is compared only
+    #[arg(long, value_delimiter = ',', default_value = "11,33")]
+    frfs: Vec<String>,
+    /// Leave the antiresonances off, as in the published case study; the full update is shown beside it
+    #[arg(long)]
+    resonances_only: bool,
+    /// Relative standard deviation of frequencies that were read off a plot; default: estimated from the fit
+    #[arg(long)]
+    relative_deviation: Option<f64>,
+    /// Exponent of the errors in Eq. (7), Nelder–Mead only
+    #[arg(long, default_value_t = 2.0)]
+    exponent: f64,
+    /// Iterations of Nelder–Mead
+    #[arg(long, default_value_t = 500)]
+    iterations: usize,
+    /// Folder for spindle.yaml, tool.yaml, summary.json, tables and plots
+    #[arg(long, default_value = "results/update")]
+    out: String,
+}
+
+impl From<UpdateError> for Failure {
+    fn from(error: UpdateError) -> Self {
+        let hint = match &error {
+            UpdateError::NoRegions => {
+                "give elements of spindle or tool a `region`: those share one modulus factor"
+            }
+            UpdateError::NoTargets { .. } => {
+                "add a sweep at 0 rpm or a record of kind frequencies to the measurement"
+            }
+            UpdateError::NoMatch { .. } => {
+                "check that spindle and tool are those that were measured"
+            }
+            _ => "check spindle, tool and measurement",
+        };
+        Self::new(error.to_string()).with_hint(hint)
+    }
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> Result<Outcome, Failure> {
-    Err(Failure::new("update: not available yet"))
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let settings = settings(arguments)?;
+    let measurement = load_measurement(&arguments.measurement)?;
+    let machine = measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let (mut targets, identification) =
+        targets(&measurement, &machine, arguments.relative_deviation)?;
+    for (frf, code) in targets.antiresonances.iter_mut().zip(FRF_CODES) {
+        frf.held_out = !arguments.frfs.iter().any(|f| f == code);
+    }
+    let fit = |settings: &UpdateSettings| match arguments.method {
+        MethodArgument::GaussNewton => gauss_newton(&machine, &targets, settings),
+        MethodArgument::NelderMead => nelder_mead(&machine, &targets, settings),
+    };
+    let full = fit(&settings)?;
+    let resonances_only = if arguments.resonances_only {
+        let settings = UpdateSettings {
+            use_antiresonances: false,
+            ..settings
+        };
+        Some(fit(&settings)?)
+    } else {
+        None
+    };
+    let delivered = resonances_only.as_ref().unwrap_or(&full);
+    let models: Vec<(&str, &Updated)> = match &resonances_only {
+        Some(only) => vec![("resonances_only", &only.fit), ("full", &full.fit)],
+        None => vec![("updated", &full.fit)],
+    };
+    let mut updating = updating_json(&delivered.fit);
+    if let Value::Object(map) = &mut updating {
+        map.insert("resonances_only".into(), json!(resonances_only.is_some()));
+        if resonances_only.is_some() {
+            map.insert("full_update".into(), updating_json(&full.fit));
+        }
+    }
+    let hammers = hammer_errors(&measurement, &machine, &delivered.machine)?;
+    if let Value::Object(map) = &mut updating
+        && !hammers.is_empty()
+    {
+        map.insert("held_out_tool_frf".into(), json!(hammers));
+    }
+    let mut summary = serde_json::Map::new();
+    if let Some(found) = &identification {
+        summary.insert("identification".into(), identification_json(found));
+    }
+    summary.insert("updating".into(), updating);
+    let text = serde_json::to_string_pretty(&Value::Object(summary))
+        .map_err(|e| Failure::new(e.to_string()))?
+        + "\n";
+    write_all(&arguments.out, &machine, delivered, &models, &text)?;
+    stdout::data(|out| out.write_all(text.as_bytes()))?;
+    let explanation = &delivered.fit.explanation;
+    if explanation.explained {
+        Ok(Outcome::Done)
+    } else {
+        eprintln!("{}", explanation.statement);
+        Ok(Outcome::TargetMissed)
+    }
+}
+
+/// Codes of the FRFs, output and input axis, in the order of the targets.
+const FRF_CODES: [&str; 4] = ["11", "33", "13", "31"];
+
+fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
+    if let Some(r) = arguments.relative_deviation
+        && !(r > 0.0 && r < 1.0)
+    {
+        return Err(Failure::new(format!(
+            "--relative-deviation: {r} must lie between 0 and 1"
+        ))
+        .with_hint("0.001 means that frequencies are known to 0.1 %"));
+    }
+    if !(arguments.exponent > 0.0 && arguments.exponent <= 10.0) {
+        return Err(Failure::new(format!(
+            "--exponent: {} must lie between 0 and 10",
+            arguments.exponent
+        ))
+        .with_hint("1 sums errors, 2 sums their squares"));
+    }
+    if let Some(unknown) = arguments
+        .frfs
+        .iter()
+        .find(|f| !FRF_CODES.contains(&f.as_str()))
+    {
+        return Err(Failure::new(format!(
+            "--frfs: {unknown:?} is none of {}",
+            FRF_CODES.join(", ")
+        ))
+        .with_hint("the first digit is the sensor, the second the actuator: 1 front, 3 rear"));
+    }
+    if arguments.iterations == 0 {
+        return Err(Failure::new("--iterations: 0 does nothing")
+            .with_hint("the reference method takes 400 to 500"));
+    }
+    Ok(UpdateSettings {
+        resonance_exponent: arguments.exponent,
+        antiresonance_exponent: arguments.exponent,
+        iterations: arguments.iterations,
+        ..UpdateSettings::default()
+    })
+}
+
+/// What to fit: the standstill sweep where there is one, else frequencies that were read off. The crossed FRFs of a sweep are
+/// held out.
+pub(super) fn targets(
+    measurement: &Measurement,
+    machine: &Machine,
+    relative_deviation: Option<f64>,
+) -> Result<(Targets, Option<Identification>), Failure> {
+    let frfs = measurement
+        .sweeps
+        .iter()
+        .map(|s| open_loop(&s.record))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut identification = None;
+    let mut targets = if let Some(frf) = standstill(&frfs) {
+        let found = identify(frf, machine)?;
+        let list = |readings: &[Reading]| readings.iter().map(target).collect();
+        let mut targets = front_and_rear(
+            machine,
+            list(&found.resonances),
+            list(&found.front),
+            list(&found.rear),
+        );
+        let [f, r] = machine.effective().bearings;
+        let crossed = [
+            ("13", f.sensor_m, r.actuator_m, &found.front_over_rear),
+            ("31", r.sensor_m, f.actuator_m, &found.rear_over_front),
+        ];
+        for (name, output_m, input_m, readings) in crossed {
+            targets.antiresonances.push(FrfTargets {
+                name: name.to_owned(),
+                output_m,
+                input_m,
+                antiresonances: list(readings),
+                held_out: true,
+            });
+        }
+        identification = Some(found);
+        targets
+    } else if let Some(read) = measurement.frequencies.first() {
+        let list = |frequencies: &[Option<f64>]| {
+            let each = |f: &Option<f64>| {
+                f.map(|f| Target {
+                    frequency_hz: f,
+                    standard_deviation_hz: relative_deviation.map(|r| r * f),
+                })
+            };
+            frequencies.iter().map(each).collect()
+        };
+        front_and_rear(
+            machine,
+            list(&read.resonances_hz),
+            list(&read.front_hz),
+            list(&read.rear_hz),
+        )
+    } else {
+        return Err(UpdateError::NoTargets {
+            what: "neither a sweep at 0 rpm nor frequencies",
+        }
+        .into());
+    };
+    targets.mode_shapes = measurement.mode_shapes.clone();
+    Ok((targets, identification))
+}
+
+/// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.
+fn hammer_errors(
+    measurement: &Measurement,
+    before: &Machine,
+    after: &Machine,
+) -> Result<Vec<Value>, Failure> {
+    let mut list = vec![];
+    for hammer in &measurement.hammers {
+        let Some(path) = &hammer.controller else {
+            continue;
+        };
+        let controller = load_controller(path)?;
+        let error =
+            |machine: &Machine| tool_error_db(machine, &hammer.frf, hammer.axis, &controller);
+        list.push(json!({
+            "file": hammer.name,
+            "before_db_rms": error(before)?,
+            "after_db_rms": error(after)?,
+        }));
+    }
+    Ok(list)
+}
+
+fn target(reading: &Reading) -> Option<Target> {
+    Some(Target {
+        frequency_hz: reading.frequency_hz()?,
+        standard_deviation_hz: reading.standard_deviation_hz(),
+    })
+}
+
+fn write_all(
+    out: &str,
+    before: &Machine,
+    delivered: &UpdatedMachine,
+    models: &[(&str, &Updated)],
+    summary: &str,
+) -> Result<(), Failure> {
+    let mut files = vec![
+        (
+            "spindle.yaml".to_owned(),
+            spindle_yaml(&delivered.machine.spindle),
+        ),
+        ("summary.json".to_owned(), summary.to_owned()),
+        ("errors.csv".to_owned(), error_table(models).to_csv()),
+    ];
+    let tool = &delivered.machine.tool;
+    if tool.sections.iter().any(|s| s.region.is_some()) {
+        files.push(("tool.yaml".to_owned(), tool_yaml(tool)));
+    }
+    if !delivered.fit.shapes.is_empty() {
+        let mut table = Table::with_columns(&["mode", "position_m", "measured_scaled", "model"]);
+        for shape in &delivered.fit.shapes {
+            for (z, measured, model) in &shape.points {
+                table.push_numbers(&[shape.mode as f64, *z, *measured, *model]);
+            }
+        }
+        files.push(("mode_shapes.csv".to_owned(), table.to_csv()));
+    }
+    for (stem, figure) in figures(before, models) {
+        let drawn = picture(&figure).map_err(|e| Failure::new(format!("plot {stem}: {e}")))?;
+        files.push((format!("plots/{stem}.svg"), drawn.svg));
+        files.push((format!("plots/{stem}.csv"), drawn.csv));
+    }
+    for (name, text) in &files {
+        let path = Path::new(out).join(name);
+        write_file(&path, text.as_bytes())
+            .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+    }
+    Ok(())
 }

@@ -1,12 +1,18 @@
 //! Records to frequency responses with covariance; resonances and antiresonances; hammer tests.
 
+pub mod free_free;
 pub mod frf;
 pub mod hammer;
+pub mod local;
+pub mod peaks;
 
+pub use free_free::{Identification, Reading, identify};
 pub use frf::{MeasuredFrf, SweepRecord, open_loop};
 pub use hammer::HammerFrf;
 
 use crate::linalg::NumericError;
+use crate::rotor::RotorError;
+use crate::spindle::SpindleError;
 use thiserror::Error;
 
 /// Why a record gives no frequency response.
@@ -38,6 +44,28 @@ pub enum IdentifyError {
         /// Condition number of U.
         condition: f64,
     },
+    /// Whirl splits every peak at speed.
+    #[error(
+        "the sweep was taken at {speed_rpm} rpm: resonances and antiresonances of the rotor at rest need a sweep at 0 rpm"
+    )]
+    NotAtRest {
+        /// Speed, rpm.
+        speed_rpm: f64,
+    },
+    /// Nothing to see.
+    #[error("no lightly damped resonance stands out between {from_hz} and {to_hz} Hz")]
+    NoResonance {
+        /// First line, Hz.
+        from_hz: f64,
+        /// Last line, Hz.
+        to_hz: f64,
+    },
+    /// The machine breaks a rule.
+    #[error(transparent)]
+    Machine(#[from] SpindleError),
+    /// The rotor model breaks a rule.
+    #[error(transparent)]
+    Rotor(#[from] RotorError),
     /// A matrix computation failed.
     #[error(transparent)]
     Numeric(#[from] NumericError),

@@ -1,1 +1,39 @@
 //! Files in: YAML, CSV, JSON, UFF to validated domain values. The only home of parsing.
+//!
+//! Every function takes a path or the name of a shipped file, and either returns a domain value that keeps all rules or one
+//! [`InputError`] that says file, line or key path, rule and hint.
+
+pub mod controller;
+pub mod error;
+pub mod hammer;
+pub mod kind;
+pub mod measurement;
+pub mod shipped;
+pub mod spindle;
+pub mod sweep;
+pub mod tool;
+pub mod uff;
+pub mod uff_frf;
+pub mod weights;
+pub mod write;
+
+pub use controller::{load_controller, read_controller};
+pub use error::InputError;
+pub use measurement::{Measurement, load_measurement};
+pub use spindle::{load_spindle, read_spindle};
+pub use tool::{load_tool, read_tool};
+pub use weights::{load_weights, read_weights};
+pub use write::{spindle_yaml, tool_yaml};
+
+use crate::spindle::{Machine, SpindleError};
+
+/// The spindle and the tool of one machine.
+///
+/// # Errors
+/// [`InputError`] of whichever file is wrong.
+pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, InputError> {
+    let spindle_value = load_spindle(spindle)?;
+    let tool_value = load_tool(tool, &spindle_value)?;
+    let in_spindle = |error: SpindleError| InputError::rule(spindle, &error);
+    Machine::new(spindle_value, tool_value).map_err(in_spindle)
+}

@@ -313,7 +313,8 @@ pub unsafe extern "C" fn dpotrf_(
             a = a.transpose_mut();
         }
         // faer's kernel writes the other triangle too, which the caller reads: factor a copy.
-        let mut factor = faer::Mat::<f64>::from_fn(n, n, |i, j| if i >= j { a[(i, j)] } else { 0.0 });
+        let mut factor =
+            faer::Mat::<f64>::from_fn(n, n, |i, j| if i >= j { a[(i, j)] } else { 0.0 });
         let params = Spec::new(<llt::factor::LltParams as faer::Auto<f64>>::auto());
         let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, PAR, params);
         let result = llt::factor::cholesky_in_place(

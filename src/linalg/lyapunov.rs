@@ -52,7 +52,10 @@ pub fn discrete_lyapunov(a: &Mat<f64>, q: &Mat<f64>) -> Result<Mat<f64>, Numeric
     let ac = solve(&plus, &minus)?.transpose().to_owned();
     let half = solve(&plus, q)?;
     let qc = solve(&plus, &half.transpose().to_owned())?;
-    lyapunov(&ac, &symmetric(&Mat::from_fn(n, n, |i, j| 2.0 * qc[(i, j)])))
+    lyapunov(
+        &ac,
+        &symmetric(&Mat::from_fn(n, n, |i, j| 2.0 * qc[(i, j)])),
+    )
 }
 
 /// (M + Mᵀ)/2.

@@ -2,7 +2,7 @@
 //! possibly indefinite. Symbols: X symmetric, A − GX stable.
 //! Roads: structured doubling with several shifts, and the ordered Schur form of the Hamiltonian (Laub 1979), both on
 //! data balanced by a diagonal similarity of the Hamiltonian that keeps its structure; then Newton steps, whose
-//! residual [`care`] evaluates in doubled precision.
+//! residual [`care`] evaluates in doubled precision: X comes out right to the last bit.
 
 use super::dense::{eigenvalues, solve};
 use super::doubled::Doubled;
@@ -67,7 +67,7 @@ pub struct CareSolution {
 pub enum Effort {
     /// First road that gives a small residual and a stable closed loop; f64 only.
     Fast,
-    /// Best of all roads, refined in doubled precision.
+    /// Refined in doubled precision until X is right to the last bit.
     Full,
 }
 
@@ -117,7 +117,7 @@ pub fn care_with(
 
 /// Residual below which a solution counts as found by the fast road; the γ iteration needs no more.
 const GOOD: f64 = 1e-10;
-/// Residual above which a candidate is no start for Newton.
+/// Residual above which the fast road does not try Newton.
 const USABLE: f64 = 1e-3;
 
 /// Balanced problem.
@@ -135,18 +135,9 @@ impl Data {
         let size = 2.0 * ax.norm_l2() + xgx.norm_l2() + self.q.norm_l2();
         CareSolution {
             residual: if defect == 0.0 { 0.0 } else { defect / size },
-            closed_loop_max_real: self.growth(&x),
+            closed_loop_max_real: growth(&(&self.a - &self.g * &x)),
             x,
         }
-    }
-
-    fn growth(&self, x: &Mat<f64>) -> f64 {
-        eigenvalues(&(&self.a - &self.g * x)).map_or(f64::NAN, |values| {
-            values
-                .iter()
-                .map(|v| v.re)
-                .fold(f64::NEG_INFINITY, f64::max)
-        })
     }
 
     fn shifts(&self) -> [f64; 3] {
@@ -181,11 +172,7 @@ impl Data {
     fn first_good(&self) -> Result<CareSolution, Vec<CareSolution>> {
         let mut failed = Vec::new();
         for road in 0..4 {
-            let x = match road {
-                0..3 => doubling(&self.a, &self.g, &self.q, self.shifts()[road]),
-                _ => self.by_schur(),
-            };
-            let Some(x) = x else { continue };
+            let Some(x) = self.road(road) else { continue };
             let mut found = self.candidate(x);
             if found.residual > GOOD && found.residual < USABLE && found.closed_loop_max_real < 0.0
             {
@@ -196,7 +183,12 @@ impl Data {
             }
             failed.push(found);
         }
-        Err(failed)
+        // Ill-conditioned, but not hopeless: residuals of f64 are noise here, those of doubled precision are not.
+        let refined = failed
+            .iter()
+            .filter(|c| c.closed_loop_max_real < 0.0 && c.residual < USABLE)
+            .find_map(|c| self.refined(&c.x));
+        refined.ok_or(failed)
     }
 
     /// One Newton step in f64, kept when it helps.
@@ -215,24 +207,29 @@ impl Data {
         }
     }
 
+    /// The first start that Newton's method refines to the last bit: then no other road can be better.
     fn best_refined(&self) -> Result<CareSolution, Vec<CareSolution>> {
-        let mut all: Vec<CareSolution> = self
-            .shifts()
-            .into_iter()
-            .filter_map(|shift| doubling(&self.a, &self.g, &self.q, shift))
-            .chain(self.by_schur())
-            .map(|x| self.candidate(x))
-            .collect();
-        all.sort_by(|x, y| x.residual.total_cmp(&y.residual));
-        for start in &all {
+        let mut failed = Vec::new();
+        for road in 0..4 {
+            let Some(x) = self.road(road) else { continue };
+            let start = self.candidate(x);
+            // From any stabilising start Newton's method converges when G ≥ 0 (Kleinman 1968).
             if start.closed_loop_max_real < 0.0
-                && start.residual < USABLE
                 && let Some(found) = self.refined(&start.x)
             {
                 return Ok(found);
             }
+            failed.push(start);
         }
-        Err(all)
+        Err(failed)
+    }
+
+    /// Three doublings with different shifts, then the ordered Schur form.
+    fn road(&self, index: usize) -> Option<Mat<f64>> {
+        match self.shifts().get(index) {
+            Some(shift) => doubling(&self.a, &self.g, &self.q, *shift),
+            None => self.by_schur(),
+        }
     }
 
     /// Newton steps with residuals of 32 digits until the correction is below half an ulp. None when they do not
@@ -251,8 +248,8 @@ impl Data {
         let (mut last, mut settled) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..LIMIT {
             // AᵀX + XA − XGX + Q = XW + (XW)ᵀ + Q with W = A − GX/2.
-            let w = a.plus(&g.symmetric_times(&x).scaled(-0.5));
-            let p = x.symmetric_times(&w);
+            let w = a.plus(&g.times(&x).scaled(-0.5));
+            let p = x.times(&w);
             let residual = p.plus(&p.transposed()).plus(&q).rounded();
             let step = lyapunov_with(&form, &residual);
             let rounded = x.rounded();
@@ -283,7 +280,20 @@ impl Data {
         if settled > 1e-13 {
             return None;
         }
-        let found = self.candidate(symmetric(&x.rounded()));
+        // What is reported is the X that is returned, measured without the rounding of the measurement.
+        let x = symmetric(&x.rounded());
+        let exact = Doubled::from_f64(&x);
+        let gx = g.times(&exact);
+        let p = exact.times(&a.plus(&gx.scaled(-0.5)));
+        let defect = p.plus(&p.transposed()).plus(&q).rounded().norm_l2();
+        let size = 2.0 * (self.a.transpose() * &x).norm_l2()
+            + (&x * &self.g * &x).norm_l2()
+            + self.q.norm_l2();
+        let found = CareSolution {
+            residual: if defect == 0.0 { 0.0 } else { defect / size },
+            closed_loop_max_real: growth(&a.plus(&gx.scaled(-1.0)).rounded()),
+            x,
+        };
         (found.closed_loop_max_real < 0.0).then_some(found)
     }
 
@@ -312,6 +322,14 @@ impl Data {
             closed_loop_max_real: best.map_or(f64::NAN, |b| b.closed_loop_max_real),
         }
     }
+}
+
+/// Largest real part of the eigenvalues; NaN when they cannot be computed.
+fn growth(a: &Mat<f64>) -> f64 {
+    eigenvalues(a).map_or(f64::NAN, |values| {
+        let parts = values.iter().map(|v| v.re);
+        parts.fold(f64::NEG_INFINITY, f64::max)
+    })
 }
 
 /// Diagonal T (powers of two) such that [T⁻¹AT, T⁻¹GT⁻¹; TQT, TᵀAᵀT⁻¹] has rows and columns of like size.

@@ -258,12 +258,7 @@ fn block_eigenvalues(t: &Mat<f64>, i: usize, size: usize) -> (c64, c64) {
         let x = c64::new(t[(i, i)], 0.0);
         return (x, x);
     }
-    let (a, b, c, d) = (
-        t[(i, i)],
-        t[(i, i + 1)],
-        t[(i + 1, i)],
-        t[(i + 1, i + 1)],
-    );
+    let (a, b, c, d) = (t[(i, i)], t[(i, i + 1)], t[(i + 1, i)], t[(i + 1, i + 1)]);
     let (mean, half) = (0.5 * (a + d), 0.5 * (a - d));
     let disc = half * half + b * c;
     if disc >= 0.0 {

@@ -101,3 +101,42 @@ pub fn eigen_vectors(a: &Mat<f64>) -> Result<(Vec<c64>, Mat<c64>), NumericError>
     let values = (0..n).map(|i| evd.S().column_vector()[i]).collect();
     Ok((values, evd.U().to_owned()))
 }
+
+/// Eigenvalues and right eigenvectors (columns) of a complex square matrix, with their largest residual
+/// max|A V − V Λ| relative to max|A|: the caller checks it, vectors of repeated eigenvalues may be wrong.
+#[derive(Clone, Debug)]
+pub struct ComplexEigen {
+    /// Eigenvalues.
+    pub values: Vec<c64>,
+    /// Eigenvectors, n×n.
+    pub vectors: Mat<c64>,
+    /// Relative residual.
+    pub residual: f64,
+}
+
+/// Eigenvalues and eigenvectors of a complex matrix.
+///
+/// # Errors
+/// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
+pub fn eigen_vectors_complex(a: &Mat<c64>) -> Result<ComplexEigen, NumericError> {
+    if !a.is_all_finite() {
+        return Err(NumericError::NotFinite {
+            what: "complex eigenvectors",
+        });
+    }
+    let n = a.nrows();
+    let evd = a.eigen().map_err(|_| NumericError::NoConvergence {
+        what: "complex eigenvalue iteration",
+        iterations: n,
+        residual: f64::NAN,
+    })?;
+    let values: Vec<c64> = (0..n).map(|i| evd.S().column_vector()[i]).collect();
+    let vectors = evd.U().to_owned();
+    let error = a * &vectors - Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j]);
+    let size = a.norm_max().max(f64::MIN_POSITIVE);
+    Ok(ComplexEigen {
+        residual: error.norm_max() / size,
+        values,
+        vectors,
+    })
+}

@@ -80,7 +80,10 @@ pub fn sample_with_delay(
         let (_, b_late) = hold(&system.a, &commands, late)?;
         (b_new, &a_rest * &b_late)
     } else {
-        (b_full.subcols(0, delayed).to_owned(), Mat::zeros(n, delayed))
+        (
+            b_full.subcols(0, delayed).to_owned(),
+            Mat::zeros(n, delayed),
+        )
     };
     // Registers, newest command first: u(k−1), …, u(k−steps).
     let steps = whole + usize::from(split);

@@ -1,10 +1,11 @@
 //! Linear time-invariant systems: state space with its time base in the type, connections, responses.
 
+pub mod balance;
 pub mod connect;
+pub mod delay;
 pub mod level_set;
 pub mod norm;
 pub mod responder;
-pub mod delay;
 pub mod response;
 pub mod sample;
 pub mod scale;

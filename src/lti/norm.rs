@@ -83,14 +83,16 @@ pub fn hinf_norm_discrete(
 
 /// Frequencies at which to look first: pole moduli and resonances, and a log grid three decades beyond them.
 pub fn seeds(poles: &[c64]) -> Vec<f64> {
-    let mut list: Vec<f64> = poles
-        .iter()
-        .flat_map(|p| {
-            let resonance = (p.im * p.im - p.re * p.re).max(0.0).sqrt();
-            [p.norm(), p.im.abs(), resonance]
-        })
-        .filter(|w| *w > 0.0)
-        .collect();
+    let mut list = Vec::with_capacity(poles.len() + 48);
+    for p in poles.iter().filter(|p| p.im >= 0.0 && p.norm() > 0.0) {
+        list.push(p.norm());
+        // Modulus, damped frequency and peak differ by ζ²: below a damping of 0.03 by less than the width of the peak.
+        if p.im > 0.0 && p.re.abs() > 0.03 * p.im {
+            list.push(p.im);
+            list.push((p.im * p.im - p.re * p.re).max(0.0).sqrt());
+        }
+    }
+    list.retain(|w| *w > 0.0);
     let lo = list.iter().copied().fold(f64::INFINITY, f64::min);
     let hi = list.iter().copied().fold(0.0, f64::max);
     if hi > 0.0 {
@@ -133,7 +135,13 @@ fn linf_norm_with(
             upper: 0.0,
         });
     }
-    let found = peak(&value, &seeds(poles), floor, &|g| hamiltonian(&s, g), rel_tol)?;
+    let found = peak(
+        &value,
+        &seeds(poles),
+        floor,
+        &|g| hamiltonian(&s, g),
+        rel_tol,
+    )?;
     let zero = found.lower <= floor;
     Ok(HinfNorm {
         norm: if zero { 0.0 } else { found.lower },
@@ -161,9 +169,7 @@ pub fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, N
     Ok(Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, true) => s.a[(i, j)] + by[(i, j)] / gamma / gamma,
         (true, false) => bx[(i, j - n)] / gamma,
-        (false, true) => {
-            -(cc[(i - n, j)] + dy[(i - n, j)] / gamma / gamma) / gamma
-        }
+        (false, true) => -(cc[(i - n, j)] + dy[(i - n, j)] / gamma / gamma) / gamma,
         (false, false) => -s.a[(j - n, i - n)] - by[(j - n, i - n)] / gamma / gamma,
     }))
 }

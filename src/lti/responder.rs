@@ -35,7 +35,11 @@ impl<T: TimeBase> FrequencyResponder<T> {
             let beta = 2.0 / (v[0] * v[0] + tail);
             let left = |m: &mut Mat<f64>| {
                 for j in 0..m.ncols() {
-                    let dot: f64 = v.iter().enumerate().map(|(i, x)| x * m[(k + 1 + i, j)]).sum();
+                    let dot: f64 = v
+                        .iter()
+                        .enumerate()
+                        .map(|(i, x)| x * m[(k + 1 + i, j)])
+                        .sum();
                     for (i, x) in v.iter().enumerate() {
                         m[(k + 1 + i, j)] -= beta * dot * x;
                     }
@@ -45,7 +49,11 @@ impl<T: TimeBase> FrequencyResponder<T> {
             left(&mut b);
             for m in [&mut a, &mut c] {
                 for row in 0..m.nrows() {
-                    let dot: f64 = v.iter().enumerate().map(|(i, x)| x * m[(row, k + 1 + i)]).sum();
+                    let dot: f64 = v
+                        .iter()
+                        .enumerate()
+                        .map(|(i, x)| x * m[(row, k + 1 + i)])
+                        .sum();
                     for (i, x) in v.iter().enumerate() {
                         m[(row, k + 1 + i)] -= beta * dot * x;
                     }

@@ -1,6 +1,6 @@
 //! From continuous to sampled time and back: zero-order hold, Tustin's rule, Tustin with prewarping.
 //! Hold: [Ad Bd; 0 I] = exp([A B; 0 0]·T). Tustin: s = k(z − 1)/(z + 1), k = 2/T, or ω/tan(ωT/2) when prewarped at ω.
-//! The bilinear formulas keep H∞ norm, gramians and stability (Ad from the Cayley transform of A).
+//! The bilinear formulas keep H∞ norm, Hankel values and stability (Ad is the Cayley transform of A).
 
 use super::state_space::{Continuous, Discrete, StateSpace};
 use crate::linalg::exponential::exponential;
@@ -65,7 +65,7 @@ pub fn tustin_prewarped(
     bilinear(system, omega_rad_s / half.tan(), period_s)
 }
 
-/// Inverse of [`tustin`]: z = (1 + sT/2)/(1 − sT/2). Norm and gramians are kept.
+/// Inverse of [`tustin`], in the same state coordinates: z = (1 + sT/2)/(1 − sT/2). Norm and Hankel values are kept.
 ///
 /// # Errors
 /// [`NumericError`] for a pole at z = −1.
@@ -76,22 +76,19 @@ pub fn inverse_tustin(
     let k = 2.0 / system.time.period_s;
     let one = Mat::<f64>::identity(n, n);
     let plus = &system.a + &one;
-    let (pa, pb) = (
-        solve(&plus, &(&system.a - &one))?,
-        solve(&plus, &system.b)?,
-    );
+    let (pa, pb) = (solve(&plus, &(&system.a - &one))?, solve(&plus, &system.b)?);
     let c = right_divide(&system.c, &plus)?;
-    let root = (2.0 * k).sqrt();
     StateSpace::new(
         scaled(&pa, k),
-        scaled(&pb, root),
-        scaled(&c, root),
+        scaled(&pb, k),
+        scaled(&c, 2.0),
         &system.d - &system.c * &pb,
         Continuous,
     )
 }
 
-/// With M = kI − A: Ad = M⁻¹(kI + A), Bd = √(2k) M⁻¹B, Cd = √(2k) C M⁻¹, Dd = D + C M⁻¹ B.
+/// With M = kI − A: Ad = M⁻¹(kI + A), Bd = 2M⁻¹B, Cd = k C M⁻¹, Dd = D + C M⁻¹B; the states stay those of A to first
+/// order in T.
 fn bilinear(
     system: &StateSpace<Continuous>,
     k: f64,
@@ -105,11 +102,10 @@ fn bilinear(
         solve(&minus, &system.b)?,
     );
     let c = right_divide(&system.c, &minus)?;
-    let root = (2.0 * k).sqrt();
     StateSpace::new(
         ad,
-        scaled(&b, root),
-        scaled(&c, root),
+        scaled(&b, 2.0),
+        scaled(&c, k),
         &system.d + &system.c * &b,
         Discrete { period_s },
     )

@@ -11,7 +11,11 @@ pub fn balancing<T: TimeBase>(system: &StateSpace<T>) -> Vec<f64> {
         .map(|i| (0..system.inputs()).map(|j| system.b[(i, j)].powi(2)).sum())
         .collect();
     let c: Vec<f64> = (0..n)
-        .map(|j| (0..system.outputs()).map(|i| system.c[(i, j)].powi(2)).sum())
+        .map(|j| {
+            (0..system.outputs())
+                .map(|i| system.c[(i, j)].powi(2))
+                .sum()
+        })
         .collect();
     // Twenty sweeps settle spreads of 1e10.
     for _ in 0..20 {

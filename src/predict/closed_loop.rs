@@ -7,7 +7,6 @@ use crate::linalg::{Mat, NumericError, c64, solve_complex};
 use crate::lti::connect::{block2, lower_lft};
 use crate::lti::{Discrete, Response, StateSpace, TimeBase};
 
-
 pub use crate::spindle::plant::AXES;
 
 /// Closed-loop response from the forces to the displacements (the channels after the four control channels)

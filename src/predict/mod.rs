@@ -1,6 +1,9 @@
 //! Closed loop, dynamic stiffness, sensitivity zones, worst case, time response.
 
+pub mod chatter;
 pub mod closed_loop;
 pub mod sensitivity;
 pub mod stiffness;
-pub mod verify;
+pub mod time;
+pub mod time_cases;
+pub mod time_force;

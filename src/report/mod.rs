@@ -1,3 +1,18 @@
 //! Files out: results folder, tables, plots, HTML. Gets finished results, never computes.
 
 pub mod atomic;
+pub mod controller_json;
+pub mod firmware;
+pub mod firmware_c;
+pub mod html;
+pub mod identification;
+pub mod mat;
+pub mod plot;
+pub mod readable;
+pub mod results;
+pub mod run_figures;
+pub mod run_summary;
+pub mod summary;
+pub mod tables;
+pub mod uff;
+pub mod updating;

@@ -89,7 +89,10 @@ impl Magnitudes {
             }
         };
         let ascending = |k: usize, v: f64| {
-            v.is_finite() && v >= 0.0 && (k == 0 || v > omega[k - 1]) && (k + 1 < lengths.0 || v > 0.0)
+            v.is_finite()
+                && v >= 0.0
+                && (k == 0 || v > omega[k - 1])
+                && (k + 1 < lengths.0 || v > 0.0)
         };
         check(
             "omega",
@@ -97,12 +100,18 @@ impl Magnitudes {
             "frequencies must be finite, not negative and ascending",
             &ascending,
         )?;
-        check("magnitude", &magnitude, "must be finite and positive", &|_, v| {
-            v.is_finite() && v > 0.0
-        })?;
-        check("weight", &weight, "must be finite and not negative", &|_, v| {
-            v.is_finite() && v >= 0.0
-        })?;
+        check(
+            "magnitude",
+            &magnitude,
+            "must be finite and positive",
+            &|_, v| v.is_finite() && v > 0.0,
+        )?;
+        check(
+            "weight",
+            &weight,
+            "must be finite and not negative",
+            &|_, v| v.is_finite() && v >= 0.0,
+        )?;
         let (lo, hi) = corner_range(&omega);
         Ok(Self {
             omega_rad_s: omega,
@@ -223,7 +232,11 @@ fn starts(data: &Magnitudes, order: usize, lower: &Factors) -> Vec<Factors> {
 pub fn realised(data: &Magnitudes, factors: Factors) -> Result<DFit, DfitError> {
     let system = factors.state_space()?;
     let (mut plain, mut weighted) = (0.0f64, 0.0f64);
-    let points = data.omega_rad_s.iter().zip(&data.magnitude).zip(&data.weight);
+    let points = data
+        .omega_rad_s
+        .iter()
+        .zip(&data.magnitude)
+        .zip(&data.weight);
     for ((w, m), weight) in points {
         let value = system.transfer(crate::linalg::c64::new(0.0, *w))[(0, 0)].norm();
         let error = (value / m).ln().abs();

@@ -92,9 +92,8 @@ impl Factors {
 
     /// ln|d(jω)|.
     pub fn ln_magnitude(&self, omega_rad_s: f64) -> f64 {
-        let sum = |list: &[Factor]| -> f64 {
-            list.iter().map(|f| f.log_magnitude(omega_rad_s).0).sum()
-        };
+        let sum =
+            |list: &[Factor]| -> f64 { list.iter().map(|f| f.log_magnitude(omega_rad_s).0).sum() };
         self.ln_gain + sum(&self.zeros) - sum(&self.poles)
     }
 
@@ -207,16 +206,19 @@ fn section(zero: &Factor, pole: &Factor) -> Result<StateSpace<Continuous>, Numer
                 _ => -2.0 * dp * wp,
             });
             let b = Mat::from_fn(2, 1, |i, _| if i == 0 { 0.0 } else { wp });
-            let c = row(&[
-                k * ((wz / wp).powi(2) - 1.0),
-                2.0 * k * (dz * wz / wp - dp),
-            ]);
+            let c = row(&[k * ((wz / wp).powi(2) - 1.0), 2.0 * k * (dz * wz / wp - dp)]);
             StateSpace::new(a, b, c, row(&[k]), Continuous)
         }
         _ => {
             let k = wp / wz;
             let one = |v: f64| Mat::from_fn(1, 1, |_, _| v);
-            StateSpace::new(one(-wp), one(wp), one(k * (wz / wp - 1.0)), one(k), Continuous)
+            StateSpace::new(
+                one(-wp),
+                one(wp),
+                one(k * (wz / wp - 1.0)),
+                one(k),
+                Continuous,
+            )
         }
     }
 }

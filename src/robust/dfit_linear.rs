@@ -49,7 +49,11 @@ pub fn fit(data: &Magnitudes, order: usize, start: &Factors) -> Option<Factors> 
         ratios
             .map(|((n, m), s)| {
                 let r = n / (m * s);
-                if *n > 0.0 && *m > 0.0 { r.max(1.0 / r) } else { f64::INFINITY }
+                if *n > 0.0 && *m > 0.0 {
+                    r.max(1.0 / r)
+                } else {
+                    f64::INFINITY
+                }
             })
             .fold(1.0, f64::max)
     };
@@ -155,7 +159,11 @@ fn factors(a: &[f64], corners: &[f64]) -> Option<Vec<Factor>> {
     let k = corners.len();
     let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     // A vanishing value at infinity is a root far beyond the data.
-    let direct = if a[0].abs() > 1e-10 * largest { a[0] } else { 1e-10 * largest };
+    let direct = if a[0].abs() > 1e-10 * largest {
+        a[0]
+    } else {
+        1e-10 * largest
+    };
     let companion = Mat::from_fn(k, k, |i, j| {
         let own = if i == j { -corners[i] } else { 0.0 };
         own - a[j + 1] * corners[j] / direct

@@ -10,10 +10,17 @@ use super::lmi::{Programme, Row};
 
 /// Largest weighted |ln(|d|/m)|.
 pub fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
-    let points = data.omega_rad_s.iter().zip(&data.magnitude).zip(&data.weight);
+    let points = data
+        .omega_rad_s
+        .iter()
+        .zip(&data.magnitude)
+        .zip(&data.weight);
     points
         .map(|((w, m), weight)| weight * (fit.ln_magnitude(*w) - m.ln()).abs())
-        .fold(0.0, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) })
+        .fold(
+            0.0,
+            |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) },
+        )
 }
 
 /// Improves a fit for at most `rounds` programmes; the result keeps the limits and is never worse than the start moved into them.
@@ -64,7 +71,11 @@ fn linear_step(
 ) -> Option<(Vec<f64>, f64)> {
     let count = fit.parameters().len();
     let mut inequalities = vec![];
-    let points = data.omega_rad_s.iter().zip(&data.magnitude).zip(&data.weight);
+    let points = data
+        .omega_rad_s
+        .iter()
+        .zip(&data.magnitude)
+        .zip(&data.weight);
     for ((w, m), weight) in points {
         let (value, gradient) = fit.ln_magnitude_with_gradient(*w);
         let residual = (value - m.ln()) * weight / error;
@@ -95,5 +106,10 @@ fn linear_step(
     };
     let end = programme.solve().ok()?;
     let predicted = end.x[count] * error;
-    (predicted < error).then(|| (end.x[..count].iter().map(|v| v * radius).collect(), predicted))
+    (predicted < error).then(|| {
+        (
+            end.x[..count].iter().map(|v| v * radius).collect(),
+            predicted,
+        )
+    })
 }

@@ -50,7 +50,11 @@ impl Descent<'_> {
         let level = scaled.map_or(f64::INFINITY, |p| {
             optimal_level(&p, &settings).unwrap_or(f64::INFINITY)
         });
-        if level > 0.0 { level.ln() } else { f64::INFINITY }
+        if level > 0.0 {
+            level.ln()
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// Goes down for at most `rounds` gradients or until γ is below `enough`. Returns the scales and their γ_opt.

@@ -139,12 +139,7 @@ pub fn smooth(m: &Mat<c64>, structure: &Structure, slack: f64) -> Vec<f64> {
 }
 
 /// One damped Newton step of the barrier at a level, with its decrement; `None` when it cannot move.
-fn newton(
-    m: &Mat<c64>,
-    structure: &Structure,
-    level: f64,
-    x: &[f64],
-) -> Option<(Vec<f64>, f64)> {
+fn newton(m: &Mat<c64>, structure: &Structure, level: f64, x: &[f64]) -> Option<(Vec<f64>, f64)> {
     let free = x.len() - 1;
     let barrier = Barrier::new(m, structure, level, x)?;
     let step = solve_definite(&barrier.hessian, &barrier.gradient)?;

@@ -15,7 +15,9 @@ pub enum Condition {
         bound: f64,
     },
     /// The Hamiltonian of X has an eigenvalue on the axis: a frequency where no control brings the gain below γ.
-    #[error("the control Hamiltonian has an eigenvalue on the axis at {omega_rad_s:.6e} rad/s (no level below {bound:.6e} exists there)")]
+    #[error(
+        "the control Hamiltonian has an eigenvalue on the axis at {omega_rad_s:.6e} rad/s (no level below {bound:.6e} exists there)"
+    )]
     ControlAxis {
         /// Smallest level of that condition.
         bound: f64,
@@ -23,7 +25,9 @@ pub enum Condition {
         omega_rad_s: f64,
     },
     /// The Hamiltonian of Y has an eigenvalue on the axis.
-    #[error("the filter Hamiltonian has an eigenvalue on the axis at {omega_rad_s:.6e} rad/s (no level below {bound:.6e} exists there)")]
+    #[error(
+        "the filter Hamiltonian has an eigenvalue on the axis at {omega_rad_s:.6e} rad/s (no level below {bound:.6e} exists there)"
+    )]
     FilterAxis {
         /// Smallest level of that condition.
         bound: f64,
@@ -54,7 +58,9 @@ pub enum SynthesisError {
     #[error("generalized plant: {0}")]
     Partition(String),
     /// An unstable or undamped mode that u does not reach.
-    #[error("(A, B2) is not stabilisable: the control inputs do not reach the mode at {re:.6e} {im:+.6e}j rad/s")]
+    #[error(
+        "(A, B2) is not stabilisable: the control inputs do not reach the mode at {re:.6e} {im:+.6e}j rad/s"
+    )]
     NotStabilisable {
         /// Real part of the eigenvalue.
         re: f64,
@@ -62,7 +68,9 @@ pub enum SynthesisError {
         im: f64,
     },
     /// An unstable or undamped mode that y does not see.
-    #[error("(C2, A) is not detectable: the measurements do not see the mode at {re:.6e} {im:+.6e}j rad/s")]
+    #[error(
+        "(C2, A) is not detectable: the measurements do not see the mode at {re:.6e} {im:+.6e}j rad/s"
+    )]
     NotDetectable {
         /// Real part of the eigenvalue.
         re: f64,
@@ -70,7 +78,9 @@ pub enum SynthesisError {
         im: f64,
     },
     /// D12 has no full column rank.
-    #[error("D12 ({rows} x {cols}) has no full column rank: singular values {smallest:.3e} to {largest:.3e}")]
+    #[error(
+        "D12 ({rows} x {cols}) has no full column rank: singular values {smallest:.3e} to {largest:.3e}"
+    )]
     ControlCost {
         /// Rows.
         rows: usize,
@@ -82,7 +92,9 @@ pub enum SynthesisError {
         largest: f64,
     },
     /// D21 has no full row rank.
-    #[error("D21 ({rows} x {cols}) has no full row rank: singular values {smallest:.3e} to {largest:.3e}")]
+    #[error(
+        "D21 ({rows} x {cols}) has no full row rank: singular values {smallest:.3e} to {largest:.3e}"
+    )]
     MeasurementNoise {
         /// Rows.
         rows: usize,
@@ -126,7 +138,9 @@ pub enum SynthesisError {
         condition: Condition,
     },
     /// A controller was formed, but an independent check refutes it.
-    #[error("controller at gamma = {gamma:.6e} fails its check: closed-loop norm {norm:.6e}, growth rate {growth_rate:.3e} 1/s")]
+    #[error(
+        "controller at gamma = {gamma:.6e} fails its check: closed-loop norm {norm:.6e}, growth rate {growth_rate:.3e} 1/s"
+    )]
     Refuted {
         /// Level.
         gamma: f64,
@@ -167,7 +181,9 @@ impl SynthesisError {
             Self::Regulator { .. } | Self::NoLevel { .. } | Self::Refuted { .. } => {
                 "check the scaling of states and channels, and modes that are almost unreachable or unobservable"
             }
-            Self::Norm(_) | Self::Numeric(_) => "check the data for extreme or inconsistent entries",
+            Self::Norm(_) | Self::Numeric(_) => {
+                "check the data for extreme or inconsistent entries"
+            }
         }
     }
 }

@@ -8,7 +8,7 @@
 //! and every single ω gives a lower bound: at that frequency no control, not even a non-causal one, does better.
 
 use crate::linalg::lyapunov::symmetric;
-use crate::linalg::riccati::{CareSolution, Effort, RiccatiError, care, care_with};
+use crate::linalg::riccati::{CareSolution, Effort, RiccatiError, care_with};
 use crate::linalg::{
     Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve,
     solve_complex,
@@ -73,10 +73,11 @@ impl Side {
         let n = self.a.nrows();
         let direct = self.direct();
         let free = self.c1.submatrix(0, 0, self.free_errors(), n).to_owned();
-        let found = care(
+        let found = care_with(
             &(&self.a - &self.b2 * &direct),
             &(&self.b2 * self.b2.transpose()),
             &(free.transpose() * &free),
+            Effort::Fast,
         )?;
         let f = Mat::<f64>::zeros(self.b2.ncols(), n) - &direct - self.b2.transpose() * &found.x;
         Ok(Regulator { x: found.x, f })
@@ -141,7 +142,11 @@ impl Side {
     ///
     /// # Errors
     /// [`NumericError`] when eigenvalues fail.
-    pub fn smallest_level(&self, regulator: &Regulator, rel_tol: f64) -> Result<Peak, NumericError> {
+    pub fn smallest_level(
+        &self,
+        regulator: &Regulator,
+        rel_tol: f64,
+    ) -> Result<Peak, NumericError> {
         let (m1, m2) = (self.b1.ncols(), self.b2.ncols());
         let free = self.free_errors();
         let nothing = Peak {
@@ -184,7 +189,10 @@ impl Side {
             * (max_singular_value(&self.d11)
                 + self.b1.norm_l2() * self.c1.norm_l2() / self.a.norm_l2().max(1e-300));
         let places = seeds(&poles);
-        let found = places.iter().map(|w| value(*w)).fold(at_infinity.max(value(0.0)), f64::max);
+        let found = places
+            .iter()
+            .map(|w| value(*w))
+            .fold(at_infinity.max(value(0.0)), f64::max);
         if found <= floor {
             return Ok(nothing);
         }
@@ -235,6 +243,10 @@ pub fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, Numer
     let f = solve(&r, &(d.transpose() * &side.c1 + b.transpose() * x))?;
     let m1 = side.b1.ncols();
     Ok(Mat::from_fn(f.nrows(), f.ncols(), |i, j| {
-        if i < m1 { -f[(i, j)] / gamma } else { -f[(i, j)] }
+        if i < m1 {
+            -f[(i, j)] / gamma
+        } else {
+            -f[(i, j)]
+        }
     }))
 }

@@ -56,22 +56,22 @@ impl NormalForm {
         let (n, m1, p1) = (s.order(), s.inputs() - m2, s.outputs() - p2);
         let d = |r: usize, c: usize, h: usize, w: usize| s.d.submatrix(r, c, h, w).to_owned();
         let (d12, d21) = (d(0, m1, p1, m2), d(p1, 0, p2, m1));
-        let (z, control) = regular(&d12).map_err(|(smallest, largest)| {
-            SynthesisError::ControlCost {
+        let (z, control) =
+            regular(&d12).map_err(|(smallest, largest)| SynthesisError::ControlCost {
                 rows: p1,
                 cols: m2,
                 smallest,
                 largest,
-            }
-        })?;
-        let (w, measurement) = regular(&d21.transpose().to_owned()).map_err(
-            |(smallest, largest)| SynthesisError::MeasurementNoise {
-                rows: p2,
-                cols: m1,
-                smallest,
-                largest,
-            },
-        )?;
+            })?;
+        let (w, measurement) =
+            regular(&d21.transpose().to_owned()).map_err(|(smallest, largest)| {
+                SynthesisError::MeasurementNoise {
+                    rows: p2,
+                    cols: m1,
+                    smallest,
+                    largest,
+                }
+            })?;
         let measurement = measurement.transpose().to_owned();
         let b1 = s.b.submatrix(0, 0, n, m1) * &w;
         let b2 = s.b.submatrix(0, m1, n, m2) * &control;
@@ -123,11 +123,10 @@ impl NormalForm {
         let m2 = self.controls();
         // u = C x + D (y − D22 u)
         let closure = Mat::<f64>::identity(m2, m2) + &k0.d * &self.d22;
-        let both = solve(&closure, &stack_cols(&k0.c, &k0.d)).map_err(|_| {
-            NumericError::IllPosed {
+        let both =
+            solve(&closure, &stack_cols(&k0.c, &k0.d)).map_err(|_| NumericError::IllPosed {
                 what: "I + D_K·D22 of the controller",
-            }
-        })?;
+            })?;
         let n = k0.order();
         let (cu, du) = (
             both.submatrix(0, 0, m2, n).to_owned(),
@@ -142,7 +141,10 @@ impl NormalForm {
 fn regular(d: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64>), (f64, f64)> {
     let (rows, cols) = (d.nrows(), d.ncols());
     let norms: Vec<f64> = (0..cols).map(|j| d.col(j).norm_l2()).collect();
-    let unit: Vec<f64> = norms.iter().map(|x| if *x > 0.0 { *x } else { 1.0 }).collect();
+    let unit: Vec<f64> = norms
+        .iter()
+        .map(|x| if *x > 0.0 { *x } else { 1.0 })
+        .collect();
     let equal = Mat::from_fn(rows, cols, |i, j| d[(i, j)] / unit[j]);
     let f = svd(&equal).map_err(|_| (f64::NAN, f64::NAN))?;
     let largest = f.s.first().copied().unwrap_or(0.0);

@@ -97,9 +97,8 @@ impl Programme {
             .build()
             .map_err(|e| stopped(&e, 0))?;
         let quadratic = CscMatrix::zeros((n, n));
-        let mut solver =
-            DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings)
-                .map_err(|e| stopped(&e, 0))?;
+        let mut solver = DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings)
+            .map_err(|e| stopped(&e, 0))?;
         solver.solve();
         let end = &solver.solution;
         let accurate = end.status == SolverStatus::Solved;

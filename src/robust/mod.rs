@@ -15,6 +15,7 @@ pub mod mu_lower;
 pub mod mu_mixed;
 pub mod mu_reduction;
 pub mod mu_system;
+pub mod prescale;
 pub mod robstab;
 pub mod structure;
 

@@ -70,11 +70,20 @@ pub fn certify(
             best = here;
             continue;
         }
-        let mut end = sweep.reach(&here.scaling, covered, level)?.unwrap_or(covered);
+        let mut end = sweep
+            .reach(&here.scaling, covered, level)?
+            .unwrap_or(covered);
         // A scaling of extreme spread (at DC, where a loop may fall apart) loses digits: those of the next points serve too.
-        for point in sweep.points.iter().filter(|p| p.omega_rad_s > covered).take(12) {
+        for point in sweep
+            .points
+            .iter()
+            .filter(|p| p.omega_rad_s > covered)
+            .take(12)
+        {
             if end <= covered * (1.0 + 1e-9) {
-                end = sweep.reach(&point.scaling, covered, level)?.unwrap_or(covered);
+                end = sweep
+                    .reach(&point.scaling, covered, level)?
+                    .unwrap_or(covered);
             }
         }
         if end <= covered * (1.0 + 1e-9) {
@@ -140,14 +149,15 @@ impl Sweep<'_> {
 /// Frequencies (ascending, rad/s) where the bound of a scaling may meet a level.
 fn crossings(system: &MuSystem, scaling: &Scaling, level: f64) -> Result<Vec<f64>, NumericError> {
     let scaled = system.system.scale_states(&balancing(&system.system));
-    let is_real = |m: &Mat<c64>| {
-        (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].im == 0.0))
-    };
+    let is_real =
+        |m: &Mat<c64>| (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].im == 0.0));
     let plain = scaling.skew.norm_max() == 0.0 && is_real(&scaling.left) && is_real(&scaling.right);
     let values = if plain {
         let real = |m: &Mat<c64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)].re);
         let right = real(&inverse_complex(&scaling.right));
-        let own = scaled.scale_inputs(&right).scale_outputs(&real(&scaling.left));
+        let own = scaled
+            .scale_inputs(&right)
+            .scale_outputs(&real(&scaling.left));
         eigenvalues(&hamiltonian(&own, level)?)?
     } else {
         eigenvalues_complex(&popov(&scaled, scaling, level)?)?
@@ -170,9 +180,8 @@ fn popov(
     scaling: &Scaling,
     level: f64,
 ) -> Result<Mat<c64>, NumericError> {
-    let complex = |m: &Mat<f64>| {
-        Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0))
-    };
+    let complex =
+        |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
     let inverse = inverse_complex(&scaling.right);
     let (a, n) = (complex(&system.a), system.order());
     let b = complex(&system.b) * &inverse;

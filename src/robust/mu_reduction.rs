@@ -26,9 +26,7 @@ pub struct Component {
 impl Component {
     /// The part of M that belongs to the component.
     pub fn part_of(&self, m: &Mat<c64>) -> Mat<c64> {
-        Mat::from_fn(self.z.len(), self.w.len(), |i, j| {
-            m[(self.z[i], self.w[j])]
-        })
+        Mat::from_fn(self.z.len(), self.w.len(), |i, j| m[(self.z[i], self.w[j])])
     }
 }
 
@@ -83,7 +81,11 @@ pub fn components(m: &Mat<c64>, structure: &Structure) -> Vec<Component> {
     };
     // reach[a][b]: b can be reached from a (Warshall; a few dozen atoms at most).
     let mut reach: Vec<Vec<bool>> = (0..n)
-        .map(|a| (0..n).map(|b| a == b || linked(&atoms[a], &atoms[b])).collect())
+        .map(|a| {
+            (0..n)
+                .map(|b| a == b || linked(&atoms[a], &atoms[b]))
+                .collect()
+        })
         .collect();
     for k in 0..n {
         let through = reach[k].clone();

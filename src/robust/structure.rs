@@ -205,7 +205,8 @@ impl Scaling {
 
     /// The upper bound of μ(M) that this scaling proves, by direct evaluation; NaN when it cannot be evaluated.
     pub fn bound(&self, m: &Mat<c64>) -> f64 {
-        self.squared_bound(m).map_or(f64::NAN, |b| b.max(0.0).sqrt())
+        self.squared_bound(m)
+            .map_or(f64::NAN, |b| b.max(0.0).sqrt())
     }
 
     /// λ_max of the scaled inequality: the square of the bound, negative when even μ = 0 is proved with room to spare.

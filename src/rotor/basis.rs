@@ -2,7 +2,7 @@
 //!
 //! x_p = Σ_k φ_pk q_k,  q̈_k + … + ω_k² q_k = Σ_p φ_pk f_p, plus for the cut modes either their static flexibility
 //! R_pq = Σ_cut φ_pk φ_qk/ω_k², or pseudo-modes: Ritz vectors u_q = Σ_cut φ_k φ_qk/ω_k² of every port q, mass-normalised
-//! (MacNeal 1971, Rubin 1975). With pseudo-modes the error falls with the fourth power of frequency over the first cut mode.
+//! (MacNeal 1971, Rubin 1975), and of the gyroscopic moments of the low modes. With pseudo-modes the error falls with the fourth power of frequency over the first cut mode.
 
 use super::RotorError;
 use super::modes::{PlanarModes, RIGID};
@@ -15,7 +15,7 @@ pub enum Cut {
     Dropped,
     /// Their static flexibility between the ports.
     StaticResidual,
-    /// Pseudo-modes, one for each independent port.
+    /// Pseudo-modes, one for each independent port and for the gyroscopic moment of each low mode.
     PseudoModes,
 }
 
@@ -61,7 +61,9 @@ impl Basis {
         let mut combination = Mat::from_fn(n, kept, |k, j| f64::from(u8::from(k == j)));
         let mut omega_rad_s = omega[..kept].to_vec();
         if cut == Cut::PseudoModes && kept < n {
-            let (vectors, frequencies) = pseudo_modes(modes, ports, kept)?;
+            let mut loads = ports.to_vec();
+            loads.extend(gyroscopic_loads(modes));
+            let (vectors, frequencies) = pseudo_modes(modes, &loads, kept)?;
             let extra = vectors.ncols();
             combination = Mat::from_fn(n, kept + extra, |k, j| {
                 if j < kept {
@@ -97,17 +99,33 @@ impl Basis {
     }
 }
 
+/// Lowest flexible modes whose gyroscopic moments get a Ritz vector of their own.
+const GYROSCOPIC_MODES: usize = 5;
+
+/// Modal amplitudes of the gyroscopic moments of the low modes (the tilting one and the first flexible ones): at speed they
+/// load the cut modes all along the shaft, not only at the ports.
+fn gyroscopic_loads(modes: &PlanarModes) -> Vec<Vec<f64>> {
+    let n = modes.len();
+    let low = modes.shapes.subcols(0, (RIGID + GYROSCOPIC_MODES).min(n));
+    let loads = modes.shapes.transpose() * (&modes.matrices.gyroscopic * low);
+    // Translation turns nothing.
+    let columns = 1..loads.ncols();
+    columns
+        .map(|k| (0..n).map(|i| loads[(i, k)]).collect())
+        .collect()
+}
+
 /// Orthonormal Ritz vectors in the space of the cut modes (cut modes × vectors) and their angular frequencies.
 fn pseudo_modes(
     modes: &PlanarModes,
-    ports: &[Vec<f64>],
+    loads: &[Vec<f64>],
     kept: usize,
 ) -> Result<(Mat<f64>, Vec<f64>), RotorError> {
     let cut = modes.len() - kept;
     let omega2 = |k: usize| modes.omega_rad_s[kept + k].powi(2);
     let mut columns: Vec<Vec<f64>> = vec![];
-    for port in ports {
-        let u: Vec<f64> = (0..cut).map(|k| port[kept + k] / omega2(k)).collect();
+    for load in loads {
+        let u: Vec<f64> = (0..cut).map(|k| load[kept + k] / omega2(k)).collect();
         let norm = u.iter().map(|x| x * x).sum::<f64>().sqrt();
         if norm > 0.0 {
             columns.push(u.iter().map(|x| x / norm).collect());

@@ -143,6 +143,22 @@ impl Chain {
         k
     }
 
+    /// The chain with a spring to ground at a port; a negative stiffness is the pull of a magnet.
+    pub fn with_spring(&self, port: &Port, stiffness_n_per_m: f64) -> Self {
+        let w = &port.weights;
+        let mut chain = self.clone();
+        if port.node + 1 < chain.nodes() {
+            let k =
+                std::array::from_fn(|i| std::array::from_fn(|j| stiffness_n_per_m * w[i] * w[j]));
+            chain.fixed.add_element(port.node, &k, 1.0);
+        } else if let Some(d) = chain.fixed.diagonal.get_mut(port.node) {
+            d[0] += stiffness_n_per_m * w[0] * w[0];
+            d[1] += stiffness_n_per_m * w[0] * w[1];
+            d[2] += stiffness_n_per_m * w[1] * w[1];
+        }
+        chain
+    }
+
     /// xᵀ Kᵣ y of a region at factor 1.
     pub fn region_energy(&self, region: &Region, x: &[[f64; 2]], y: &[[f64; 2]]) -> f64 {
         let mut sum = 0.0;

@@ -7,6 +7,7 @@
 pub mod assembly;
 pub mod basis;
 pub mod chain;
+pub mod chain_assembly;
 pub mod element;
 pub mod modes;
 pub mod section;

@@ -237,6 +237,7 @@ impl EffectKind {
             | Self::SensorLowpass
             | Self::ForceConstant
             | Self::SensorGain
+            | Self::ModalDamping
             | Self::RegionStiffness => true,
             Self::ToolJoint => i < 2,
             Self::HousingMode => i < 2,

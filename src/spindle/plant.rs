@@ -9,7 +9,8 @@
 //! a = (H(ω) + H̄(−ω))/2 goes x→x and y→y, b = (H(ω) − H̄(−ω))/2j goes x→y, and −b goes y→x.
 
 use super::SpindleError;
-use super::machine::{Effective, EffectiveBearing, Machine};
+use super::effective::{Effective, EffectiveBearing};
+use super::machine::Machine;
 use super::mechanics::Mechanics;
 use crate::linalg::{Mat, c64};
 use crate::lti::Response;
@@ -49,7 +50,7 @@ pub const OUTPUT_NAMES: [&str; CHANNELS] = [
 /// How much of the shaft a plant keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelDetail {
-    /// The full FE model: its modes up to 40 kHz, and Ritz vectors of all ports for the rest.
+    /// The full FE model: its modes up to 24 kHz, and Ritz vectors of all ports and gyroscopic moments for the rest.
     Full,
     /// Two rigid and so many flexible modes per plane.
     Modes {

@@ -6,7 +6,7 @@
 //! poles half a decade apart from 1 Hz to 100 kHz, fitted to its Stieltjes density √x/(π(1+x)); error below 1 % there.
 
 use super::SpindleError;
-use super::machine::EffectiveBearing;
+use super::effective::EffectiveBearing;
 use super::plant::{AXES, CHANNELS, LOWPASS_DAMPING, Plant};
 use crate::linalg::{Mat, c64};
 use crate::lti::connect::{append, series};
@@ -68,7 +68,12 @@ impl Plant {
     ) -> Result<StateSpace<Discrete>, SpindleError> {
         let period = self.sample_period_s;
         let pure = (self.delay_s() - 0.5 * period).max(0.0);
-        Ok(sample_with_delay(&self.undelayed(modes)?, AXES, pure, period)?)
+        Ok(sample_with_delay(
+            &self.undelayed(modes)?,
+            AXES,
+            pure,
+            period,
+        )?)
     }
 
     /// The plant without its delay.
@@ -146,12 +151,14 @@ impl Plant {
         let c = Mat::from_fn(channels, size, |i, j| match (j < n, i < 5) {
             (false, _) => zero,
             (true, true) => closed.c_out[(i, j)] / scale[j],
-            (true, false) => {
-                c64::new(f64::from(u8::from(j == RIGID + i - 5)) / scale[j], 0.0)
-            }
+            (true, false) => c64::new(f64::from(u8::from(j == RIGID + i - 5)) / scale[j], 0.0),
         });
         let d = Mat::from_fn(channels, channels, |i, j| {
-            if i < 5 && j < 5 { closed.d[(i, j)] } else { zero }
+            if i < 5 && j < 5 {
+                closed.d[(i, j)]
+            } else {
+                zero
+            }
         });
         // States by plane, channels in pairs (x, y).
         let by_plane = |k: usize, count: usize| (k / count, k % count);

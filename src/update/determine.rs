@@ -24,6 +24,8 @@ pub struct Determined {
     pub combinations: Vec<Combination>,
     /// Standard deviation of ln θ per region after the data.
     pub standard_deviation_ln: Vec<f64>,
+    /// Standard deviation of ln θ per region before the data.
+    pub prior_standard_deviation_ln: Vec<f64>,
 }
 
 impl Determined {
@@ -90,8 +92,10 @@ pub(super) fn determined(root: &Mat<f64>, values: &[f64], vectors: &Mat<f64>) ->
             variance.sqrt()
         })
         .collect();
+    let row = |i: usize| (0..n).map(|k| root[(i, k)].powi(2)).sum::<f64>().sqrt();
     Determined {
         combinations,
         standard_deviation_ln,
+        prior_standard_deviation_ln: (0..n).map(row).collect(),
     }
 }

@@ -25,6 +25,8 @@ const CONVERGED: f64 = 1e-3;
 const PATH_CONVERGED: f64 = 0.1;
 /// Noise-to-prior ratios of the path: frequencies known to 1 % down to 0.03 % when moduli scatter by a factor 1.8.
 const PATH: [f64; 6] = [1.6e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4];
+/// Standard deviation of ln θ when the moduli are known not to explain the data: factors stay near the drawing.
+const DISCREPANT_PRIOR_SD: f64 = 0.3;
 /// Evaluations kept back for the final fit.
 const RESERVE: usize = 8;
 
@@ -57,7 +59,7 @@ pub fn gauss_newton_rotor(
     } else {
         Some(fit.noise(&unit_root)?.max(settings.floor_relative_sd))
     };
-    let sigma: Vec<f64> = problem
+    let mut sigma: Vec<f64> = problem
         .peaks
         .iter()
         .map(|p| {
@@ -73,15 +75,29 @@ pub fn gauss_newton_rotor(
         })
         .collect();
     let sd = settings.prior_sd_ln;
-    let root = Mat::from_fn(n, n, |i, j| sd * unit_root[(i, j)]);
-    let state = fit.minimise(&sigma, &root, CONVERGED)?;
+    let mut root = Mat::from_fn(n, n, |i, j| sd * unit_root[(i, j)]);
+    let mut state = fit.minimise(&sigma, &root, CONVERGED)?;
+    let data = used().count();
     let explanation = Explanation::judge(
         &problem,
         &fit.at,
         state.objective,
-        used().count(),
+        data,
         estimated.is_some(),
     );
+    if !explanation.explained {
+        // Whatever the moduli cannot explain must not bend them: fit again with the discrepancy counted as noise and with
+        // moduli that scatter as the likelihood says, not as the wide prior allows.
+        fit.at = start.clone();
+        fit.limit = fit.evaluations + settings.max_evaluations.max(2);
+        let discrepancy = fit.noise(&unit_root)?;
+        root = Mat::from_fn(n, n, |i, j| DISCREPANT_PRIOR_SD * unit_root[(i, j)]);
+        for s in &mut sigma {
+            *s = s.max(discrepancy);
+        }
+        fit.at = start.clone();
+        state = fit.minimise(&sigma, &root, CONVERGED)?;
+    }
     let known = determined(&root, &state.values, &state.vectors);
     assemble(
         rotor,

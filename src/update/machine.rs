@@ -32,6 +32,7 @@ pub fn front_and_rear(
             output_m: b.sensor_m,
             input_m: b.actuator_m,
             antiresonances,
+            held_out: false,
         };
     Targets {
         resonances,

@@ -7,9 +7,9 @@
 
 pub mod determine;
 pub mod gauss_newton;
+pub mod held_out;
 pub mod machine;
 pub mod matching;
-pub mod model;
 pub mod nelder_mead;
 pub mod outcome;
 pub mod problem;
@@ -18,6 +18,7 @@ pub mod targets;
 
 pub use determine::{Combination, Determined};
 pub use gauss_newton::gauss_newton_rotor;
+pub use held_out::tool_error_db;
 pub use machine::{UpdatedMachine, front_and_rear, gauss_newton, nelder_mead};
 pub use nelder_mead::nelder_mead_rotor;
 pub use outcome::{Explanation, Factor, Method, PeakError, PeakKind, Updated};
@@ -59,14 +60,6 @@ pub enum UpdateError {
         what: String,
         /// The value.
         frequency_hz: f64,
-    },
-    /// The rotor is not one chain of nodes.
-    #[error("the rotor model couples nodes {from} and {to}, which are not neighbours")]
-    NotAChain {
-        /// First node.
-        from: usize,
-        /// Second node.
-        to: usize,
     },
     /// The rotor model breaks a rule.
     #[error(transparent)]

@@ -3,12 +3,13 @@
 //! With mass-normalised φ at a pole and x = A⁻¹b, w = A⁻¹c at a zero (A = K − λM, cᵀx = 0; the right and left vectors of the pencil
 //! [[K − λM, b], [cᵀ, 0]]):  ∂λ/∂θᵣ = φᵀKᵣφ  and  ∂λ/∂θᵣ = wᵀKᵣx / wᵀMx;  ∂ln f/∂ln θᵣ = θᵣ ∂λ/∂θᵣ / 2λ.
 
+use super::UpdateError;
 use super::matching::{align, warp};
 use super::outcome::PeakKind;
 use super::targets::{Target, Targets};
-use super::{UpdateError, model};
 use crate::rotor::Rotor;
 use crate::rotor::chain::{Chain, Factor, Port};
+use crate::rotor::chain_assembly;
 use crate::rotor::spectrum::{Query, Spectrum, lambda, spectrum};
 
 /// Antiresonances are counted from here, Hz: below lie rigid-body and suspension effects.
@@ -104,7 +105,7 @@ pub(super) struct Problem {
 
 impl Problem {
     pub fn new(rotor: &Rotor, targets: &Targets, use_zeros: bool) -> Result<Self, UpdateError> {
-        let chain = model::chain(rotor)?;
+        let chain = chain_assembly::chain(rotor)?;
         if chain.regions.is_empty() {
             return Err(UpdateError::NoRegions);
         }
@@ -154,12 +155,12 @@ impl Problem {
                 &frf.antiresonances,
                 PeakKind::Antiresonance,
                 k,
-                use_zeros,
+                use_zeros && !frf.held_out,
                 &frf.name,
             )?;
             frfs.push((
-                model::port(rotor, "displacement of an FRF", frf.output_m)?,
-                model::port(rotor, "force of an FRF", frf.input_m)?,
+                chain_assembly::port(rotor, "displacement of an FRF", frf.output_m)?,
+                chain_assembly::port(rotor, "force of an FRF", frf.input_m)?,
             ));
         }
         let query = Query {

@@ -1,9 +1,10 @@
 //! Measured points of mode shapes beside the model's: scale by least squares, agreement by the modal assurance criterion
 //! MAC = (aᵀb)²/(aᵀa · bᵀb) over the measured points (Allemang and Brown 1982). The scale of a measurement is arbitrary.
 
+use super::UpdateError;
 use super::targets::MeasuredShape;
-use super::{UpdateError, model};
 use crate::rotor::Rotor;
+use crate::rotor::chain_assembly;
 use crate::rotor::spectrum::Spectrum;
 
 /// One measured shape and the model's shape it belongs to.
@@ -43,7 +44,7 @@ pub(super) fn compare(
             let ports = shape
                 .points
                 .iter()
-                .map(|(z, _)| model::port(rotor, "point of a mode shape", *z))
+                .map(|(z, _)| chain_assembly::port(rotor, "point of a mode shape", *z))
                 .collect::<Result<Vec<_>, _>>()?;
             let amplitude: Vec<f64> = shape.points.iter().map(|(_, a)| *a).collect();
             let of_model: Vec<Vec<f64>> = spectrum

@@ -31,6 +31,8 @@ pub struct FrfTargets {
     pub input_m: f64,
     /// Antiresonances in ascending order; `None` stands for one that exists but could not be identified.
     pub antiresonances: Vec<Option<Target>>,
+    /// True keeps them out of the fit: the updated model is only compared with them.
+    pub held_out: bool,
 }
 
 /// Points of a measured mode shape.
@@ -56,7 +58,8 @@ pub struct Targets {
 impl Targets {
     /// Number of measured frequencies; antiresonances count only with `with_antiresonances`.
     pub fn count(&self, with_antiresonances: bool) -> usize {
-        let zeros = self.antiresonances.iter().flat_map(|f| &f.antiresonances);
+        let fitted = self.antiresonances.iter().filter(|f| !f.held_out);
+        let zeros = fitted.flat_map(|f| &f.antiresonances);
         self.resonances.iter().flatten().count()
             + if with_antiresonances {
                 zeros.flatten().count()

@@ -18,12 +18,17 @@ fn every_order_is_at_least_as_good_as_the_references() {
         let elapsed = start.elapsed();
         let mut previous = f64::INFINITY;
         for (order, fit) in fits.iter().enumerate().skip(1) {
-            let tools = case.reference["orders"][order.to_string()].as_object().unwrap();
+            let tools = case.reference["orders"][order.to_string()]
+                .as_object()
+                .unwrap();
             let best = tools
                 .values()
                 .filter_map(|t| t["max_abs_ln_error"].as_f64())
                 .fold(f64::INFINITY, f64::min);
-            eprintln!("{} order {order}: {:.6e} reference {best:.6e} ({elapsed:?} for all)", case.id, fit.max_abs_ln_error);
+            eprintln!(
+                "{} order {order}: {:.6e} reference {best:.6e} ({elapsed:?} for all)",
+                case.id, fit.max_abs_ln_error
+            );
             assert!(
                 fit.max_abs_ln_error <= best,
                 "{} order {order}: {} reference {best}",
@@ -42,9 +47,8 @@ fn stable_with_stable_inverse(d: &muspin::lti::StateSpace<muspin::lti::Continuou
     assert!(d.growth_rate().unwrap() < 0.0);
     let gain = d.d[(0, 0)];
     let n = d.order();
-    let zeros = muspin::linalg::Mat::from_fn(n, n, |i, j| {
-        d.a[(i, j)] - d.b[(i, 0)] * d.c[(0, j)] / gain
-    });
+    let zeros =
+        muspin::linalg::Mat::from_fn(n, n, |i, j| d.a[(i, j)] - d.b[(i, 0)] * d.c[(0, j)] / gain);
     let slowest = muspin::linalg::eigenvalues(&zeros)
         .unwrap()
         .iter()

@@ -24,10 +24,19 @@ fn reference_cases_lie_between_the_bounds() {
         );
         let absolute = case.tolerance["upper_abs"].as_f64().unwrap();
         let limit = reference("upper_bound") * (1.0 + 1e-4) + absolute;
-        assert!(found.upper <= limit, "{}: {} > {limit}", case.id, found.upper);
+        assert!(
+            found.upper <= limit,
+            "{}: {} > {limit}",
+            case.id,
+            found.upper
+        );
         assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12) + 1e-300);
         assert!((found.scaling.bound(&m) - found.upper).abs() <= 1e-9 * found.upper + 1e-12);
-        assert!(found.lower <= found.upper * (1.0 + 1e-9) + 1e-12, "{}", case.id);
+        assert!(
+            found.lower <= found.upper * (1.0 + 1e-9) + 1e-12,
+            "{}",
+            case.id
+        );
         assert!(
             found.lower >= 0.999 * reference("lower_bound"),
             "{}: lower {} reference {}",
@@ -105,7 +114,11 @@ fn the_spectral_radius_and_the_largest_gain_enclose_mu_and_the_bounds_meet() {
             assert!(found.upper >= radius * (1.0 - 1e-6), "{blocks:?}");
             assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12));
             assert!(found.lower <= found.upper * (1.0 + 1e-9));
-            assert!(found.lower >= 0.95 * found.upper, "{blocks:?} {}", found.lower / found.upper);
+            assert!(
+                found.lower >= 0.95 * found.upper,
+                "{blocks:?} {}",
+                found.lower / found.upper
+            );
             check_worst_case(&m, &blocks, &found);
         }
     }
@@ -126,7 +139,11 @@ fn refining_a_block_never_raises_the_bound_and_one_repeated_scalar_is_the_spectr
             .unwrap()
             .last()
             .map_or(0.0, |v| v.norm());
-        assert!((upper[5] / radius - 1.0).abs() < 1e-4, "{} {radius}", upper[5]);
+        assert!(
+            (upper[5] / radius - 1.0).abs() < 1e-4,
+            "{} {radius}",
+            upper[5]
+        );
     }
 }
 
@@ -149,7 +166,11 @@ fn a_diagonal_scale_changes_neither_bound() {
 fn reducible_and_zero_matrices() {
     let scalars = vec![Block::ComplexScalar { n: 1 }; 4];
     let triangular = Mat::from_fn(4, 4, |i, j| {
-        let value = if i > j { 0.0 } else { [0.3, -0.7, 0.2, 0.5][i] + 5.0 * (j - i) as f64 };
+        let value = if i > j {
+            0.0
+        } else {
+            [0.3, -0.7, 0.2, 0.5][i] + 5.0 * (j - i) as f64
+        };
         c64::new(value, 0.0)
     });
     let found = mu::bounds(&triangular, &scalars).unwrap();
@@ -170,7 +191,11 @@ fn the_fast_scale_agrees_with_the_matrix_inequality() {
         let fast = dscale::optimal(&m, &structure);
         let start = Scaling::identity(&structure);
         let slow = mu_mixed::optimal(&m, &structure, start).unwrap().bound(&m);
-        assert!((fast.bound / slow - 1.0).abs() < 1e-5, "{} {slow}", fast.bound);
+        assert!(
+            (fast.bound / slow - 1.0).abs() < 1e-5,
+            "{} {slow}",
+            fast.bound
+        );
         assert!(fast.at_least <= fast.bound && fast.at_least > fast.bound * (1.0 - 1e-6));
     }
 }
@@ -180,9 +205,22 @@ fn wrong_shapes_and_bad_numbers_are_named() {
     use muspin::robust::MuError;
     let blocks = [Block::ComplexFull { rows: 2, cols: 3 }];
     let wrong = mu::bounds(&random(1, 2, 2), &blocks);
-    assert!(matches!(wrong, Err(MuError::Shape { rows: 3, cols: 2, .. })));
-    assert!(matches!(mu::bounds(&random(1, 2, 2), &[]), Err(MuError::EmptyBlock { .. })));
+    assert!(matches!(
+        wrong,
+        Err(MuError::Shape {
+            rows: 3,
+            cols: 2,
+            ..
+        })
+    ));
+    assert!(matches!(
+        mu::bounds(&random(1, 2, 2), &[]),
+        Err(MuError::EmptyBlock { .. })
+    ));
     let mut bad = random(1, 3, 2);
     bad[(0, 0)] = c64::new(f64::NAN, 0.0);
-    assert!(matches!(mu::bounds(&bad, &blocks), Err(MuError::NotFinite { .. })));
+    assert!(matches!(
+        mu::bounds(&bad, &blocks),
+        Err(MuError::NotFinite { .. })
+    ));
 }

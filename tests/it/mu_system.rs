@@ -10,9 +10,24 @@ fn certified_peaks_match_the_dense_sweeps() {
         let mu = MuSystem::new(&n, &block_list(&case.data["blocks"])).unwrap();
         let peak = mu.peak(CERTIFICATE_SLACK).unwrap();
         let reference = case.reference["mu_peak"].as_f64().unwrap();
-        assert!(peak.upper >= reference * (1.0 - 1e-4), "{}: {}", case.id, peak.upper);
-        assert!(peak.upper <= reference * (1.0 + 1e-3), "{}: {}", case.id, peak.upper);
-        assert!(peak.bounds.lower >= 0.95 * peak.upper, "{}: {}", case.id, peak.bounds.lower);
+        assert!(
+            peak.upper >= reference * (1.0 - 1e-4),
+            "{}: {}",
+            case.id,
+            peak.upper
+        );
+        assert!(
+            peak.upper <= reference * (1.0 + 1e-3),
+            "{}: {}",
+            case.id,
+            peak.upper
+        );
+        assert!(
+            peak.bounds.lower >= 0.95 * peak.upper,
+            "{}: {}",
+            case.id,
+            peak.bounds.lower
+        );
         assert!(peak.bounds.lower <= peak.upper);
     }
 }
@@ -32,7 +47,11 @@ fn the_margin_of_a_spring_with_uncertain_stiffness_is_its_closed_form() {
         let found = robust_stability(&n, &[Block::ComplexScalar { n: 1 }], 1e-4).unwrap();
         let exact = 2.0 * damping * (1.0 - damping * damping).sqrt();
         assert!(found.margin_lower <= exact && found.margin_lower > exact * (1.0 - 2e-4));
-        assert!((found.margin_upper / exact - 1.0).abs() < 1e-6, "{damping} {}", found.margin_upper);
+        assert!(
+            (found.margin_upper / exact - 1.0).abs() < 1e-6,
+            "{damping} {}",
+            found.margin_upper
+        );
         assert!(found.singularity < 1e-9);
         let real = robust_stability(&n, &[Block::RealScalar { n: 1 }], 1e-4);
         if let Ok(real) = real {

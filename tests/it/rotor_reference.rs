@@ -149,7 +149,7 @@ fn antiresonances_of_the_full_and_the_truncated_model_agree_with_the_independent
 }
 
 /// Dynamic stiffness of both planes in the dofs of the FE model: the plainest road to a receptance.
-fn receptance(
+pub fn receptance(
     rotor: &Rotor,
     damping: &Damping,
     supports: &[Support],

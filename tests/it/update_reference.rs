@@ -1,4 +1,4 @@
-//! Updating against the independent reference cases u01–u04 and the published frequencies.
+//! Updating against the independent reference cases u01–u04: error on data the fit has not seen, evaluations, matching.
 
 use muspin::rotor::{Disc, Material, PlanarModes, Rotor, Section};
 use muspin::update::{
@@ -101,6 +101,7 @@ pub fn load(name: &str) -> Case {
             output_m: node(&json["points"][*key]["out_node"]),
             input_m: node(&json["points"][*key]["in_node"]),
             antiresonances: list(&measured["antiresonances_hz"][*key]),
+            held_out: false,
         })
         .collect();
     let targets = Targets {
@@ -253,5 +254,103 @@ fn mode_shapes_of_the_truth_agree() {
     for shape in &u.shapes {
         assert_eq!(shape.mode, shape.model_mode);
         assert!(shape.mac > 0.9999, "{}", shape.mac);
+    }
+}
+
+#[test]
+fn peaks_are_matched_by_pattern_and_not_by_place_in_the_list() {
+    let fit = |case: &Case| {
+        gauss_newton_rotor(&case.rotor, &case.targets, &UpdateSettings::default()).unwrap()
+    };
+    // The missing antiresonance of u04 without its placeholder.
+    let with_gap = load("u04");
+    let mut without = load("u04");
+    without.targets.antiresonances[0]
+        .antiresonances
+        .retain(Option::is_some);
+    let (a, b) = (fit(&with_gap), fit(&without));
+    for (x, y) in a.factors.iter().zip(&b.factors) {
+        assert!((x.factor / y.factor - 1.0).abs() < 1e-9);
+    }
+    // A list in another order, and one resonance left out.
+    let case = load("u01");
+    let mut turned = load("u01");
+    turned.targets.antiresonances[0]
+        .antiresonances
+        .rotate_left(1);
+    turned.targets.antiresonances[1].antiresonances.reverse();
+    turned.targets.resonances.remove(1);
+    let (a, b) = (fit(&case), fit(&turned));
+    assert!(b.largest_error_percent() < 0.1);
+    assert!((a.after.poles_hz[1] / b.after.poles_hz[1] - 1.0).abs() < 2e-2);
+    // Something that is no antiresonance of the rotor: the others still land, and the odd one is named.
+    let mut odd = load("u01");
+    odd.targets.antiresonances[0]
+        .antiresonances
+        .insert(1, Some(Target::read_off(1400.0)));
+    let u = fit(&odd);
+    let missing: Vec<f64> = u
+        .errors
+        .iter()
+        .filter(|e| e.after_hz.is_none())
+        .map(|e| e.measured_hz)
+        .collect();
+    assert_eq!(missing, [1400.0]);
+    assert!(!u.explanation.explained);
+}
+
+#[test]
+fn sensitivities_equal_differences() {
+    // One Gauss–Newton step from the start predicts what a small change does: checked through the fit of a tiny change.
+    let case = load("u01");
+    let factors: Vec<f64> = (0..15)
+        .map(|k| 1.0 + 1e-3 * ((k % 4) as f64 - 1.5))
+        .collect();
+    let changed = case
+        .rotor
+        .with_modulus_factors(|_, s| {
+            s.region
+                .as_ref()
+                .map_or(1.0, |r| factors[r[1..].parse::<usize>().unwrap()])
+        })
+        .unwrap();
+    let settings = UpdateSettings {
+        max_evaluations: 1,
+        ..Default::default()
+    };
+    let at = |rotor: &Rotor| {
+        gauss_newton_rotor(rotor, &case.targets, &settings)
+            .unwrap()
+            .before
+    };
+    let (a, b) = (at(&case.rotor), at(&changed));
+    let mut targets = case.targets.clone();
+    for (t, f) in targets.resonances.iter_mut().zip(&b.poles_hz) {
+        *t = Some(Target {
+            frequency_hz: *f,
+            standard_deviation_hz: Some(0.0),
+        });
+    }
+    for (frf, zeros) in targets.antiresonances.iter_mut().zip(&b.zeros_hz) {
+        for (t, f) in frf.antiresonances.iter_mut().zip(zeros) {
+            *t = Some(Target {
+                frequency_hz: *f,
+                standard_deviation_hz: Some(0.0),
+            });
+        }
+    }
+    let settings = UpdateSettings {
+        max_evaluations: 2,
+        floor_relative_sd: 1e-8,
+        ..Default::default()
+    };
+    let u = gauss_newton_rotor(&case.rotor, &targets, &settings).unwrap();
+    // A single step removes the change to second order.
+    let first = (a.poles_hz[0] / b.poles_hz[0] - 1.0).abs();
+    assert!(first > 1e-5);
+    for e in &u.errors {
+        let (before, after) = (e.before_hz.unwrap(), e.after_hz.unwrap());
+        let (old, new) = (before / e.measured_hz - 1.0, after / e.measured_hz - 1.0);
+        assert!(new.abs() < 5e-2 * old.abs().max(1e-5), "{old:e} {new:e}");
     }
 }

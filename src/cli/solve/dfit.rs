@@ -34,7 +34,11 @@ pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let mut answers = Answer::new();
     for order in orders {
         let fit = &fits[order];
-        let points = data.omega_rad_s.iter().zip(&data.magnitude).zip(&data.weight);
+        let points = data
+            .omega_rad_s
+            .iter()
+            .zip(&data.magnitude)
+            .zip(&data.weight);
         let weighted = points
             .map(|((w, m), weight)| weight * (fit.factors.ln_magnitude(*w) - m.ln()).abs())
             .fold(0.0, f64::max);

@@ -233,7 +233,9 @@ impl Problem {
             if (rows, cols) != (m1, p1) {
                 return Err(self.failure(
                     "blocks",
-                    format!("rows and cols sum to {rows} and {cols}, expected m1 = {m1} and p1 = {p1}"),
+                    format!(
+                        "rows and cols sum to {rows} and {cols}, expected m1 = {m1} and p1 = {p1}"
+                    ),
                 ));
             }
             blocks
@@ -286,7 +288,9 @@ impl Problem {
                     &format!("{path}.type"),
                     format!("unknown block type {}", other.unwrap_or("(none)")),
                 )
-                .with_hint("complex_full with rows and cols, complex_scalar or real_scalar with n")),
+                .with_hint(
+                    "complex_full with rows and cols, complex_scalar or real_scalar with n",
+                )),
         }
     }
 
@@ -338,7 +342,11 @@ impl Problem {
             {
                 return Err(self.failure(
                     &format!("{path}[{i}]"),
-                    format!("has {} entries, the first row has {}", row.len(), first.len()),
+                    format!(
+                        "has {} entries, the first row has {}",
+                        row.len(),
+                        first.len()
+                    ),
                 ));
             }
             entries.push(row);

@@ -1,15 +1,15 @@
-//! From the assembled rotor to the chain that the fit evaluates, and from factors back to the rotor.
+//! From the assembled rotor to the chain of nodes whose spectrum is computed fast, and from positions to its ports.
 
-use super::UpdateError;
+use super::RotorError;
+use super::assembly::Rotor;
+use super::chain::{Blocks, Chain, Port, Region};
 use crate::linalg::Mat;
-use crate::rotor::Rotor;
-use crate::rotor::chain::{Blocks, Chain, Port, Region};
 
 /// The chain of a rotor; regions in order of first appearance from the tool end. Factor 1 is the rotor as given.
 ///
 /// # Errors
-/// [`UpdateError::NotAChain`] when nodes couple that are not neighbours.
-pub fn chain(rotor: &Rotor) -> Result<Chain, UpdateError> {
+/// [`RotorError::Part`] when nodes couple that are not neighbours.
+pub fn chain(rotor: &Rotor) -> Result<Chain, RotorError> {
     let matrices = rotor.plane_matrices();
     let mass = blocks(&matrices.mass)?;
     let mut stiffness = matrices.stiffness.clone();
@@ -56,8 +56,8 @@ pub fn chain(rotor: &Rotor) -> Result<Chain, UpdateError> {
 /// The port of a position on the rotor.
 ///
 /// # Errors
-/// [`UpdateError::Rotor`] for a position beyond the ends.
-pub fn port(rotor: &Rotor, what: &str, position_m: f64) -> Result<Port, UpdateError> {
+/// [`RotorError::OffShaft`] for a position beyond the ends.
+pub fn port(rotor: &Rotor, what: &str, position_m: f64) -> Result<Port, RotorError> {
     let shape = rotor.shape_at(what, position_m)?;
     let node = shape.iter().map(|(dof, _)| dof / 2).min().unwrap_or(0);
     let mut weights = [0.0; 4];
@@ -69,14 +69,15 @@ pub fn port(rotor: &Rotor, what: &str, position_m: f64) -> Result<Port, UpdateEr
     Ok(Port { node, weights })
 }
 
-fn blocks(m: &Mat<f64>) -> Result<Blocks, UpdateError> {
+fn blocks(m: &Mat<f64>) -> Result<Blocks, RotorError> {
     let nodes = m.nrows() / 2;
     for r in 0..m.nrows() {
         for c in 0..r {
             if r / 2 - c / 2 > 1 && m[(r, c)] != 0.0 {
-                return Err(UpdateError::NotAChain {
-                    from: c / 2,
-                    to: r / 2,
+                return Err(RotorError::Part {
+                    what: format!("coupling of nodes {} and {}", c / 2, r / 2),
+                    value: m[(r, c)],
+                    rule: "must be zero: a rotor is a chain of neighbouring nodes".into(),
                 });
             }
         }

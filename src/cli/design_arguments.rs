@@ -1,0 +1,40 @@
+//! Arguments that the commands of a design share: machine, weights, output folder.
+
+use super::Failure;
+use crate::augment::weights::Weights;
+use crate::input::{load_machine, load_weights};
+use crate::spindle::Machine;
+
+/// Machine and specification.
+#[derive(clap::Args, Debug, Clone)]
+pub struct DesignArguments {
+    /// Spindle file, or the name of a shipped one
+    #[arg(long, default_value = "reference")]
+    pub spindle: String,
+    /// Tool file, or the name of a shipped one
+    #[arg(long, default_value = "paper-tool")]
+    pub tool: String,
+    /// Weights file, or the name of a shipped one
+    #[arg(long, default_value = "benchmark")]
+    pub weights: String,
+}
+
+impl Default for DesignArguments {
+    fn default() -> Self {
+        Self {
+            spindle: "reference".into(),
+            tool: "paper-tool".into(),
+            weights: "benchmark".into(),
+        }
+    }
+}
+
+impl DesignArguments {
+    /// Reads and validates all three files.
+    pub fn load(&self) -> Result<(Machine, Weights), Failure> {
+        Ok((
+            load_machine(&self.spindle, &self.tool)?,
+            load_weights(&self.weights)?,
+        ))
+    }
+}

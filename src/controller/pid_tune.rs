@@ -1,0 +1,485 @@
+//! Automatic tuning of the PID: largest minimum of the tool's dynamic stiffness, subject to stability from standstill
+//! to the largest speed with shifted modes, a sensitivity peak within ISO 14839-3 zone B, and a noise current.
+//! Search: CMA-ES in the logarithms of 26 parameters, from the better of two starts. The result is judged again on the
+//! full plant, sampled with true delay, on lines packed round every closed-loop pole; those figures are the certificate.
+
+use super::cma_es::{CmaSettings, minimise};
+use super::pid::{PidParameters, pid_controller, reference_start, textbook_gains};
+use super::pid_objective::{Objective, Performance, with_shifted_modes};
+use super::verification::{Verification, VerificationError, verify};
+use super::{ControlLaw, Controller, ControllerError, in_step};
+use crate::linalg::{Mat, c64, solve_complex};
+use crate::lti::connect::lower_lft;
+use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace, TimeBase};
+use crate::spindle::{Machine, ModelDetail, Plant};
+use std::f64::consts::{PI, TAU};
+
+/// Requirements and effort of a tuning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TuneSettings {
+    /// Sensitivity peak aimed at, dB; zone B ends at 12 dB.
+    pub sensitivity_db: f64,
+    /// Relative shift of the flexible frequencies, both ways, that the loop must survive.
+    pub mode_shift: f64,
+    /// Largest rms current from sensor noise, A.
+    pub noise_current_a: f64,
+    /// Points per generation.
+    pub population: usize,
+    /// Generations at most.
+    pub generations: usize,
+    /// Seed of the search.
+    pub seed: u64,
+    /// Speeds at which the full plant is checked, from 0 to the largest.
+    pub speeds: usize,
+}
+
+impl TuneSettings {
+    /// For a whole run: a few seconds.
+    pub fn quick() -> Self {
+        Self {
+            sensitivity_db: 11.5,
+            mode_shift: 0.03,
+            noise_current_a: 0.1,
+            population: 20,
+            generations: 220,
+            seed: 1,
+            speeds: 6,
+        }
+    }
+
+    /// The best PID that half a minute finds.
+    pub fn thorough() -> Self {
+        Self {
+            population: 28,
+            generations: 900,
+            speeds: 11,
+            ..Self::quick()
+        }
+    }
+}
+
+/// Figures of a PID on the full plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PidCertificate {
+    /// Stability over the speeds, nominal.
+    pub nominal: Verification,
+    /// Stability at standstill, half and largest speed with every flexible frequency lowered.
+    pub lowered: Verification,
+    /// The same with every flexible frequency raised.
+    pub raised: Verification,
+    /// Peak of |S| at standstill per bearing (front, rear), dB.
+    pub sensitivity_db: [f64; 2],
+    /// The same at the largest speed.
+    pub sensitivity_at_speed_db: [f64; 2],
+    /// Smallest dynamic stiffness of the tool at standstill, 1–4000 Hz, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Where, Hz.
+    pub stiffness_hz: f64,
+    /// The same at the largest speed, N/m.
+    pub stiffness_at_speed_n_per_m: f64,
+    /// Largest rms current from sensor noise on the design tables, A.
+    pub noise_current_a: f64,
+    /// Parameter sets judged.
+    pub evaluations: usize,
+}
+
+impl PidCertificate {
+    /// True when the loop is stable at every speed checked, nominal and with shifted modes.
+    pub fn is_stable(&self) -> bool {
+        [&self.nominal, &self.lowered, &self.raised]
+            .iter()
+            .all(|v| v.is_stable())
+    }
+}
+
+/// A PID with its proof.
+#[derive(Clone, Debug)]
+pub struct TunedPid {
+    /// Parameters.
+    pub parameters: PidParameters,
+    /// As it runs: sampled, u = K y.
+    pub controller: Controller,
+    /// Figures on the full plant.
+    pub certificate: PidCertificate,
+}
+
+/// Tunes a PID for tool stiffness. `progress` gets the generation and the best cost so far.
+///
+/// # Errors
+/// [`ControllerError::Infeasible`] when no stabilising PID is found, and failures of the plant or the eigenvalues.
+pub fn tune(
+    machine: &Machine,
+    settings: &TuneSettings,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<TunedPid, VerificationError> {
+    let mut shift = settings.mode_shift;
+    let mut evaluations = 0;
+    let mut best: Option<TunedPid> = None;
+    // The tables hold fewer modes than the plant and two speeds only; when the full check fails, ask for more margin.
+    for _ in 0..3 {
+        let objective = Objective::new(machine, shift)?;
+        let (start, used) = stabilising_start(machine, &objective, settings)?;
+        let (parameters, more) = search(&objective, &start, settings, progress)?;
+        evaluations += used + more;
+        let tuned = judge(
+            machine,
+            &objective,
+            parameters,
+            settings,
+            evaluations,
+            "PID",
+        )?;
+        if tuned.certificate.is_stable() {
+            return Ok(tuned);
+        }
+        best = best.or(Some(tuned));
+        shift *= 1.5;
+    }
+    best.ok_or_else(|| nothing_found("no attempt was made".to_owned()).into())
+}
+
+/// The textbook PID made to levitate: gains from [`textbook_gains`] and untouched, only corner frequencies and biquads
+/// moved, until the loop is stable with some margin; nothing is tuned for the tool.
+///
+/// # Errors
+/// As [`tune`].
+pub fn textbook(machine: &Machine, settings: &TuneSettings) -> Result<TunedPid, VerificationError> {
+    let objective = Objective::new(machine, settings.mode_shift)?;
+    let gains = textbook_gains(machine)?;
+    let filters = |x: &[f64]| {
+        let mut p = PidParameters::from_log(x, objective.nyquist_rad_s())?;
+        for (axis, fixed) in [(&mut p.front, gains.front), (&mut p.rear, gains.rear)] {
+            axis.gain_a_per_m = fixed.gain_a_per_m;
+            axis.integral_rad_s = fixed.integral_rad_s;
+            axis.derivative_s = fixed.derivative_s;
+        }
+        Some(p)
+    };
+    let mut start = reference_start(machine);
+    let mut cost = (f64::INFINITY, gains);
+    for candidate in [gains, start] {
+        let Some(p) = filters(&candidate.to_log()) else {
+            continue;
+        };
+        let value = growth_cost(&objective, &p);
+        if value < cost.0 {
+            cost = (value, p);
+        }
+    }
+    start = cost.1;
+    // −20 1/s: decays within a tenth of a second, the slowest a levitated rotor is left with in practice.
+    let stable =
+        |x: &[f64]| filters(x).map_or(f64::INFINITY, |p| growth_cost(&objective, &p).max(-20.0));
+    let first = run(
+        &stable,
+        &start.to_log(),
+        settings,
+        effort(0.15, 150, -20.0),
+        &mut |_, _| {},
+    )?;
+    let base = filters(&first.point)
+        .filter(|_| first.value < 0.0)
+        .ok_or_else(|| {
+            nothing_found(format!(
+                "with textbook gains the slowest pole still grows by {:.1} 1/s",
+                first.value
+            ))
+        })?;
+    let reference = objective.performance(&base).phase_rad[0];
+    let margin = |x: &[f64]| {
+        filters(x).map_or(f64::INFINITY, |p| {
+            let figures = objective.performance(&p);
+            unstable_cost(&figures, reference)
+                .unwrap_or_else(|| decibel(figures.sensitivity.max(figures.shifted_sensitivity)))
+        })
+    };
+    let second = run(
+        &margin,
+        &first.point,
+        settings,
+        effort(0.05, 60, f64::NEG_INFINITY),
+        &mut |_, _| {},
+    )?;
+    let parameters = filters(&second.point).unwrap_or(base);
+    let evaluations = first.evaluations + second.evaluations;
+    judge(
+        machine,
+        &objective,
+        parameters,
+        settings,
+        evaluations,
+        "textbook PID",
+    )
+}
+
+fn nothing_found(reason: String) -> ControllerError {
+    ControllerError::Infeasible {
+        step: "PID tuning",
+        reason,
+        advice: "give the search more generations, or check delay, bandwidths and sensor planes of the spindle",
+    }
+}
+
+/// Parameters that are stable at standstill: the better start if it is, else what a search for stability finds.
+fn stabilising_start(
+    machine: &Machine,
+    objective: &Objective,
+    settings: &TuneSettings,
+) -> Result<(PidParameters, usize), VerificationError> {
+    let nyquist = objective.nyquist_rad_s();
+    let mut starts: Vec<(f64, PidParameters)> =
+        [reference_start(machine), textbook_gains(machine)?]
+            .iter()
+            .filter_map(|p| PidParameters::from_log(&p.to_log(), nyquist))
+            .map(|p| (growth_cost(objective, &p), p))
+            .collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut evaluations = starts.len();
+    let mut worst = f64::INFINITY;
+    for (growth, start) in &starts {
+        if *growth < 0.0 {
+            return Ok((*start, evaluations));
+        }
+        // Any decay will do here; −2 1/s is safely on the stable side of rounding.
+        let cost = |x: &[f64]| {
+            PidParameters::from_log(x, nyquist)
+                .map_or(f64::INFINITY, |p| growth_cost(objective, &p).max(-2.0))
+        };
+        let found = run(
+            &cost,
+            &start.to_log(),
+            settings,
+            effort(0.15, 200, -2.0),
+            &mut |_, _| {},
+        )?;
+        evaluations += found.evaluations;
+        worst = worst.min(found.value);
+        if found.value < 0.0
+            && let Some(p) = PidParameters::from_log(&found.point, nyquist)
+        {
+            return Ok((p, evaluations));
+        }
+    }
+    Err(nothing_found(format!(
+        "the slowest pole still grows by {worst:.1} 1/s at standstill"
+    ))
+    .into())
+}
+
+/// The search proper, from a stable start.
+fn search(
+    objective: &Objective,
+    start: &PidParameters,
+    settings: &TuneSettings,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<(PidParameters, usize), VerificationError> {
+    let reference = objective.performance(start).phase_rad[0];
+    let origin = start.to_log();
+    let cost = |x: &[f64]| {
+        let Some(p) = PidParameters::from_log(x, objective.nyquist_rad_s()) else {
+            return f64::INFINITY;
+        };
+        let figures = objective.performance(&p);
+        if let Some(cost) = unstable_cost(&figures, reference) {
+            return cost;
+        }
+        // A weak pull to the start keeps directions that do not matter from drifting: 0.02 dB at a factor of e.
+        let prior: f64 = x
+            .iter()
+            .zip(&origin)
+            .map(|(a, b)| 0.02 * (a - b).powi(2))
+            .sum();
+        stiffness_cost(&figures, settings) + prior
+    };
+    // Two descents: the second, narrower one starts where the first ended.
+    let first = run(
+        &cost,
+        &origin,
+        settings,
+        effort(0.08, settings.generations * 2 / 3, f64::NEG_INFINITY),
+        progress,
+    )?;
+    let second = run(
+        &cost,
+        &first.point,
+        settings,
+        effort(0.03, settings.generations / 3, f64::NEG_INFINITY),
+        progress,
+    )?;
+    // A poor start may defy stability with shifted modes: the cost is then above what any stable loop has.
+    if second.value >= UNSTABLE_COST {
+        return Err(nothing_found(
+            "no loop was found that is stable at standstill and largest speed with shifted modes"
+                .to_owned(),
+        )
+        .into());
+    }
+    let parameters =
+        PidParameters::from_log(&second.point, objective.nyquist_rad_s()).unwrap_or(*start);
+    Ok((parameters, first.evaluations + second.evaluations))
+}
+
+/// Cost of a stable loop, dB: minus the tool stiffness, plus what exceeds the limits at a price that no stiffness pays.
+fn stiffness_cost(figures: &Performance, settings: &TuneSettings) -> f64 {
+    let over = |value: f64, limit: f64, price: f64| price * (value - limit).max(0.0);
+    -decibel(figures.stiffness_n_per_m * 1e-6)
+        + over(decibel(figures.sensitivity), settings.sensitivity_db, 6.0)
+        // Shifted by 3 % the loop may leave zone B, but keeps a margin.
+        + over(decibel(figures.shifted_sensitivity), settings.sensitivity_db + 4.0, 2.0)
+        + over(figures.noise_current_a / settings.noise_current_a, 1.0, 60.0)
+}
+
+/// Above every cost of a stable loop.
+const UNSTABLE_COST: f64 = 1000.0;
+
+/// Cost of a loop that is unstable on some plant: by the number of encirclements that are wrong; `None` when stable.
+fn unstable_cost(figures: &Performance, reference_rad: f64) -> Option<f64> {
+    let wrong: f64 = figures
+        .phase_rad
+        .iter()
+        .map(|phase| ((phase - reference_rad) / PI).round().abs())
+        .sum();
+    if wrong == 0.0 {
+        return None;
+    }
+    // Among unstable loops, those with moderate sensitivity are nearer to the boundary that matters.
+    let steepness = decibel(figures.sensitivity.max(figures.shifted_sensitivity)).clamp(0.0, 60.0);
+    Some(UNSTABLE_COST + 100.0 * wrong + steepness)
+}
+
+fn growth_cost(objective: &Objective, parameters: &PidParameters) -> f64 {
+    objective.growth_rate(parameters).unwrap_or(f64::INFINITY)
+}
+
+/// How far one descent goes.
+struct Effort {
+    step: f64,
+    generations: usize,
+    target: f64,
+}
+
+fn effort(step: f64, generations: usize, target: f64) -> Effort {
+    Effort {
+        step,
+        generations,
+        target,
+    }
+}
+
+fn run(
+    cost: &(dyn Fn(&[f64]) -> f64 + Sync),
+    start: &[f64],
+    settings: &TuneSettings,
+    effort: Effort,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<super::cma_es::CmaOutcome, ControllerError> {
+    let cma = CmaSettings {
+        population: settings.population,
+        generations: effort.generations,
+        step: effort.step,
+        target: effort.target,
+        seed: settings.seed,
+        // A ten-thousandth of a logarithm: 0.01 % of a parameter.
+        tolerance: 1e-4,
+    };
+    minimise(cost, start, &cma, progress).map_err(in_step("PID tuning"))
+}
+
+fn decibel(x: f64) -> f64 {
+    20.0 * x.log10()
+}
+
+/// Figures on the full plant.
+fn judge(
+    machine: &Machine,
+    objective: &Objective,
+    parameters: PidParameters,
+    settings: &TuneSettings,
+    evaluations: usize,
+    name: &str,
+) -> Result<TunedPid, VerificationError> {
+    let period = machine.spindle.electronics.sample_period_s();
+    let controller = pid_controller(&parameters, period, name)?;
+    let ControlLaw::Discrete(law) = &controller.law else {
+        return Err(nothing_found("the PID was not sampled".to_owned()).into());
+    };
+    let nominal = verify(machine, law, settings.speeds, "full plant, sampled")?;
+    let shifted =
+        |factor: f64, words: &str| verify(&with_shifted_modes(machine, factor), law, 3, words);
+    let lowered = shifted(1.0 - settings.mode_shift, "full plant, modes lowered")?;
+    let raised = shifted(1.0 + settings.mode_shift, "full plant, modes raised")?;
+    let rest = full_figures(machine, law, 0.0)?;
+    let fast = full_figures(machine, law, machine.spindle.max_rpm * TAU / 60.0)?;
+    Ok(TunedPid {
+        certificate: PidCertificate {
+            nominal,
+            lowered,
+            raised,
+            sensitivity_db: rest.sensitivity_db,
+            sensitivity_at_speed_db: fast.sensitivity_db,
+            stiffness_n_per_m: rest.stiffness.0,
+            stiffness_hz: rest.stiffness.1,
+            stiffness_at_speed_n_per_m: fast.stiffness.0,
+            noise_current_a: objective.performance(&parameters).noise_current_a,
+            evaluations,
+        },
+        parameters,
+        controller,
+    })
+}
+
+struct FullFigures {
+    sensitivity_db: [f64; 2],
+    stiffness: (f64, f64),
+}
+
+/// Sensitivity peaks and smallest tool stiffness on the full sampled plant at one speed.
+fn full_figures(
+    machine: &Machine,
+    law: &StateSpace<Discrete>,
+    speed_rad_s: f64,
+) -> Result<FullFigures, VerificationError> {
+    let numeric = in_step("PID on the full plant");
+    let plant = Plant::new(machine, speed_rad_s, ModelDetail::Full)?.sampled()?;
+    // Inputs: tool force x; currents. Outputs: tool x; sensors.
+    let open = plant.select(&[4, 0, 1, 2, 3], &[4, 0, 1, 2, 3]);
+    let closed = lower_lft(&open, law).map_err(&numeric)?;
+    let period = plant.time.period_s;
+    let poles: Vec<c64> = closed
+        .poles()
+        .map_err(&numeric)?
+        .into_iter()
+        .filter(|z| z.norm() > 1e-6)
+        .map(|z| z.ln() / period)
+        .collect();
+    let top = 0.99 * 0.5 / period;
+    let grid = FrequencyGrid::log_hz(1.0, top, 900).refine_round_poles(&poles, 24);
+    let (tool, loops) = (
+        FrequencyResponder::new(&closed),
+        FrequencyResponder::new(&plant.select(&[0, 1, 2, 3], &[0, 1, 2, 3])),
+    );
+    let controller = FrequencyResponder::new(law);
+    let mut figures = FullFigures {
+        sensitivity_db: [f64::NEG_INFINITY; 2],
+        stiffness: (f64::INFINITY, f64::NAN),
+    };
+    let one = |i: usize, j: usize| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0);
+    let identity = Mat::from_fn(4, 4, one);
+    for omega in grid.omega_rad_s() {
+        let z = plant.time.point(*omega);
+        let hz = omega / TAU;
+        if hz <= 4000.0 {
+            let stiffness = 1.0 / tool.transfer(z)[(0, 0)].norm();
+            if stiffness < figures.stiffness.0 {
+                figures.stiffness = (stiffness, hz);
+            }
+        }
+        let difference = &identity - loops.transfer(z) * controller.transfer(z);
+        let s = solve_complex(&difference, &identity);
+        for axis in 0..4 {
+            let peak = &mut figures.sensitivity_db[axis / 2];
+            *peak = peak.max(decibel(s[(axis, axis)].norm()));
+        }
+    }
+    Ok(figures)
+}

@@ -1,0 +1,256 @@
+//! Scaling by L∞ gains: the largest value that any input within its limit can ever drive a state or signal to,
+//! |x|∞ ≤ Σₖ Σⱼ |(Aᵏ B)ᵢⱼ| ŷⱼ, becomes (at most) one, so fixed point never overflows in linear operation and
+//! clamping at ±1 acts only when something is wrong. Scales are powers of two, which rounds nothing.
+//! Slow real poles (integrators, leaky or not) are the exception: their range is the output authority,
+//! so the clamp at ±1 is their anti-windup.
+//! Source: Jackson, Bell Syst. Tech. J. 49 (1970) 159, the ℓ₁ bound. Symbols: ŷ input limit, û output limit.
+
+use super::ControllerError;
+use super::realise::{Realisation, Row, Term};
+use std::f64::consts::TAU;
+
+/// A real pole below this frequency winds up under saturation and is held to the output authority.
+const WINDUP_CORNER_HZ: f64 = 10.0;
+/// Terms of the ℓ₁ sum at most: 26 s at 20 kHz. What has not decayed by then is treated as an integrator.
+const LONGEST_SUM: usize = 1 << 19;
+/// The sum ends when the state has decayed to this part of its peak: the tail is below the doubling by rounding up.
+const DECAYED: f64 = 1e-5;
+
+/// Ranges of the signals at the edge of the controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SignalLimits {
+    /// Largest |y|, m: samples beyond are clamped; full scale of fixed point.
+    pub input_m: f64,
+    /// Largest |u|, A: the output clamp; full scale of fixed point.
+    pub output_a: f64,
+}
+
+/// A realisation whose states and signals stay within ±1, with the scales that did it.
+#[derive(Clone, Debug)]
+pub struct ScaledRealisation {
+    /// Rows in scaled states and signals, physical inputs (m) and outputs (A).
+    pub rows: Realisation,
+    /// Edge limits.
+    pub limits: SignalLimits,
+    /// Physical value of a state at ±1.
+    pub state_scale: Vec<f64>,
+    /// Physical value of a signal at ±1.
+    pub signal_scale: Vec<f64>,
+    /// True for states whose clamp is the anti-windup limit.
+    pub anti_windup: Vec<bool>,
+}
+
+/// Scales states and signals of a realisation to ±1.
+///
+/// # Errors
+/// [`ControllerError::Range`] when a limit is not positive or a gain is not finite.
+pub fn scaled(
+    realisation: &Realisation,
+    limits: SignalLimits,
+) -> Result<ScaledRealisation, ControllerError> {
+    for (what, value) in [
+        ("input limit, m,", limits.input_m),
+        ("output limit, A,", limits.output_a),
+    ] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(range(what.to_owned(), value));
+        }
+    }
+    let system = realisation.to_state_space()?;
+    let (n, m) = (realisation.order(), realisation.inputs);
+    let transitions: Vec<Row> = (0..n)
+        .map(|i| {
+            (0..n)
+                .filter(|j| system.a[(i, *j)] != 0.0)
+                .map(|j| Term {
+                    source: j,
+                    coefficient: system.a[(i, j)],
+                })
+                .collect()
+        })
+        .collect();
+    let maps = realisation.signal_maps();
+    let gains = l1_gains(&transitions, &maps, &system.b, limits.input_m);
+    let authority = |i: usize| {
+        let largest = (0..system.outputs())
+            .map(|k| system.c[(k, i)].abs())
+            .fold(0.0, f64::max);
+        limits.output_a / largest
+    };
+    let slow = 1.0 - TAU * WINDUP_CORNER_HZ * realisation.sample_time_s;
+    let (mut state_scale, mut anti_windup) = (Vec::new(), Vec::new());
+    for i in 0..n {
+        let own = transitions[i].iter().find(|t| t.source == i);
+        let alone = transitions
+            .iter()
+            .enumerate()
+            .all(|(k, row)| k == i || row.iter().all(|t| t.source != i))
+            && transitions[i].iter().all(|t| t.source == i);
+        let winds_up = alone && own.is_some_and(|t| t.coefficient >= slow);
+        let limit = authority(i);
+        if (winds_up || gains.states[i].is_none()) && limit.is_finite() && limit > 0.0 {
+            // A state that does not decay at all but is no plain integrator gets room to swing past its limit.
+            let bound = if winds_up { limit } else { 4.0 * limit };
+            let bound = gains.states[i].map_or(bound, |gain| gain.min(bound));
+            state_scale.push(if winds_up { bound } else { power_of_two(bound) });
+            anti_windup.push(winds_up);
+        } else {
+            state_scale.push(power_of_two(gains.states[i].unwrap_or(1.0)));
+            anti_windup.push(false);
+        }
+    }
+    let signal_scale: Vec<f64> = (0..maps.len())
+        .map(|k| {
+            // Without a finite gain: what the scaled states and inputs can add up to.
+            let reach = || {
+                (0..n)
+                    .map(|j| maps[k][j].abs() * state_scale[j])
+                    .sum::<f64>()
+                    + (0..m)
+                        .map(|j| maps[k][n + j].abs() * limits.input_m)
+                        .sum::<f64>()
+            };
+            power_of_two(gains.signals[k].unwrap_or_else(reach))
+        })
+        .collect();
+    if let Some(bad) = state_scale
+        .iter()
+        .chain(&signal_scale)
+        .find(|s| !(s.is_finite() && **s > 0.0))
+    {
+        return Err(range("state scale".to_owned(), *bad));
+    }
+    let rows = rescaled(realisation, &state_scale, &signal_scale, 1.0, 1.0);
+    Ok(ScaledRealisation {
+        rows,
+        limits,
+        state_scale,
+        signal_scale,
+        anti_windup,
+    })
+}
+
+/// The rows in units of the given scales: coefficient · scale(source)/scale(target).
+pub(super) fn rescaled(
+    realisation: &Realisation,
+    states: &[f64],
+    signals: &[f64],
+    input: f64,
+    output: f64,
+) -> Realisation {
+    let n = realisation.order();
+    let source = |k: usize| {
+        if k < n {
+            states[k]
+        } else if k < n + realisation.inputs {
+            input
+        } else {
+            signals[k - n - realisation.inputs]
+        }
+    };
+    let rows = |list: &[Row], target: &dyn Fn(usize) -> f64| -> Vec<Row> {
+        list.iter()
+            .enumerate()
+            .map(|(i, row)| {
+                row.iter()
+                    .map(|t| Term {
+                        source: t.source,
+                        coefficient: t.coefficient * source(t.source) / target(i),
+                    })
+                    .collect()
+            })
+            .collect()
+    };
+    Realisation {
+        signals: rows(&realisation.signals, &|i| signals[i]),
+        outputs: rows(&realisation.outputs, &|_| output),
+        states: rows(&realisation.states, &|i| states[i]),
+        blocks: realisation.blocks.clone(),
+        notes: realisation.notes.clone(),
+        ..*realisation
+    }
+}
+
+struct Gains {
+    states: Vec<Option<f64>>,
+    signals: Vec<Option<f64>>,
+}
+
+/// ℓ₁ bounds of states and signals for inputs within ±`limit`; `None` where the sum did not converge.
+fn l1_gains(
+    transitions: &[Row],
+    maps: &[Vec<f64>],
+    b: &crate::linalg::Mat<f64>,
+    limit: f64,
+) -> Gains {
+    let (n, m) = (transitions.len(), b.ncols());
+    let mut states = vec![Some(0.0); n];
+    let mut signals: Vec<Option<f64>> = maps
+        .iter()
+        .map(|map| Some(map[n..].iter().map(|d| d.abs() * limit).sum()))
+        .collect();
+    for j in 0..m {
+        let mut x: Vec<f64> = (0..n).map(|i| b[(i, j)] * limit).collect();
+        let mut peak: Vec<f64> = vec![0.0; n];
+        let mut recent: Vec<f64> = vec![0.0; n];
+        let mut decayed = false;
+        for k in 0..LONGEST_SUM {
+            for i in 0..n {
+                let value = x[i].abs();
+                states[i] = states[i].map(|s| s + value);
+                peak[i] = peak[i].max(value);
+                recent[i] = recent[i].max(value);
+            }
+            for (signal, map) in signals.iter_mut().zip(maps) {
+                let value: f64 = map.iter().zip(&x).map(|(c, x)| c * x).sum();
+                *signal = signal.map(|s| s + value.abs());
+            }
+            x = transitions
+                .iter()
+                .map(|row| row.iter().map(|t| t.coefficient * x[t.source]).sum())
+                .collect();
+            // Oscillating states pass through zero: judge by the largest of the last 256 samples.
+            if k % 256 == 255 {
+                decayed = (0..n).all(|i| recent[i] <= DECAYED * peak[i]);
+                if decayed || !x.iter().all(|v| v.is_finite() && v.abs() < 1e200) {
+                    break;
+                }
+                if k + 1 < LONGEST_SUM {
+                    recent.iter_mut().for_each(|r| *r = 0.0);
+                }
+            }
+        }
+        if !decayed {
+            // Only what has not decayed is unbounded; a signal counts as unbounded when it reads such a state.
+            for i in 0..n {
+                if recent[i].is_nan() || recent[i] > DECAYED * peak[i] {
+                    states[i] = None;
+                }
+            }
+        }
+    }
+    for (signal, map) in signals.iter_mut().zip(maps) {
+        if (0..n).any(|i| map[i] != 0.0 && states[i].is_none()) {
+            *signal = None;
+        }
+    }
+    Gains { states, signals }
+}
+
+/// Smallest power of two that is not below `value`; 1 for zero.
+fn power_of_two(value: f64) -> f64 {
+    if value > 0.0 {
+        value.log2().ceil().exp2()
+    } else {
+        1.0
+    }
+}
+
+fn range(what: String, value: f64) -> ControllerError {
+    ControllerError::Range {
+        what,
+        value,
+        format: "a finite positive range",
+        advice: "check the limits and that the controller's states decay",
+    }
+}

@@ -1,0 +1,127 @@
+//! What is known about the loop that an exported controller closes: stability of the sampled closed loop of the full
+//! plant over the speed range, with the coefficients as the firmware holds them.
+
+use super::ControllerError;
+use crate::lti::connect::lower_lft;
+use crate::lti::{Discrete, StateSpace, TimeBase};
+use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Control channels of a plant.
+const AXES: usize = crate::spindle::plant::AXES;
+
+/// Growth rate of the closed loop at one speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedCheck {
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Largest (|z| − 1)/Tₛ over the closed-loop poles, 1/s; negative when stable.
+    pub growth_rate_per_s: f64,
+}
+
+/// What was checked and what came out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verification {
+    /// Stability at each speed; empty when the loop was not checked.
+    pub speeds: Vec<SpeedCheck>,
+    /// What the check used: plant, coefficients.
+    pub conditions: String,
+    /// Peak of μ of the same loop, when known.
+    pub mu_peak: Option<f64>,
+}
+
+impl Verification {
+    /// A controller that nobody has checked.
+    pub fn none() -> Self {
+        Self {
+            speeds: Vec::new(),
+            conditions: "not verified".to_owned(),
+            mu_peak: None,
+        }
+    }
+
+    /// True when the loop was checked and is stable at every speed.
+    pub fn is_stable(&self) -> bool {
+        !self.speeds.is_empty() && self.speeds.iter().all(|s| s.growth_rate_per_s < 0.0)
+    }
+
+    /// The first speed at which the loop is unstable.
+    pub fn first_unstable(&self) -> Option<SpeedCheck> {
+        self.speeds
+            .iter()
+            .find(|s| s.growth_rate_per_s.is_nan() || s.growth_rate_per_s >= 0.0)
+            .copied()
+    }
+
+    /// Slowest decay over the speeds, 1/s, as a (negative) growth rate.
+    pub fn worst_growth_rate_per_s(&self) -> Option<f64> {
+        self.speeds
+            .iter()
+            .map(|s| s.growth_rate_per_s)
+            .max_by(f64::total_cmp)
+    }
+}
+
+/// Largest growth rate of the sampled loop of a plant (channels of [`crate::spindle::plant`]) with u = K y, 1/s.
+///
+/// # Errors
+/// [`crate::linalg::NumericError`] when the loop is not well posed or the eigenvalue iteration fails.
+pub fn growth_rate(
+    plant: &StateSpace<Discrete>,
+    controller: &StateSpace<Discrete>,
+) -> Result<f64, crate::linalg::NumericError> {
+    let axes: Vec<usize> = (0..AXES).collect();
+    let closed = lower_lft(&plant.select(&axes, &axes), controller)?;
+    Ok(closed
+        .poles()?
+        .into_iter()
+        .map(|z| plant.time.growth_rate(z))
+        .fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// Checks the sampled loop of the full plant at `points` speeds, evenly spaced from 0 to the largest speed.
+///
+/// # Errors
+/// [`VerificationError`] from the plant or the eigenvalue iteration.
+pub fn verify(
+    machine: &Machine,
+    controller: &StateSpace<Discrete>,
+    points: usize,
+    conditions: &str,
+) -> Result<Verification, VerificationError> {
+    let last = points.max(2) - 1;
+    let speeds: Result<Vec<SpeedCheck>, VerificationError> = (0..=last)
+        .into_par_iter()
+        .map(|k| {
+            let speed_rpm = machine.spindle.max_rpm * k as f64 / last as f64;
+            let plant =
+                Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?.sampled()?;
+            Ok(SpeedCheck {
+                speed_rpm,
+                growth_rate_per_s: growth_rate(&plant, controller).map_err(|source| {
+                    ControllerError::Numeric {
+                        step: "closed-loop stability",
+                        source,
+                    }
+                })?,
+            })
+        })
+        .collect();
+    Ok(Verification {
+        speeds: speeds?,
+        conditions: conditions.to_owned(),
+        mu_peak: None,
+    })
+}
+
+/// Failure of the stability check.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum VerificationError {
+    /// The plant could not be built.
+    #[error(transparent)]
+    Plant(#[from] SpindleError),
+    /// The loop could not be evaluated.
+    #[error(transparent)]
+    Loop(#[from] ControllerError),
+}

@@ -1,0 +1,399 @@
+//! Records turned into whitened residuals.
+//!
+//! Between repeats two things change: white noise of the loop, and the gain of every sensor axis (levitated anew). The gains are
+//! estimated repeat by repeat, a_pi = argmin Σ|y_p − (1+a_pi)(Ĝu_p)_i|²/S_i, and leave the noise; their mean error stays as a
+//! small parameter with the standard deviation seen. Row i of Ĝ then has the covariance S_i/P · (ŪŪᴴ)⁻ᵀ. A model floor
+//! ε²·½(|G_ij|² + local mean) is added: it is lowered step by step in a fit, so that resonances find each other.
+//! Residuals are whitened by the Cholesky factor, χ² = 2Σ|w|² with the real and imaginary part counted each.
+
+use super::DiagnoseError;
+use super::experiment::{Axis, Measurement};
+use super::model::{SIDE, Square, ZERO, eliminate};
+use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
+use crate::linalg::c64;
+use std::f64::consts::TAU;
+
+/// Floor of the gap: re-levitation and amplitude dependence that repeats do not show.
+pub const GAP_FLOOR: f64 = 0.005;
+/// Lines on either side over which noise and magnitude are averaged.
+const POOL: usize = 10;
+/// Least standard deviation of an axis gain's mean.
+const AXIS_GAIN_FLOOR: f64 = 2e-4;
+
+/// Which parts of the evidence a fit sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Use {
+    /// Every n-th line.
+    pub stride: usize,
+    /// Hammer tests.
+    pub taps: bool,
+    /// Channels between the bearings, within a plane and across.
+    pub off_diagonal: bool,
+}
+
+impl Use {
+    /// Everything.
+    pub const ALL: Self = Self {
+        stride: 1,
+        taps: true,
+        off_diagonal: true,
+    };
+}
+
+/// One sweep.
+#[derive(Clone, Debug)]
+pub struct SweepEvidence {
+    /// rad/s.
+    pub speed_rad_s: f64,
+    /// Lines, rad/s.
+    pub omega_rad_s: Vec<f64>,
+    /// Ĝ, row-major 4×4.
+    pub response: Vec<[c64; 16]>,
+    /// (ŪŪᴴ)⁻ᵀ/P, row-major 4×4.
+    spread: Vec<[c64; 16]>,
+    /// S_i.
+    noise: Vec<[f64; 4]>,
+    /// ½(|G|² + local mean).
+    size: Vec<[f64; 16]>,
+    /// σ of the gap.
+    gap_sigma: Vec<[f64; 16]>,
+    /// Standard deviation of the mean axis gain.
+    pub axis_gain_sd: [f64; 4],
+}
+
+/// One hammer test.
+#[derive(Clone, Debug)]
+pub struct TapEvidence {
+    /// rad/s.
+    pub speed_rad_s: f64,
+    /// Lines, rad/s.
+    pub omega_rad_s: Vec<f64>,
+    /// Compliance, m/N.
+    pub compliance: Vec<c64>,
+    noise: Vec<f64>,
+    size: Vec<f64>,
+    gap_sigma: Vec<f64>,
+    /// K, row-major 4×4.
+    controller: Vec<[c64; 16]>,
+    /// 0 for x, 1 for y.
+    pub axis: usize,
+}
+
+/// All records.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// Sweeps.
+    pub sweeps: Vec<SweepEvidence>,
+    /// Hammer tests.
+    pub taps: Vec<TapEvidence>,
+}
+
+/// Root mean square of |measured − model|/σ over lines and channels, σ with a floor of 0.5 % of the magnitude.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gap {
+    sum: f64,
+    count: usize,
+}
+
+impl Gap {
+    /// The gap; 0 without data.
+    pub fn value(&self) -> f64 {
+        if self.count == 0 {
+            0.0
+        } else {
+            (self.sum / self.count as f64).sqrt()
+        }
+    }
+
+    /// One more residual in σ.
+    pub fn add(&mut self, ratio: f64) {
+        self.sum += ratio * ratio;
+        self.count += 1;
+    }
+
+    /// Both together.
+    pub fn merge(self, other: Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            count: self.count + other.count,
+        }
+    }
+}
+
+impl Evidence {
+    /// Evidence of a measurement.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::NoSweep`], or [`DiagnoseError::Record`] for a record that gives no frequency response.
+    pub fn new(measurement: &Measurement) -> Result<Self, DiagnoseError> {
+        if measurement.sweeps.is_empty() {
+            return Err(DiagnoseError::NoSweep);
+        }
+        let sweeps: Result<Vec<_>, _> = measurement.sweeps.iter().map(sweep).collect();
+        let taps = measurement.taps.iter().map(|tap| {
+            let frf = &tap.frf;
+            let lines = frf.frequency_hz.len();
+            let omega_rad_s: Vec<f64> = frf.frequency_hz.iter().map(|f| TAU * f).collect();
+            let power: Vec<f64> = frf.compliance.iter().map(|h| h.norm_sqr()).collect();
+            let mean = pooled(&power);
+            TapEvidence {
+                speed_rad_s: frf.speed_rpm * TAU / 60.0,
+                noise: (0..lines).map(|k| frf.sigma(k, 0.0).powi(2)).collect(),
+                size: (0..lines).map(|k| 0.5 * (power[k] + mean[k])).collect(),
+                gap_sigma: (0..lines).map(|k| frf.sigma(k, GAP_FLOOR)).collect(),
+                controller: omega_rad_s
+                    .iter()
+                    .map(|w| {
+                        let k = tap.controller.at(*w);
+                        std::array::from_fn(|i| k[(i / 4, i % 4)])
+                    })
+                    .collect(),
+                axis: usize::from(tap.axis == Axis::Y),
+                compliance: frf.compliance.clone(),
+                omega_rad_s,
+            }
+        });
+        Ok(Self {
+            taps: taps.collect(),
+            sweeps: sweeps?,
+        })
+    }
+
+    /// Standard deviations of the axis gains, sweep by sweep.
+    pub fn axis_gain_sd(&self) -> Vec<[f64; 4]> {
+        self.sweeps.iter().map(|s| s.axis_gain_sd).collect()
+    }
+}
+
+fn pooled(values: &[f64]) -> Vec<f64> {
+    let n = values.len();
+    (0..n)
+        .map(|k| {
+            let window = &values[k.saturating_sub(POOL)..(k + POOL + 1).min(n)];
+            window.iter().sum::<f64>() / window.len() as f64
+        })
+        .collect()
+}
+
+fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
+    let frf: MeasuredFrf = open_loop(record)?;
+    let (lines, experiments, repeats, _) = record.current.dim();
+    let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
+    // y of a repeat and what Ĝ makes of its u: [line][experiment][repeat][axis].
+    let predicted = |k: usize, e: usize, p: usize, i: usize| {
+        (0..4).fold(ZERO, |sum, j| {
+            sum + g(k, i, j) * record.current[(k, e, p, j)]
+        })
+    };
+    let mut gains = vec![[0.0; 4]; repeats];
+    let mut noise: Vec<[f64; 4]> = vec![[0.0; 4]; lines];
+    let freedom = (experiments * repeats.saturating_sub(1)).max(1) as f64;
+    if repeats > 1 {
+        // Three rounds: noise weights and gains depend on each other only weakly.
+        for _ in 0..3 {
+            for i in 0..4 {
+                let raw: Vec<f64> = (0..lines)
+                    .map(|k| {
+                        let mut sum = 0.0;
+                        for e in 0..experiments {
+                            for (p, gain) in gains.iter().enumerate() {
+                                let v = record.signal[(k, e, p, i)]
+                                    - predicted(k, e, p, i) * (1.0 + gain[i]);
+                                sum += v.norm_sqr();
+                            }
+                        }
+                        sum / freedom
+                    })
+                    .collect();
+                for (k, s) in pooled(&raw).into_iter().enumerate() {
+                    noise[k][i] = s;
+                }
+                for (p, gain) in gains.iter_mut().enumerate() {
+                    let (mut top, mut bottom) = (0.0, f64::MIN_POSITIVE);
+                    for k in 0..lines {
+                        let weight = noise[k][i].max(f64::MIN_POSITIVE).recip();
+                        for e in 0..experiments {
+                            let y = predicted(k, e, p, i);
+                            top += weight * (y.conj() * (record.signal[(k, e, p, i)] - y)).re;
+                            bottom += weight * y.norm_sqr();
+                        }
+                    }
+                    gain[i] = top / bottom;
+                }
+                let mean = gains.iter().map(|g| g[i]).sum::<f64>() / repeats as f64;
+                for gain in &mut gains {
+                    gain[i] -= mean;
+                }
+            }
+        }
+    }
+    let axis_gain_sd = std::array::from_fn(|i| {
+        let square: f64 = gains.iter().map(|g| g[i] * g[i]).sum();
+        let of_one = square / repeats.saturating_sub(1).max(1) as f64;
+        (of_one / repeats as f64).sqrt().max(AXIS_GAIN_FLOOR)
+    });
+    let mut spread = Vec::with_capacity(lines);
+    for k in 0..lines {
+        let mut u: Vec<c64> = (0..16).map(|n| frf.current[(k, n / 4, n % 4)]).collect();
+        let mut inverse: Vec<c64> = (0..16)
+            .map(|n| c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0))
+            .collect();
+        eliminate(&mut u, &mut inverse, 4, 4);
+        // inverse is experiment×axis; error of row i is v_i·U⁻¹.
+        spread.push(std::array::from_fn(|n| {
+            let (j, l) = (n / 4, n % 4);
+            (0..4).fold(ZERO, |sum, e| {
+                sum + inverse[e * 4 + j] * inverse[e * 4 + l].conj()
+            }) / repeats as f64
+        }));
+        if repeats < 2 {
+            // Nothing scatters: the customary half percent of the signal stands for the noise.
+            for i in 0..4 {
+                let largest = (0..4)
+                    .map(|e| frf.signal[(k, i, e)].norm())
+                    .fold(0.0, f64::max);
+                noise[k][i] = (GAP_FLOOR * largest).powi(2);
+            }
+        }
+    }
+    let mut size = vec![[0.0; 16]; lines];
+    for n in 0..16 {
+        let power: Vec<f64> = (0..lines).map(|k| g(k, n / 4, n % 4).norm_sqr()).collect();
+        for (k, mean) in pooled(&power).into_iter().enumerate() {
+            size[k][n] = 0.5 * (power[k] + mean);
+        }
+    }
+    Ok(SweepEvidence {
+        speed_rad_s: record.speed_rpm * TAU / 60.0,
+        omega_rad_s: record.frequency_hz.iter().map(|f| TAU * f).collect(),
+        response: (0..lines)
+            .map(|k| std::array::from_fn(|n| g(k, n / 4, n % 4)))
+            .collect(),
+        spread,
+        noise,
+        size,
+        gap_sigma: (0..lines)
+            .map(|k| std::array::from_fn(|n| frf.sigma(k, n / 4, n % 4, GAP_FLOOR)))
+            .collect(),
+        axis_gain_sd,
+    })
+}
+
+impl SweepEvidence {
+    /// Lower Cholesky factors of the four rows' covariances with a model floor, row-major.
+    pub fn whitening(&self, line: usize, floor: f64, off_diagonal: bool) -> [[c64; 16]; 4] {
+        std::array::from_fn(|i| {
+            let mut c: [c64; 16] = self.spread[line].map(|x| x * self.noise[line][i]);
+            for j in 0..4 {
+                c[5 * j] += floor * floor * self.size[line][4 * i + j];
+                if !off_diagonal && j / 2 != i / 2 {
+                    // A channel that is held out carries no information.
+                    for l in 0..4 {
+                        if l != j {
+                            c[4 * j + l] = ZERO;
+                            c[4 * l + j] = ZERO;
+                        }
+                    }
+                    c[5 * j] = c64::new(
+                        self.size[line][4 * i + j].max(f64::MIN_POSITIVE) * 1e12,
+                        0.0,
+                    );
+                }
+            }
+            cholesky(&mut c);
+            c
+        })
+    }
+
+    /// Residual of a predicted F in σ of the gap, added to `gap` for the channels that `wanted(output, input)` picks.
+    pub fn gap(
+        &self,
+        line: usize,
+        f: &Square,
+        wanted: impl Fn(usize, usize) -> bool,
+        gap: &mut Gap,
+    ) {
+        for i in 0..4 {
+            for j in 0..4 {
+                if wanted(i, j) {
+                    let r = self.response[line][4 * i + j] - f[SIDE * i + j];
+                    gap.add(r.norm() / self.gap_sigma[line][4 * i + j]);
+                }
+            }
+        }
+    }
+}
+
+impl TapEvidence {
+    /// Standard deviation of a line with a model floor.
+    pub fn sd(&self, line: usize, floor: f64) -> f64 {
+        (self.noise[line] + floor * floor * self.size[line]).sqrt()
+    }
+
+    /// Closed-loop compliance of F, and the rows that turn ∂F into its derivative: ∂h = l ∂F r.
+    pub fn close(&self, line: usize, f: &Square) -> (c64, [c64; SIDE], [c64; SIDE]) {
+        let k = &self.controller[line];
+        let tool = 4 + self.axis;
+        // r = [K (I − G K)⁻¹ g_t; e_t],  l = [g_tu K (I − G K)⁻¹ , e_t]
+        let mut gk = [ZERO; 16];
+        for i in 0..4 {
+            for j in 0..4 {
+                let sum = (0..4).fold(ZERO, |s, m| s + f[SIDE * i + m] * k[4 * m + j]);
+                gk[4 * i + j] = c64::new(f64::from(u8::from(i == j)), 0.0) - sum;
+            }
+        }
+        let mut y: [c64; 4] = std::array::from_fn(|i| f[SIDE * i + tool]);
+        eliminate(&mut gk.clone(), &mut y, 4, 1);
+        let mut transposed: [c64; 16] = std::array::from_fn(|n| gk[4 * (n % 4) + n / 4]);
+        let mut t: [c64; 4] = std::array::from_fn(|j| {
+            (0..4).fold(ZERO, |s, m| s + f[SIDE * tool + m] * k[4 * m + j])
+        });
+        eliminate(&mut transposed, &mut t, 4, 1);
+        let (mut l, mut r) = ([ZERO; SIDE], [ZERO; SIDE]);
+        l[..4].copy_from_slice(&t);
+        for m in 0..4 {
+            r[m] = (0..4).fold(ZERO, |s, j| s + k[4 * m + j] * y[j]);
+        }
+        l[tool] = c64::new(1.0, 0.0);
+        r[tool] = c64::new(1.0, 0.0);
+        let h = f[SIDE * tool + tool] + (0..4).fold(ZERO, |s, m| s + f[SIDE * tool + m] * r[m]);
+        (h, l, r)
+    }
+
+    /// Residual in σ of the gap.
+    pub fn gap(&self, line: usize, f: &Square, gap: &mut Gap) {
+        let (h, ..) = self.close(line, f);
+        gap.add((self.compliance[line] - h).norm() / self.gap_sigma[line]);
+    }
+}
+
+/// Lower Cholesky factor of a Hermitian 4×4 in place; a vanishing pivot is lifted to the rounding level.
+fn cholesky(c: &mut [c64; 16]) {
+    for j in 0..4 {
+        let mut pivot = c[5 * j].re;
+        let own = pivot;
+        for l in 0..j {
+            pivot -= c[4 * j + l].norm_sqr();
+        }
+        let pivot = pivot.max(own * 1e-14).max(f64::MIN_POSITIVE).sqrt();
+        c[5 * j] = c64::new(pivot, 0.0);
+        for i in j + 1..4 {
+            let mut sum = c[4 * i + j];
+            for l in 0..j {
+                sum -= c[4 * i + l] * c[4 * j + l].conj();
+            }
+            c[4 * i + j] = sum / pivot;
+        }
+    }
+}
+
+/// Solves L w = d for a lower factor.
+pub fn whiten(l: &[c64; 16], d: &mut [c64; 4]) {
+    for i in 0..4 {
+        let mut sum = d[i];
+        for j in 0..i {
+            sum -= l[4 * i + j] * d[j];
+        }
+        d[i] = sum / l[5 * i].re;
+    }
+}

@@ -1,0 +1,32 @@
+//! What was measured: sweeps under levitation, hammer tests at the tool with the controller that levitated.
+
+use crate::identify::{HammerFrf, SweepRecord};
+use crate::lti::Response;
+
+/// A control axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// x.
+    X,
+    /// y, 90° ahead.
+    Y,
+}
+
+/// A hammer test at the tool plane.
+pub struct Tap<'a> {
+    /// The compliance.
+    pub frf: HammerFrf,
+    /// Direction of blow and probe.
+    pub axis: Axis,
+    /// u = K y while it was measured.
+    pub controller: &'a dyn Response,
+}
+
+/// Everything that was measured.
+#[derive(Default)]
+pub struct Measurement<'a> {
+    /// Sweeps.
+    pub sweeps: Vec<SweepRecord>,
+    /// Hammer tests.
+    pub taps: Vec<Tap<'a>>,
+}

@@ -1,0 +1,246 @@
+//! The catalogue as hypotheses: every effect at every place it may have, in coordinates that are close to linear.
+//!
+//! Where an effect can vanish, its coordinate is 0 there: bandwidths as 1/f, the eddy corner as f^(−1/2), joints as flexibility,
+//! the housing as 1/m, factors as logarithms. A fit can then start at the machine as it is.
+
+use super::DiagnoseError;
+use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};
+
+/// An effect with free numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hypothesis {
+    /// What it is.
+    pub kind: EffectKind,
+    /// Where; a position is a free number and this is where it starts.
+    pub place: Location,
+    /// Start of the free numbers, in fit coordinates.
+    pub start: Vec<f64>,
+    nominal: f64,
+    span_m: (f64, f64),
+}
+
+/// Fit coordinate of a position: m per unit.
+const POSITION_UNIT_M: f64 = 0.05;
+
+impl Hypothesis {
+    /// The effect at fit coordinates `theta`.
+    pub fn effect(&self, theta: &[f64]) -> Effect {
+        let t = theta.first().copied().unwrap_or_default();
+        let at = |i: usize| theta.get(i).copied().unwrap_or_default();
+        let values = match self.kind {
+            EffectKind::LoopDelay => vec![1e-5 * t],
+            EffectKind::AmplifierBandwidth => vec![(1.0 / self.nominal + 1e-4 * t).recip()],
+            EffectKind::EddyCurrents => vec![(100.0 / t).powi(2)],
+            EffectKind::SensorLowpass => vec![1e4 / t],
+            EffectKind::SensorOffset | EffectKind::ActuatorOffset => vec![1e-3 * t],
+            EffectKind::NegativeStiffness
+            | EffectKind::ForceConstant
+            | EffectKind::SensorGain
+            | EffectKind::ModalDamping
+            | EffectKind::RegionStiffness => vec![t.exp()],
+            EffectKind::Gyroscopic | EffectKind::AxisMisalignment => vec![t],
+            EffectKind::BearingCoupling => vec![1e-2 * t],
+            EffectKind::InternalDamping => vec![1e-6 * t],
+            EffectKind::CrossCoupling | EffectKind::AddedStiffness => vec![1e5 * t],
+            EffectKind::ToolJoint => vec![1e9 / t, 1e6 / at(1), at(2)],
+            EffectKind::ToolMass => vec![5e-3 * t],
+            EffectKind::AddedMass => vec![5e-2 * t],
+            EffectKind::HousingMode => vec![100.0 / t, at(1).exp(), at(2).exp()],
+        };
+        let location = match &self.place {
+            Location::Position(_) => {
+                let z = POSITION_UNIT_M * theta.last().copied().unwrap_or_default();
+                Location::Position(z)
+            }
+            place => place.clone(),
+        };
+        Effect {
+            kind: self.kind,
+            location,
+            values,
+        }
+    }
+
+    /// Keeps fit coordinates where the effect makes sense.
+    pub fn clamp(&self, theta: &mut [f64]) {
+        let limit = |t: &mut f64, lo: f64, hi: f64| *t = t.clamp(lo, hi);
+        let (lo, hi) = match self.kind {
+            // Half a sample is the least total delay; nominal is in s.
+            EffectKind::LoopDelay => (-self.nominal / 1e-5, 100.0),
+            EffectKind::AmplifierBandwidth => (1e4 * (2e-6 - 1.0 / self.nominal), 1e2),
+            EffectKind::EddyCurrents => (0.02, 50.0),
+            EffectKind::SensorLowpass => (0.02, 50.0),
+            EffectKind::SensorOffset | EffectKind::ActuatorOffset => (-30.0, 30.0),
+            EffectKind::NegativeStiffness
+            | EffectKind::ForceConstant
+            | EffectKind::SensorGain
+            | EffectKind::RegionStiffness => (-2.0, 2.0),
+            EffectKind::ModalDamping => (-4.0, 4.0),
+            EffectKind::Gyroscopic => (-1.0, 3.0),
+            EffectKind::AxisMisalignment => (-45.0, 45.0),
+            EffectKind::BearingCoupling => (-50.0, 50.0),
+            EffectKind::InternalDamping => (-100.0, 100.0),
+            EffectKind::CrossCoupling | EffectKind::AddedStiffness => (-200.0, 200.0),
+            EffectKind::ToolJoint => (1e-3, 100.0),
+            EffectKind::ToolMass => (-10.0, 100.0),
+            EffectKind::AddedMass => (-10.0, 60.0),
+            EffectKind::HousingMode => (1e-3, 50.0),
+        };
+        if let Some(t) = theta.first_mut() {
+            limit(t, lo, hi);
+        }
+        match (self.kind, &mut theta[..]) {
+            (EffectKind::ToolJoint, [_, r, c]) => {
+                limit(r, 1e-3, 1000.0);
+                limit(c, -20.0, 500.0);
+            }
+            (EffectKind::HousingMode, [_, f, z]) => {
+                limit(f, 10f64.ln(), 6000f64.ln());
+                limit(z, 1e-4f64.ln(), 0.7f64.ln());
+            }
+            _ => {}
+        }
+        if let (Location::Position(_), Some(z)) = (&self.place, theta.last_mut()) {
+            limit(
+                z,
+                self.span_m.0 / POSITION_UNIT_M,
+                self.span_m.1 / POSITION_UNIT_M,
+            );
+        }
+    }
+
+    /// Step of a finite difference in coordinate `i`.
+    pub fn step(&self, _i: usize) -> f64 {
+        1e-4
+    }
+
+    /// Whether two hypotheses name the same effect at the same place; positions count as one place, as they are fitted.
+    pub fn same_name(&self, other: &Self) -> bool {
+        self.kind == other.kind
+            && (self.place == other.place
+                || matches!(
+                    (&self.place, &other.place),
+                    (Location::Position(_), Location::Position(_))
+                ))
+    }
+
+    /// The effect that this coordinate vector would have without any size: how far the fit is from no effect, in σ.
+    pub fn size(&self, theta: &[f64]) -> f64 {
+        let null = match self.kind {
+            EffectKind::Gyroscopic => self.nominal,
+            _ => 0.0,
+        };
+        theta.first().map_or(0.0, |t| t - null)
+    }
+}
+
+/// What a set of records can show: turning or not, and the highest frequency.
+#[derive(Clone, Copy, Debug)]
+pub struct Scope {
+    /// Some record was taken at speed.
+    pub turning: bool,
+    /// Highest line, rad/s.
+    pub top_rad_s: f64,
+}
+
+/// All hypotheses for a machine.
+///
+/// # Errors
+/// [`DiagnoseError`] when the machine breaks a rule.
+pub fn catalogue(
+    machine: &Machine,
+    span_m: (f64, f64),
+    flexible_rad_s: &[f64],
+    scope: Scope,
+) -> Result<Vec<Hypothesis>, DiagnoseError> {
+    let effective = machine.effective();
+    let mut all = vec![];
+    let make = |kind: EffectKind, place: Location, nominal: f64, start: &[f64]| Hypothesis {
+        kind,
+        place,
+        start: start.to_vec(),
+        nominal,
+        span_m,
+    };
+    for kind in EffectKind::ALL {
+        let already = machine.of_kind(kind).next().is_some();
+        match kind {
+            EffectKind::LoopDelay => {
+                let spare = effective.delay_s - 0.5 * machine.spindle.electronics.sample_period_s();
+                all.push(make(kind, Location::None, spare.max(0.0), &[0.0]));
+            }
+            EffectKind::Gyroscopic if scope.turning => {
+                let factor = effective.gyroscopic_factor;
+                all.push(make(kind, Location::None, factor, &[factor]));
+            }
+            EffectKind::InternalDamping => all.push(make(kind, Location::None, 0.0, &[0.0])),
+            EffectKind::ToolMass => all.push(make(kind, Location::None, 0.0, &[0.0])),
+            EffectKind::ToolJoint if !already => {
+                // A stiff joint, and one as soft as collets get.
+                for start in [[1.0, 1.0, 0.0], [6.0, 10.0, 0.5]] {
+                    all.push(make(kind, Location::None, 0.0, &start));
+                }
+            }
+            EffectKind::HousingMode => {
+                // One start per octave or so: the basin of a resonance is not much wider.
+                let mut hz = 60.0;
+                while hz < scope.top_rad_s / std::f64::consts::TAU {
+                    all.push(make(
+                        kind,
+                        Location::None,
+                        0.0,
+                        &[0.5, f64::ln(hz), 0.05f64.ln()],
+                    ));
+                    hz *= 1.45;
+                }
+            }
+            EffectKind::AmplifierBandwidth
+            | EffectKind::EddyCurrents
+            | EffectKind::SensorLowpass
+            | EffectKind::SensorOffset
+            | EffectKind::ActuatorOffset
+            | EffectKind::NegativeStiffness
+            | EffectKind::ForceConstant
+            | EffectKind::SensorGain
+            | EffectKind::BearingCoupling
+            | EffectKind::AxisMisalignment => {
+                let start = match kind {
+                    EffectKind::EddyCurrents | EffectKind::SensorLowpass => 0.1,
+                    _ => 0.0,
+                };
+                for which in [Bearings::Front, Bearings::Rear, Bearings::Both] {
+                    let nominal = machine.spindle.electronics.amplifier_bandwidth_hz;
+                    all.push(make(kind, Location::Bearing(which), nominal, &[start]));
+                }
+            }
+            EffectKind::CrossCoupling | EffectKind::AddedMass | EffectKind::AddedStiffness => {
+                let points = 9;
+                for i in 0..points {
+                    let z = span_m.0 + (span_m.1 - span_m.0) * (i as f64 + 0.5) / points as f64;
+                    all.push(make(
+                        kind,
+                        Location::Position(z),
+                        0.0,
+                        &[0.0, z / POSITION_UNIT_M],
+                    ));
+                }
+            }
+            EffectKind::ModalDamping => {
+                // A mode a little above the band still shapes its end.
+                let seen = flexible_rad_s
+                    .iter()
+                    .take_while(|w| **w < 1.3 * scope.top_rad_s);
+                for mode in 1..=seen.count() {
+                    all.push(make(kind, Location::Mode(mode), 0.0, &[0.0]));
+                }
+            }
+            EffectKind::RegionStiffness => {
+                for region in machine.regions() {
+                    all.push(make(kind, Location::Region(region), 0.0, &[0.0]));
+                }
+            }
+            EffectKind::Gyroscopic | EffectKind::ToolJoint => {}
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,658 @@
+//! The plant of a hypothesis at one line, with its derivatives to the small parameters.
+//!
+//! In r = x + jy:  Z = diag(ω_k² − ω² + jω c_k − circ_k) + ωΩG,  X = Z⁻¹Φᵀ,  H = ΦX + housing,  magnets and added parts as
+//! feedback at ports:  H_c = H + H_f κ (I − H_ff κ)⁻¹ H_f·.  With L = I + H_c κ the derivative to a stiffness is −(XLᵀ)ᵀ dK (XLᵀ).
+//! The response F is 6×6: sensor signals and tool displacement (x, y) from commanded currents and tool force (x, y).
+//! Modes far above the band answer as springs in the derivatives and do not feel the gyroscopic coupling.
+
+use super::DiagnoseError;
+use super::nuisance::Layout;
+use super::skeleton::Skeleton;
+use crate::linalg::{Mat, c64, symmetric_eigen};
+use crate::rotor::modes::RIGID;
+use crate::spindle::machine::{Effective, Housing};
+use crate::spindle::{Effect, EffectKind, Location, Machine};
+use std::f64::consts::TAU;
+
+/// Outputs and inputs of a line: four axes, tool x, tool y.
+pub const SIDE: usize = 6;
+/// Row-major 6×6 response.
+pub type Square = [c64; SIDE * SIDE];
+/// The response of nothing.
+pub const ZERO: c64 = c64::new(0.0, 0.0);
+/// Modes up to here are dynamic in derivatives and gyroscopic coupling, Hz: six times the end of a 4 kHz sweep.
+const DYNAMIC_BELOW_HZ: f64 = 24_000.0;
+/// Damping ratio of the second-order sensor low-pass.
+const LOWPASS_DAMPING: f64 = 0.707;
+
+const TOOL: usize = 0;
+const OUT: [usize; 3] = [3, 4, TOOL];
+const IN: [usize; 3] = [1, 2, TOOL];
+
+#[derive(Clone, Copy, Debug)]
+enum Law {
+    Spring(c64),
+    Mass(f64),
+    Dashpot(f64),
+}
+
+/// The base machine in reduced coordinates, rigid and with a joint at the nose.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The machine as given.
+    pub machine: Machine,
+    /// The small parameters.
+    pub layout: Layout,
+    rigid: Skeleton,
+    jointed: Skeleton,
+}
+
+/// A hypothesis assembled at one speed: everything that does not depend on frequency.
+#[derive(Clone, Debug)]
+pub struct Assembled {
+    omega: Vec<f64>,
+    damping: Vec<f64>,
+    turning: Vec<f64>,
+    modal: Vec<f64>,
+    dynamic: usize,
+    gyroscopic: Option<Vec<f64>>,
+    /// Amplitudes, ports × coordinates.
+    ports: Vec<Vec<f64>>,
+    feedback: Vec<(usize, Law)>,
+    housings: Vec<Housing>,
+    effective: Effective,
+    sensor_bandwidth_hz: f64,
+    /// Per modulus group: dynamic×dynamic, dynamic×ports, ports×ports.
+    groups: Vec<[Vec<f64>; 3]>,
+    coupled: bool,
+}
+
+/// F of a line and its derivatives to moduli, ks front, ks rear, and ln ζ, in that order.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// F.
+    pub response: Square,
+    /// ∂F.
+    pub derivatives: Vec<Square>,
+}
+
+impl Model {
+    /// Reduces a machine.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when the machine breaks a rule or an eigenvalue iteration fails.
+    pub fn new(machine: &Machine, axis_gain_sd: &[[f64; 4]]) -> Result<Self, DiagnoseError> {
+        let layout = Layout::new(machine, axis_gain_sd);
+        Ok(Self {
+            machine: machine.clone(),
+            rigid: Skeleton::new(machine, &layout.group_of_element, false)?,
+            jointed: Skeleton::new(machine, &layout.group_of_element, true)?,
+            layout,
+        })
+    }
+
+    /// First and last position on the shaft, m.
+    pub fn span_m(&self) -> (f64, f64) {
+        self.rigid.span_m()
+    }
+
+    /// Natural frequencies of the nominal shaft's flexible modes, rad/s.
+    pub fn flexible_rad_s(&self) -> &[f64] {
+        &self.rigid.flexible_rad_s
+    }
+
+    /// Assembles small parameters `p` and added effects at a speed; `derivatives` prepares those of the moduli.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when an effect leaves the shaft or an eigenvalue iteration fails.
+    pub fn assemble(
+        &self,
+        p: &[f64],
+        effects: &[Effect],
+        speed_rad_s: f64,
+        derivatives: bool,
+    ) -> Result<Assembled, DiagnoseError> {
+        let layout = &self.layout;
+        let mut machine = layout.bearings(&self.machine, p);
+        machine.spindle.effects.extend_from_slice(effects);
+        let effective = machine.effective();
+        let joint = effects.iter().find(|e| e.kind == EffectKind::ToolJoint);
+        let skeleton = if joint.is_some() {
+            &self.jointed
+        } else {
+            &self.rigid
+        };
+        let n = skeleton.len();
+        let mut scale: Vec<f64> = (0..layout.groups).map(|g| p[g]).collect();
+        for effect in effects
+            .iter()
+            .filter(|e| e.kind == EffectKind::RegionStiffness)
+        {
+            if let (Location::Region(region), Some(factor)) =
+                (&effect.location, effect.values.first())
+            {
+                for group in self.groups_of(region) {
+                    scale[group] = (1.0 + scale[group]) * factor - 1.0;
+                }
+            }
+        }
+        let mut k = skeleton.stiffness.clone();
+        for (group, e) in skeleton.groups.iter().zip(&scale) {
+            if *e != 0.0 {
+                k = Mat::from_fn(n, n, |i, j| k[(i, j)] + e * group[(i, j)]);
+            }
+        }
+        if let (Some(effect), Some(rows)) = (joint, &skeleton.joint) {
+            for (row, value) in rows.iter().zip(&effect.values) {
+                k = Mat::from_fn(n, n, |i, j| k[(i, j)] + value * row[i] * row[j]);
+            }
+        }
+        let m = n - RIGID;
+        let flexible = Mat::from_fn(m, m, |i, j| k[(i + RIGID, j + RIGID)]);
+        let (values, vectors) = symmetric_eigen(&flexible)?;
+        let mut omega = vec![0.0; RIGID];
+        omega.extend(values.iter().map(|v| v.max(1.0).sqrt()));
+        let dynamic = omega
+            .iter()
+            .filter(|w| **w < TAU * DYNAMIC_BELOW_HZ)
+            .count()
+            .clamp(RIGID + 4, n);
+        let turn = |row: &[f64]| -> Vec<f64> {
+            let mut turned = row[..RIGID].to_vec();
+            turned.extend((0..m).map(|k| {
+                (0..m)
+                    .map(|i| row[i + RIGID] * vectors[(i, k)])
+                    .sum::<f64>()
+            }));
+            turned
+        };
+        let mut modal = vec![0.0; n];
+        let mut damping = vec![0.0; n];
+        let mut turning = vec![0.0; n];
+        for k in RIGID..n {
+            let zeta = machine.damping_ratio(k - RIGID) * p[layout.damping(k - RIGID)].exp();
+            modal[k] = 2.0 * zeta * omega[k];
+            damping[k] = modal[k] + effective.loss_time_s * omega[k] * omega[k];
+            turning[k] = speed_rad_s * effective.loss_time_s * omega[k] * omega[k];
+        }
+        let [front, rear] = &effective.bearings;
+        let mut ports = vec![];
+        for z in [
+            machine.tool_plane_m(),
+            front.actuator_m,
+            rear.actuator_m,
+            front.sensor_m,
+            rear.sensor_m,
+        ] {
+            ports.push(turn(&skeleton.row(z)?));
+        }
+        let spring = |k: f64| Law::Spring(c64::new(k, 0.0));
+        let mut feedback = vec![(1, spring(front.ks_n_per_m)), (2, spring(rear.ks_n_per_m))];
+        let mut attach = |z: f64, law: Law| -> Result<(), DiagnoseError> {
+            feedback.push((ports.len(), law));
+            ports.push(turn(&skeleton.row(z)?));
+            Ok(())
+        };
+        for (z, k) in &effective.added_stiffness {
+            attach(*z, spring(-k))?;
+        }
+        for (z, q) in &effective.cross_coupling {
+            attach(*z, Law::Spring(c64::new(0.0, *q)))?;
+        }
+        for effect in effects {
+            let value = effect.values.first().copied().unwrap_or_default();
+            match (effect.kind, &effect.location) {
+                (EffectKind::ToolMass, _) => attach(skeleton.span_m().0, Law::Mass(value))?,
+                (EffectKind::AddedMass, Location::Position(z)) => attach(*z, Law::Mass(value))?,
+                _ => {}
+            }
+        }
+        if let (Some(effect), Some(rows)) = (joint, &skeleton.joint) {
+            let c = effect.values.get(2).copied().unwrap_or_default();
+            if c != 0.0 {
+                feedback.push((ports.len(), Law::Dashpot(c)));
+                ports.push(turn(&rows[1]));
+            }
+        }
+        let factor = speed_rad_s * effective.gyroscopic_factor;
+        let gyroscopic = (factor != 0.0).then(|| {
+            let turned = Mat::from_fn(n, dynamic, |i, k| match (i < RIGID, k < RIGID) {
+                (true, _) | (_, true) => f64::from(u8::from(i == k)),
+                _ => vectors[(i - RIGID, k - RIGID)],
+            });
+            let g = turned.transpose() * (&skeleton.gyroscopic * &turned);
+            let mut all = Vec::with_capacity(dynamic * dynamic);
+            for i in 0..dynamic {
+                all.extend((0..dynamic).map(|j| factor * g[(i, j)]));
+            }
+            all
+        });
+        let mut groups = vec![];
+        if derivatives {
+            let count = ports.len();
+            let (d, h) = (dynamic - RIGID, n - dynamic);
+            let low = vectors.submatrix(0, 0, m, d);
+            let still = Mat::from_fn(h, count, |k, p| {
+                ports[p][dynamic + k] / omega[dynamic + k].powi(2)
+            });
+            let high = vectors.submatrix(0, d, m, h) * &still;
+            for group in &skeleton.groups {
+                let own = Mat::from_fn(m, m, |i, j| group[(i + RIGID, j + RIGID)]);
+                let (on_low, on_high) = (&own * low, &own * &high);
+                let a = low.transpose() * &on_low;
+                let b = low.transpose() * &on_high;
+                let c = high.transpose() * &on_high;
+                let flat = |m: &Mat<f64>| -> Vec<f64> {
+                    (0..m.nrows())
+                        .flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)]))
+                        .collect()
+                };
+                groups.push([flat(&a), flat(&b), flat(&c)]);
+            }
+        }
+        let coupled = gyroscopic.is_some()
+            || turning.iter().any(|t| *t != 0.0)
+            || feedback
+                .iter()
+                .any(|(_, law)| matches!(law, Law::Spring(k) if k.im != 0.0));
+        Ok(Assembled {
+            housings: effective.housings.clone(),
+            sensor_bandwidth_hz: machine.spindle.electronics.sensor_bandwidth_hz,
+            omega,
+            damping,
+            turning,
+            modal,
+            dynamic,
+            gyroscopic,
+            ports,
+            feedback,
+            effective,
+            groups,
+            coupled,
+        })
+    }
+
+    /// Modulus groups that a region has.
+    pub fn groups_of(&self, region: &str) -> Vec<usize> {
+        let tool = self.machine.tool.sections.iter().rev();
+        let sections = tool.chain(&self.machine.spindle.sections);
+        let mut groups: Vec<usize> = sections
+            .zip(&self.layout.group_of_element)
+            .filter(|(s, _)| s.region.as_deref() == Some(region))
+            .map(|(_, g)| *g)
+            .collect();
+        groups.sort_unstable();
+        groups.dedup();
+        groups
+    }
+}
+
+/// One signed frequency in the complex plane.
+struct Planar {
+    x: Vec<c64>,
+    closed: Vec<c64>,
+    left: Vec<c64>,
+    right: Vec<c64>,
+}
+
+impl Assembled {
+    /// F at `omega_rad_s`; with derivatives to moduli, ks and ln ζ when `count` modes of damping are asked for.
+    pub fn line(&self, omega_rad_s: f64, layout: Option<&Layout>) -> Line {
+        let forward = self.planar(omega_rad_s);
+        let backward = self.coupled.then(|| self.planar(-omega_rad_s));
+        let pick = |p: &Planar| {
+            let n = self.ports.len();
+            let mut h = [ZERO; 9];
+            for (o, out) in OUT.into_iter().enumerate() {
+                for (i, input) in IN.into_iter().enumerate() {
+                    h[3 * o + i] = p.closed[out * n + input];
+                }
+            }
+            h
+        };
+        let chain = self.chain(omega_rad_s);
+        let response = chain.apply(&pick(&forward), backward.as_ref().map(&pick).as_ref());
+        let mut derivatives = vec![];
+        if let Some(layout) = layout {
+            let plus = self.slopes(&forward, omega_rad_s, layout);
+            let minus = backward
+                .as_ref()
+                .map(|b| self.slopes(b, -omega_rad_s, layout));
+            derivatives = (0..plus.len())
+                .map(|i| chain.apply(&plus[i], minus.as_ref().map(|m| &m[i])))
+                .collect();
+        }
+        Line {
+            response,
+            derivatives,
+        }
+    }
+
+    fn planar(&self, w: f64) -> Planar {
+        let (p, n) = (self.ports.len(), self.omega.len());
+        let diagonal = |k: usize| {
+            c64::new(
+                self.omega[k] * self.omega[k] - w * w,
+                w * self.damping[k] - self.turning[k],
+            )
+        };
+        let d = self.dynamic;
+        let mut x = vec![ZERO; d * p];
+        match &self.gyroscopic {
+            None => {
+                for k in 0..d {
+                    let inverse = diagonal(k).inv();
+                    for j in 0..p {
+                        x[k * p + j] = inverse * self.ports[j][k];
+                    }
+                }
+            }
+            Some(g) => {
+                let mut z: Vec<c64> = g.iter().map(|g| c64::new(w * g, 0.0)).collect();
+                for k in 0..d {
+                    z[k * d + k] += diagonal(k);
+                    for j in 0..p {
+                        x[k * p + j] = c64::new(self.ports[j][k], 0.0);
+                    }
+                }
+                eliminate(&mut z, &mut x, d, p);
+            }
+        }
+        let mut h = vec![ZERO; p * p];
+        for k in 0..d {
+            for i in 0..p {
+                let a = self.ports[i][k];
+                for j in 0..=i {
+                    h[i * p + j] += x[k * p + j] * a;
+                }
+            }
+        }
+        for k in d..n {
+            let inverse = diagonal(k).inv();
+            for i in 0..p {
+                let a = inverse * self.ports[i][k];
+                for j in 0..=i {
+                    h[i * p + j] += a * self.ports[j][k];
+                }
+            }
+        }
+        for housing in &self.housings {
+            let own = housing.omega_rad_s;
+            let z = c64::new(own * own - w * w, 2.0 * housing.damping_ratio * own * w)
+                * housing.mass_kg;
+            for i in 1..5 {
+                for j in 1..=i {
+                    h[i * p + j] += z.inv();
+                }
+            }
+        }
+        for i in 0..p {
+            for j in i + 1..p {
+                h[i * p + j] = h[j * p + i];
+            }
+        }
+        // X_c = (I − H_ff κ)⁻¹ H_f·
+        let f = &self.feedback;
+        let gains: Vec<c64> = f
+            .iter()
+            .map(|(_, law)| match law {
+                Law::Spring(k) => *k,
+                Law::Mass(m) => c64::new(m * w * w, 0.0),
+                Law::Dashpot(c) => c64::new(0.0, -w * c),
+            })
+            .collect();
+        let m = f.len();
+        let mut unit = vec![ZERO; m * m];
+        let mut rows = vec![ZERO; m * p];
+        for a in 0..m {
+            for b in 0..m {
+                unit[a * m + b] =
+                    c64::new(f64::from(u8::from(a == b)), 0.0) - h[f[a].0 * p + f[b].0] * gains[b];
+            }
+            rows[a * p..(a + 1) * p].copy_from_slice(&h[f[a].0 * p..(f[a].0 + 1) * p]);
+        }
+        eliminate(&mut unit, &mut rows, m, p);
+        let mut closed = h.clone();
+        for i in 0..p {
+            for a in 0..m {
+                let through = h[i * p + f[a].0] * gains[a];
+                for j in 0..p {
+                    closed[i * p + j] += through * rows[a * p + j];
+                }
+            }
+        }
+        // L (3×p) and R (p×3) of the closed loop round the ports.
+        let mut left = vec![ZERO; 3 * p];
+        let mut right = vec![ZERO; p * 3];
+        for (o, out) in OUT.into_iter().enumerate() {
+            left[o * p + out] += 1.0;
+            for a in 0..m {
+                left[o * p + f[a].0] += closed[out * p + f[a].0] * gains[a];
+            }
+        }
+        for (i, input) in IN.into_iter().enumerate() {
+            right[input * 3 + i] += 1.0;
+            for a in 0..m {
+                right[f[a].0 * 3 + i] += gains[a] * closed[f[a].0 * p + input];
+            }
+        }
+        Planar {
+            x,
+            closed,
+            left,
+            right,
+        }
+    }
+
+    /// Derivatives of the closed 3×3 receptance to moduli, ks, ln ζ.
+    fn slopes(&self, at: &Planar, w: f64, layout: &Layout) -> Vec<[c64; 9]> {
+        let (p, d) = (self.ports.len(), self.dynamic);
+        let e = d - RIGID;
+        // Coordinates behind the closed loop: outputs × dynamic and dynamic × inputs.
+        let (mut xl, mut xr) = (vec![ZERO; 3 * d], vec![ZERO; d * 3]);
+        for k in 0..d {
+            for o in 0..3 {
+                let mut sum = (ZERO, ZERO);
+                for q in 0..p {
+                    let x = at.x[k * p + q];
+                    sum.0 += at.left[o * p + q] * x;
+                    sum.1 += x * at.right[q * 3 + o];
+                }
+                xl[o * d + k] = sum.0;
+                xr[k * 3 + o] = sum.1;
+            }
+        }
+        let mut all = Vec::with_capacity(layout.groups + 8);
+        let mut zx = vec![ZERO; d * 3];
+        for [a, b, c] in &self.groups {
+            // z = a X_r + b R  (dynamic×3);  dH = −(X_l z + (b L)ᵀ X_r + L c R)
+            for k in 0..e {
+                let row = &a[k * e..(k + 1) * e];
+                let mut sum = [ZERO; 3];
+                for (l, value) in row.iter().enumerate() {
+                    for i in 0..3 {
+                        sum[i] += xr[(l + RIGID) * 3 + i] * *value;
+                    }
+                }
+                for q in 0..p {
+                    for i in 0..3 {
+                        sum[i] += at.right[q * 3 + i] * b[k * p + q];
+                    }
+                }
+                zx[k * 3..k * 3 + 3].copy_from_slice(&sum);
+            }
+            let mut still = [ZERO; 9];
+            // b-part: Σ_q L_oq Σ_k b_kq X_r,k ; c-part: Σ_q L_oq Σ_s c_qs R_s
+            for q in 0..p {
+                let mut t = [ZERO; 3];
+                for k in 0..e {
+                    for i in 0..3 {
+                        t[i] += xr[(k + RIGID) * 3 + i] * b[k * p + q];
+                    }
+                }
+                for s in 0..p {
+                    for i in 0..3 {
+                        t[i] += at.right[s * 3 + i] * c[q * p + s];
+                    }
+                }
+                for o in 0..3 {
+                    for i in 0..3 {
+                        still[3 * o + i] -= at.left[o * p + q] * t[i];
+                    }
+                }
+            }
+            for o in 0..3 {
+                for k in 0..e {
+                    let x = xl[o * d + k + RIGID];
+                    for i in 0..3 {
+                        still[3 * o + i] -= x * zx[k * 3 + i];
+                    }
+                }
+            }
+            all.push(still);
+        }
+        for bearing in 0..2 {
+            let port = 1 + bearing;
+            let ks = self.effective.bearings[bearing].ks_n_per_m;
+            let mut h = [ZERO; 9];
+            for (o, out) in OUT.into_iter().enumerate() {
+                for (i, input) in IN.into_iter().enumerate() {
+                    h[3 * o + i] = ks * at.closed[out * p + port] * at.closed[port * p + input];
+                }
+            }
+            all.push(h);
+        }
+        for mode in 0..super::nuisance::DAMPED_MODES {
+            let mut h = [ZERO; 9];
+            let last = mode + 1 == super::nuisance::DAMPED_MODES;
+            let until = if last { d } else { RIGID + mode + 1 };
+            for k in (RIGID + mode).min(d)..until.min(d) {
+                let slope = c64::new(0.0, w * self.modal[k]);
+                for o in 0..3 {
+                    for i in 0..3 {
+                        h[3 * o + i] -= xl[o * d + k] * slope * xr[k * 3 + i];
+                    }
+                }
+            }
+            all.push(h);
+        }
+        all
+    }
+
+    fn chain(&self, w: f64) -> Chain {
+        let s = c64::new(0.0, w);
+        let one = c64::new(1.0, 0.0);
+        let delay = (-s * self.effective.delay_s).exp();
+        let mut chain = Chain {
+            force: [[ZERO; 4]; 2],
+            axes: [[ZERO; 4]; 2],
+        };
+        for (i, b) in self.effective.bearings.iter().enumerate() {
+            let mut gain = delay / (one + s / (TAU * b.amplifier_bandwidth_hz)) * b.ki_n_per_a;
+            if let Some(corner) = b.eddy_corner_hz {
+                gain /= one + (s / (TAU * corner)).sqrt();
+            }
+            let cross = gain * b.coupling_ratio;
+            chain.force[i] = [gain, cross, cross, gain];
+            let mut sense = one / (one + s / (TAU * self.sensor_bandwidth_hz)) * b.sensor_gain;
+            if let Some(bandwidth) = b.sensor_lowpass_hz {
+                let q = s / (TAU * bandwidth);
+                sense /= one + q * (2.0 * LOWPASS_DAMPING) + q * q;
+            }
+            let (sin, cos) = b.sensor_angle_rad.sin_cos();
+            chain.axes[i] = [sense * cos, sense * sin, -sense * sin, sense * cos];
+        }
+        chain
+    }
+}
+
+/// Electronics round the shaft at one line.
+struct Chain {
+    force: [[c64; 4]; 2],
+    axes: [[c64; 4]; 2],
+}
+
+impl Chain {
+    /// F from the closed receptance forwards and backwards (3×3: sensors and tool from bearings and tool).
+    fn apply(&self, plus: &[c64; 9], minus: Option<&[c64; 9]>) -> Square {
+        let mut f = [ZERO; SIDE * SIDE];
+        for o in 0..3 {
+            for i in 0..3 {
+                let h = plus[3 * o + i];
+                let (a, b) = match minus {
+                    None => (h, ZERO),
+                    Some(minus) => {
+                        let back = minus[3 * o + i].conj();
+                        ((h + back) * 0.5, (h - back) * c64::new(0.0, -0.5))
+                    }
+                };
+                f[2 * o * SIDE + 2 * i] = a;
+                f[(2 * o + 1) * SIDE + 2 * i + 1] = a;
+                f[(2 * o + 1) * SIDE + 2 * i] = b;
+                f[2 * o * SIDE + 2 * i + 1] = -b;
+            }
+        }
+        for (i, m) in self.force.iter().enumerate() {
+            for row in 0..SIDE {
+                let (x, y) = (f[row * SIDE + 2 * i], f[row * SIDE + 2 * i + 1]);
+                f[row * SIDE + 2 * i] = x * m[0] + y * m[2];
+                f[row * SIDE + 2 * i + 1] = x * m[1] + y * m[3];
+            }
+        }
+        for (i, m) in self.axes.iter().enumerate() {
+            for col in 0..SIDE {
+                let (x, y) = (f[2 * i * SIDE + col], f[(2 * i + 1) * SIDE + col]);
+                f[2 * i * SIDE + col] = m[0] * x + m[1] * y;
+                f[(2 * i + 1) * SIDE + col] = m[2] * x + m[3] * y;
+            }
+        }
+        f
+    }
+}
+
+/// Solves A X = B in place (B becomes X), A n×n and B n×p row-major, partial pivoting: matrices too small for a blocked solver.
+/// A singular A leaves infinities.
+pub fn eliminate(a: &mut [c64], b: &mut [c64], n: usize, p: usize) {
+    for k in 0..n {
+        let size = |i: usize| a[i * n + k].re.abs() + a[i * n + k].im.abs();
+        let mut best = k;
+        for i in k + 1..n {
+            if size(i) > size(best) {
+                best = i;
+            }
+        }
+        if best != k {
+            for j in 0..n {
+                a.swap(k * n + j, best * n + j);
+            }
+            for j in 0..p {
+                b.swap(k * p + j, best * p + j);
+            }
+        }
+        let pivot = a[k * n + k].inv();
+        for i in k + 1..n {
+            let factor = a[i * n + k] * pivot;
+            if factor == ZERO {
+                continue;
+            }
+            for j in k + 1..n {
+                let v = a[k * n + j];
+                a[i * n + j] -= factor * v;
+            }
+            for j in 0..p {
+                let v = b[k * p + j];
+                b[i * p + j] -= factor * v;
+            }
+        }
+    }
+    for k in (0..n).rev() {
+        let pivot = a[k * n + k].inv();
+        for j in 0..p {
+            let mut sum = b[k * p + j];
+            for l in k + 1..n {
+                sum -= a[k * n + l] * b[l * p + j];
+            }
+            b[k * p + j] = sum * pivot;
+        }
+    }
+}

@@ -1,0 +1,365 @@
+//! Which effects are missing: every catalogue entry is fitted jointly with the small parameters, the best is kept, and so on.
+//!
+//! A missing effect that is far too large for the noise makes a final fit meaningless, so a search works at the model floor at which
+//! the present model just fails, from the fit at the floor before. Screening on thinned lines, then all lines, then the final
+//! floor for what is still in the race. Score = χ² + d ln N (BIC). An effect is accepted when the score falls by [`ACCEPT`]:
+//! with M ≈ 90 hypotheses of up to three numbers the 95 % quantile of the largest gain under the null is
+//! about χ²₃(1 − 0.05/90) ≈ 17.5; the surplus pays for correlated model error.
+
+use super::DiagnoseError;
+use super::evidence::{Evidence, Use, whiten};
+use super::fit::{FINAL_FLOOR, Fit, Point, Problem, Stage};
+use super::hypothesis::Hypothesis;
+use super::model::{Model, SIDE};
+use rayon::prelude::*;
+
+/// Model floors of a fit, coarse to fine.
+const LADDER: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_FLOOR];
+/// Iterations per rung.
+const CLIMB: usize = 4;
+/// Iterations at the last rung.
+const FINISH: usize = 12;
+/// χ² per residual above which a model fails at a floor. Where noise and floor describe the data it is below 1.
+const FAILS: f64 = 1.0;
+/// Least fall of the score for another effect.
+pub const ACCEPT: f64 = 30.0;
+/// Scores closer than this cannot be told apart (odds of 1 to 30), see [`Round`].
+pub const TIE: f64 = 7.0;
+/// Names that reach the thinned second screening, all lines, and the final floor.
+const SHORT_LISTS: [usize; 3] = [24, 8, 6];
+/// Most effects at once.
+pub const MOST_EFFECTS: usize = 2;
+/// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1, noise that is not quite
+/// white has reached 1.6.
+pub const BLOCK_FAILS: f64 = 2.2;
+
+/// A set of effects with its fit.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// The effects.
+    pub effects: Vec<Hypothesis>,
+    /// The fit, at `floor`.
+    pub fit: Fit,
+    /// Model floor of the fit.
+    pub floor: f64,
+}
+
+impl Candidate {
+    /// χ² + d ln N.
+    pub fn score(&self) -> f64 {
+        let free: usize = self.fit.at.theta.iter().map(Vec::len).sum();
+        self.fit.chi2 + free as f64 * (self.fit.residuals.max(2) as f64).ln()
+    }
+}
+
+/// The data, the model and the catalogue.
+pub struct Search<'a> {
+    /// The reduced machine.
+    pub model: &'a Model,
+    /// The data.
+    pub evidence: &'a Evidence,
+    /// All hypotheses.
+    pub catalogue: &'a [Hypothesis],
+    /// Told what is being done, and how far a round is.
+    pub progress: &'a (dyn Fn(&str) + Sync),
+}
+
+/// A model on the ladder: where it still fits, and where it fails.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// The last fit.
+    pub candidate: Candidate,
+    /// Fit from which further effects start.
+    pub from: Point,
+    /// Floor at which it fails, or the final one.
+    pub working_floor: f64,
+}
+
+/// What a round found.
+#[derive(Clone, Debug)]
+pub struct Round {
+    /// Finalists at the final floor, best score first.
+    pub finalists: Vec<Candidate>,
+    /// Score of every name at the working floor, thinned lines, best first.
+    pub ranking: Vec<(Hypothesis, Point, f64)>,
+}
+
+impl Search<'_> {
+    fn problem<'b>(&'b self, effects: &'b [Hypothesis], usage: Use) -> Problem<'b> {
+        Problem {
+            model: self.model,
+            evidence: self.evidence,
+            usage,
+            effects,
+        }
+    }
+
+    /// The machine as it is.
+    pub fn origin(&self) -> Point {
+        Point {
+            p: vec![0.0; self.model.layout.len()],
+            theta: vec![],
+        }
+    }
+
+    /// Climbs the ladder until the effects fail or the final floor is reached.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a model cannot be assembled.
+    pub fn stand(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        usage: Use,
+    ) -> Result<Standing, DiagnoseError> {
+        let problem = self.problem(effects, usage);
+        let (mut at, mut before) = (from.clone(), from.clone());
+        let mut last = None;
+        for floor in LADDER {
+            let iterations = if floor == FINAL_FLOOR { FINISH } else { CLIMB };
+            let fit = problem.fit(&at, &[(floor, iterations)])?;
+            let fails = fit.data_chi2 > FAILS * fit.residuals as f64;
+            at = fit.at.clone();
+            last = Some((fit, floor));
+            if fails {
+                break;
+            }
+            before = at.clone();
+        }
+        let (fit, floor) = last.ok_or(DiagnoseError::NoSweep)?;
+        Ok(Standing {
+            candidate: Candidate {
+                effects: effects.to_vec(),
+                fit,
+                floor,
+            },
+            from: before,
+            working_floor: floor,
+        })
+    }
+
+    /// Fits through all rungs below `top` down to the final floor, whatever the misfit.
+    ///
+    /// # Errors
+    /// As [`Self::stand`].
+    pub fn finish(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        top: f64,
+        usage: Use,
+    ) -> Result<Candidate, DiagnoseError> {
+        let stages: Vec<Stage> = LADDER
+            .into_iter()
+            .filter(|f| *f <= top)
+            .map(|f| (f, if f == FINAL_FLOOR { FINISH } else { CLIMB }))
+            .collect();
+        let fit = self.problem(effects, usage).fit(from, &stages)?;
+        Ok(Candidate {
+            effects: effects.to_vec(),
+            fit,
+            floor: FINAL_FLOOR,
+        })
+    }
+
+    /// Adds each hypothesis of the catalogue to a standing.
+    ///
+    /// # Errors
+    /// As [`Self::stand`].
+    pub fn round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
+        let present = &standing.candidate.effects;
+        let w = standing.working_floor;
+        let thin = |stride| Use { stride, ..Use::ALL };
+        let with = |h: &Hypothesis| -> Vec<Hypothesis> {
+            let mut effects = present.clone();
+            effects.push(h.clone());
+            effects
+        };
+        let free: Vec<&Hypothesis> = self
+            .catalogue
+            .iter()
+            .filter(|h| {
+                !present
+                    .iter()
+                    .any(|p| p.same_name(h) && p.kind != crate::spindle::EffectKind::HousingMode)
+            })
+            .collect();
+        (self.progress)(&format!(
+            "{} hypotheses, beside {} accepted",
+            free.len(),
+            present.len()
+        ));
+        let fit = |h: &Hypothesis, from: &Point, usage: Use, stages: &[Stage]| {
+            self.problem(&with(h), usage).fit(from, stages)
+        };
+        let lower = rung_below(w);
+        let base = self.problem(present, thin(3)).linear(&standing.from, w)?;
+        let first: Vec<(Hypothesis, Point, f64)> = free
+            .par_iter()
+            .filter_map(|h| {
+                let mut from = standing.from.clone();
+                from.theta.push(h.start.clone());
+                let (at, chi2) = self
+                    .problem(&with(h), thin(3))
+                    .predicted(&base, &from, w)
+                    .ok()?;
+                Some(((*h).clone(), at, chi2))
+            })
+            .collect();
+        let (first, mut ranking) = shortlist(first, SHORT_LISTS[0]);
+        let second: Vec<(Hypothesis, Fit)> = first
+            .par_iter()
+            .filter_map(|(h, at, _)| {
+                Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?))
+            })
+            .collect();
+        let second = distinct(second, SHORT_LISTS[1]);
+        (self.progress)("finalists");
+        let third: Vec<(Hypothesis, Fit)> = second
+            .kept
+            .par_iter()
+            .filter_map(|(h, f)| Some((h.clone(), fit(h, &f.at, Use::ALL, &[(lower, 4)]).ok()?)))
+            .collect();
+        let third = distinct(third, SHORT_LISTS[2]);
+        let best = third.kept.first().map_or(0.0, |(_, f)| f.chi2);
+        let mut finalists: Vec<Candidate> = third
+            .kept
+            .par_iter()
+            // Four times the best χ² at a floor above the final one: out of the race.
+            .filter(|(_, f)| f.chi2 < 4.0 * best + 100.0)
+            .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Use::ALL).ok())
+            .collect();
+        finalists.sort_by(|a, b| a.score().total_cmp(&b.score()));
+        let others = second.rest.into_iter().chain(third.kept).chain(third.rest);
+        ranking.extend(others.map(|(h, f)| {
+            let score = score(&f);
+            (h, f.at, score)
+        }));
+        Ok(Round { finalists, ranking })
+    }
+
+    /// Largest χ² per residual over blocks of channels and bands at a floor: 1 where noise explains everything.
+    ///
+    /// # Errors
+    /// As [`Self::stand`].
+    pub fn misfit(
+        &self,
+        effects: &[Hypothesis],
+        at: &Point,
+        floor: f64,
+    ) -> Result<Misfit, DiagnoseError> {
+        let named: Vec<_> = effects
+            .iter()
+            .zip(&at.theta)
+            .map(|(h, t)| h.effect(t))
+            .collect();
+        let mut worst = Misfit::default();
+        for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
+            let model = self
+                .model
+                .assemble(&at.p, &named, sweep.speed_rad_s, false)?;
+            let lines = sweep.omega_rad_s.len();
+            let bands = (lines / 60).clamp(1, 8);
+            let mut sums = vec![[0.0; 16]; bands];
+            let mut counts = vec![0usize; bands];
+            for line in 0..lines {
+                let band = line * bands / lines;
+                let f = model.line(sweep.omega_rad_s[line], None).response;
+                let rows = sweep.whitening(line, floor, true);
+                for i in 0..4 {
+                    let gain = 1.0 + at.p[self.model.layout.axis(s, i)];
+                    let mut d: [_; 4] = std::array::from_fn(|j| {
+                        sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain
+                    });
+                    whiten(&rows[i], &mut d);
+                    for j in 0..4 {
+                        sums[band][4 * i + j] += 2.0 * d[j].norm_sqr();
+                    }
+                }
+                counts[band] += 2;
+            }
+            for band in 0..bands {
+                for n in 0..16 {
+                    let value = sums[band][n] / counts[band].max(1) as f64;
+                    if value > worst.value {
+                        let edge = |b: usize| {
+                            sweep.omega_rad_s[(b * lines / bands).min(lines - 1)]
+                                / std::f64::consts::TAU
+                        };
+                        worst = Misfit {
+                            value,
+                            output: n / 4,
+                            input: n % 4,
+                            band_hz: (edge(band), edge(band + 1)),
+                        };
+                    }
+                }
+            }
+        }
+        Ok(worst)
+    }
+}
+
+/// The worst block.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Misfit {
+    /// χ² per residual.
+    pub value: f64,
+    /// Sensor axis.
+    pub output: usize,
+    /// Current axis.
+    pub input: usize,
+    /// From, to, Hz.
+    pub band_hz: (f64, f64),
+}
+
+fn rung_below(floor: f64) -> f64 {
+    LADDER
+        .into_iter()
+        .find(|f| *f < floor)
+        .unwrap_or(FINAL_FLOOR)
+}
+
+fn score(fit: &Fit) -> f64 {
+    let free: usize = fit.at.theta.last().map_or(0, Vec::len);
+    fit.chi2 + free as f64 * (fit.residuals.max(2) as f64).ln()
+}
+
+struct Listed {
+    kept: Vec<(Hypothesis, Fit)>,
+    rest: Vec<(Hypothesis, Fit)>,
+}
+
+/// Best start of every name, best score first, cut at `most`.
+fn distinct(mut all: Vec<(Hypothesis, Fit)>, most: usize) -> Listed {
+    all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
+    let (mut kept, mut rest): (Vec<(Hypothesis, Fit)>, Vec<(Hypothesis, Fit)>) = (vec![], vec![]);
+    for entry in all {
+        if kept.iter().any(|k| k.0.same_name(&entry.0)) {
+            continue;
+        }
+        if kept.len() < most {
+            kept.push(entry)
+        } else {
+            rest.push(entry)
+        }
+    }
+    Listed { kept, rest }
+}
+
+type Screened = (Hypothesis, Point, f64);
+
+/// Hypotheses by predicted χ²: the best `most`, at most two starts of one name, and the others.
+fn shortlist(mut all: Vec<Screened>, most: usize) -> (Vec<Screened>, Vec<Screened>) {
+    all.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let (mut kept, mut rest): (Vec<Screened>, Vec<Screened>) = (vec![], vec![]);
+    for entry in all {
+        let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
+        if kept.len() < most && twins < 2 {
+            kept.push(entry)
+        } else {
+            rest.push(entry)
+        }
+    }
+    (kept, rest)
+}

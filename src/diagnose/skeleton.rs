@@ -1,0 +1,233 @@
+//! The free-free shaft in Ritz coordinates in which moduli, joint and ports can move without a new FE assembly.
+//!
+//! Every element of the file is halved, so that the mesh of the model is not what the data complain about. The coordinates are the
+//! lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g K_g
+//! (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes.
+//! Limits: valid up to about the highest kept mode; 4 kHz lies far below.
+
+use super::DiagnoseError;
+use crate::linalg::{Mat, solve, symmetric_eigen};
+use crate::rotor::modes::RIGID;
+use crate::rotor::{PlanarModes, Rotor, Section};
+use crate::spindle::{Effect, EffectKind, Location, Machine};
+
+/// Modes kept: at 58 half elements the fortieth lies beyond 100 kHz.
+const MODES: usize = 34;
+/// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept modes' range serves.
+const SHIFT_RAD_S: f64 = 2000.0;
+/// Ritz vectors whose independent part is smaller than this (squared, relative) repeat the others.
+const INDEPENDENT: f64 = 1e-10;
+
+/// Reduced matrices of a shaft, and what its ports see.
+#[derive(Clone, Debug)]
+pub struct Skeleton {
+    rotor: Rotor,
+    shapes: Mat<f64>,
+    /// Stiffness with every modulus factor 1 and without the movable joint, n×n.
+    pub stiffness: Mat<f64>,
+    /// Stiffness of each element group, n×n.
+    pub groups: Vec<Mat<f64>>,
+    /// Gyroscopic matrix, n×n.
+    pub gyroscopic: Mat<f64>,
+    /// Relative translation and rotation of the movable joint, if there is one.
+    pub joint: Option<[Vec<f64>; 2]>,
+    /// True flexible modes of the nominal shaft, rad/s.
+    pub flexible_rad_s: Vec<f64>,
+}
+
+impl Skeleton {
+    /// The shaft of `machine` (with the effects it has); `movable_joint` cuts it at the nose face.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when the machine breaks a rule or an eigenvalue iteration fails.
+    pub fn new(
+        machine: &Machine,
+        group_of_element: &[usize],
+        movable_joint: bool,
+    ) -> Result<Self, DiagnoseError> {
+        let mut machine = refined(machine);
+        // Only the shape of the coordinates depends on these stiffnesses, not what they can express.
+        let joint_values = [2e8, 1e5, 0.0];
+        if movable_joint {
+            let joint = Effect::new(EffectKind::ToolJoint, Location::None, joint_values.to_vec())?;
+            machine = machine.with_effect(joint);
+        }
+        let rotor = machine.rotor()?;
+        let modes = PlanarModes::new(&rotor)?;
+        let (n, kept) = (rotor.dofs(), (RIGID + MODES).min(modes.len()));
+        let (k, m) = (&modes.matrices.stiffness, &modes.matrices.mass);
+        let planes = &machine.spindle.planes;
+        let mut rows = vec![];
+        let step = 0.02;
+        for z in [
+            machine.tool_plane_m(),
+            rotor.from_m(),
+            planes.front_sensor_m,
+            planes.front_actuator_m,
+            planes.rear_actuator_m,
+            planes.rear_sensor_m,
+        ] {
+            rows.push(rotor.shape_at("port", z)?);
+        }
+        for i in 0..=((rotor.to_m() - rotor.from_m()) / step) as usize {
+            rows.push(rotor.shape_at("port", rotor.from_m() + i as f64 * step)?);
+        }
+        let joint_rows = movable_joint
+            .then(|| rotor.joints().last().map(|j| j.0))
+            .flatten();
+        if let Some([a, b]) = joint_rows {
+            rows.push(vec![(2 * a, 1.0), (2 * b, -1.0)]);
+            rows.push(vec![(2 * a + 1, 1.0), (2 * b + 1, -1.0)]);
+        }
+        let shifted = Mat::from_fn(n, n, |i, j| {
+            k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]
+        });
+        let mut forces = Mat::zeros(n, rows.len());
+        for (c, row) in rows.iter().enumerate() {
+            for (dof, a) in row {
+                forces[(*dof, c)] += a;
+            }
+        }
+        let statics = solve(&shifted, &forces)?;
+        // What the kept modes do not already express, mass-orthonormal.
+        let modal = Mat::from_fn(n, kept, |i, j| modes.shapes[(i, j)]);
+        let shared = modal.transpose() * (m * &statics);
+        let rest = &statics - &modal * shared;
+        let gram = rest.transpose() * (m * &rest);
+        let scale: Vec<f64> = (0..rows.len())
+            .map(|i| {
+                let own = gram[(i, i)].max(0.0).sqrt();
+                if own > 0.0 { own.recip() } else { 0.0 }
+            })
+            .collect();
+        let gram = Mat::from_fn(rows.len(), rows.len(), |i, j| {
+            gram[(i, j)] * scale[i] * scale[j]
+        });
+        let (values, vectors) = symmetric_eigen(&gram)?;
+        // The strongest directions: the grid of positions spans a smooth space of few dimensions.
+        let largest = values.last().copied().unwrap_or(0.0);
+        let used: Vec<usize> = (0..rows.len())
+            .rev()
+            .filter(|i| values[*i] > INDEPENDENT.sqrt() * 1e-1 * largest)
+            .take(14)
+            .collect();
+        let combine = Mat::from_fn(rows.len(), used.len(), |i, j| {
+            scale[i] * vectors[(i, used[j])] / values[used[j]].sqrt()
+        });
+        let extra = &rest * combine;
+        let size = kept + extra.ncols();
+        let shapes = Mat::from_fn(n, size, |i, j| {
+            if j < kept {
+                modal[(i, j)]
+            } else {
+                extra[(i, j - kept)]
+            }
+        });
+        let reduce = |a: &Mat<f64>| shapes.transpose() * (a * &shapes);
+        let count = group_of_element.iter().max().map_or(0, |g| g + 1);
+        let mut groups = vec![Mat::zeros(size, size); count];
+        for element in 0..rotor.sections().len() {
+            let Some(group) = group_of_element.get(element / 2) else {
+                continue;
+            };
+            let (own, dofs) = rotor.element_stiffness(element);
+            let rows = Mat::from_fn(4, size, |r, c| shapes[(dofs[r], c)]);
+            let own = Mat::from_fn(4, 4, |r, c| own[(r, c)]);
+            groups[*group] += rows.transpose() * (own * &rows);
+        }
+        let clean = |a: Mat<f64>| {
+            Mat::from_fn(size, size, |i, j| {
+                if i < RIGID || j < RIGID {
+                    0.0
+                } else {
+                    0.5 * (a[(i, j)] + a[(j, i)])
+                }
+            })
+        };
+        let groups = groups.into_iter().map(clean).collect();
+        let joint = joint_rows.map(|[a, b]| {
+            let row = |d: usize| -> Vec<f64> {
+                (0..size)
+                    .map(|c| shapes[(2 * a + d, c)] - shapes[(2 * b + d, c)])
+                    .map(|x| if x.abs() < 1e-300 { 0.0 } else { x })
+                    .collect()
+            };
+            let mut rows = [row(0), row(1)];
+            for row in &mut rows {
+                row[..RIGID].fill(0.0);
+            }
+            rows
+        });
+        let mut stiffness = clean(reduce(k));
+        if let Some(rows) = &joint {
+            for (row, value) in rows.iter().zip(joint_values) {
+                stiffness = Mat::from_fn(size, size, |i, j| {
+                    stiffness[(i, j)] - value * row[i] * row[j]
+                });
+            }
+        }
+        Ok(Self {
+            gyroscopic: reduce(&modes.matrices.gyroscopic),
+            flexible_rad_s: modes.omega_rad_s[RIGID..].to_vec(),
+            rotor,
+            shapes,
+            stiffness,
+            groups,
+            joint,
+        })
+    }
+
+    /// Number of coordinates.
+    pub fn len(&self) -> usize {
+        self.shapes.ncols()
+    }
+
+    /// True without coordinates.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// First and last position on the shaft, m.
+    pub fn span_m(&self) -> (f64, f64) {
+        (self.rotor.from_m(), self.rotor.to_m())
+    }
+
+    /// What a port at a position reads of the coordinates.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] for a position off the shaft.
+    pub fn row(&self, position_m: f64) -> Result<Vec<f64>, DiagnoseError> {
+        let row = self.rotor.shape_at("port", position_m)?;
+        Ok((0..self.len())
+            .map(|k| row.iter().map(|(dof, a)| a * self.shapes[(*dof, k)]).sum())
+            .collect())
+    }
+}
+
+/// The same machine with every element cut in two at its middle.
+pub fn refined(machine: &Machine) -> Machine {
+    let mut machine = machine.clone();
+    machine.spindle.sections = halves(&machine.spindle.sections);
+    machine.tool.sections = halves(&machine.tool.sections);
+    machine
+}
+
+fn halves(sections: &[Section]) -> Vec<Section> {
+    let mut all = Vec::with_capacity(2 * sections.len());
+    for section in sections {
+        let cut = |d: [f64; 2]| {
+            let middle = 0.5 * (d[0] + d[1]);
+            ([d[0], middle], [middle, d[1]])
+        };
+        let (mut a, mut b) = (section.clone(), section.clone());
+        a.length_m *= 0.5;
+        b.length_m *= 0.5;
+        (a.outer_diameter_m, b.outer_diameter_m) = cut(section.outer_diameter_m);
+        (a.inner_diameter_m, b.inner_diameter_m) = cut(section.inner_diameter_m);
+        (a.mass_outer_diameter_m, b.mass_outer_diameter_m) = cut(section.mass_outer_diameter_m);
+        (a.mass_inner_diameter_m, b.mass_inner_diameter_m) = cut(section.mass_inner_diameter_m);
+        all.push(a);
+        all.push(b);
+    }
+    all
+}

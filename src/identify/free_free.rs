@@ -1,0 +1,290 @@
+//! Resonances and antiresonances of the free-free rotor from a measured open-loop plant.
+//!
+//! G = Y U⁻¹ removes the levitation loop. Amplifier, delay and sensor are scalar factors of a channel: they move neither its poles
+//! nor its zeros of bending, and those known are divided out so that residues keep their sign. What is left is the rotor on the
+//! negative stiffness of its magnets; the shift between that and the free-free rotor, f(ks = 0) − f(ks), is taken from the
+//! finite-element model of the given machine and added. It is below a few hertz and nearly independent of the moduli, so that a
+//! nominal model serves; a tenth of it is added to the standard deviation.
+//! The two control axes of a plane see the same rotor at rest: poles are fitted to both together, zeros averaged.
+
+use super::IdentifyError;
+use super::frf::MeasuredFrf;
+use super::peaks::{Antiresonance, Channel, Resonance, antiresonances, resonances};
+use crate::linalg::c64;
+use crate::rotor::chain::{Chain, Port};
+use crate::rotor::chain_assembly;
+use crate::rotor::spectrum::{Query, Spectrum, spectrum};
+use crate::spindle::Machine;
+use std::f64::consts::TAU;
+
+/// Antiresonances are counted from here, Hz, as in the model.
+const LOWEST_HZ: f64 = 100.0;
+/// Entries are not believed beyond this relative standard deviation, however well the repeats agree.
+const ENTRY_FLOOR: f64 = 5e-4;
+/// Share of the model's shift that counts as uncertain: ks is known to some 5–10 %.
+const SHIFT_UNCERTAINTY: f64 = 0.1;
+/// A peak of the model belongs to a measured one when it lies within this factor: nominal models are 10–30 % off.
+const SAME_PEAK: f64 = 1.35;
+
+/// A frequency of the free-free rotor with its standard deviation, or the reason why there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reading {
+    /// Identified.
+    Found {
+        /// Frequency of the free-free rotor, Hz.
+        frequency_hz: f64,
+        /// Standard deviation, Hz.
+        standard_deviation_hz: f64,
+        /// What the magnets' stiffness had shifted it by, removed, Hz.
+        magnet_shift_hz: f64,
+    },
+    /// Exists, but cannot be identified.
+    NotIdentified {
+        /// Why.
+        reason: String,
+    },
+}
+
+impl Reading {
+    /// Frequency, Hz.
+    pub fn frequency_hz(&self) -> Option<f64> {
+        match self {
+            Self::Found { frequency_hz, .. } => Some(*frequency_hz),
+            Self::NotIdentified { .. } => None,
+        }
+    }
+
+    /// Standard deviation, Hz.
+    pub fn standard_deviation_hz(&self) -> Option<f64> {
+        match self {
+            Self::Found {
+                standard_deviation_hz,
+                ..
+            } => Some(*standard_deviation_hz),
+            Self::NotIdentified { .. } => None,
+        }
+    }
+}
+
+/// Peaks of the free-free rotor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// Flexible resonances, ascending.
+    pub resonances: Vec<Reading>,
+    /// Damping ratio of each resonance.
+    pub damping_ratio: Vec<f64>,
+    /// Antiresonances of front sensor over front actuator, ascending.
+    pub front: Vec<Reading>,
+    /// Antiresonances of rear sensor over rear actuator, ascending.
+    pub rear: Vec<Reading>,
+    /// Antiresonances of front sensor over rear actuator, ascending.
+    pub front_over_rear: Vec<Reading>,
+    /// Antiresonances of rear sensor over front actuator, ascending.
+    pub rear_over_front: Vec<Reading>,
+}
+
+/// Identifies resonances and antiresonances of a standstill sweep.
+///
+/// # Errors
+/// [`IdentifyError::NotAtRest`] for a sweep at speed, where whirl splits every peak; [`IdentifyError::NoResonance`] when no
+/// resonance stands out; [`IdentifyError::Machine`] when the machine has no model.
+pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, IdentifyError> {
+    if frf.speed_rpm != 0.0 {
+        return Err(IdentifyError::NotAtRest {
+            speed_rpm: frf.speed_rpm,
+        });
+    }
+    let entries = [
+        (0, 0),
+        (0, 2),
+        (2, 0),
+        (2, 2),
+        (1, 1),
+        (1, 3),
+        (3, 1),
+        (3, 3),
+    ];
+    let channels: Vec<Channel> = entries
+        .iter()
+        .map(|(i, j)| channel(frf, machine, *i, *j))
+        .collect();
+    let poles = resonances(&frf.frequency_hz, &channels);
+    if poles.is_empty() {
+        return Err(IdentifyError::NoResonance {
+            from_hz: frf.frequency_hz.first().copied().unwrap_or(0.0),
+            to_hz: frf.frequency_hz.last().copied().unwrap_or(0.0),
+        });
+    }
+    let shift = Shift::of(machine, frf.frequency_hz.last().copied().unwrap_or(0.0))?;
+    let zeros = |pair: [usize; 2], list: usize| {
+        let each =
+            pair.map(|k| antiresonances(&frf.frequency_hz, &channels[k], k, &poles, LOWEST_HZ));
+        merge(&each)
+            .into_iter()
+            .map(|zero| match zero {
+                Antiresonance::Found {
+                    frequency_hz,
+                    standard_deviation_hz,
+                } => shift.apply(Some(list), frequency_hz, standard_deviation_hz),
+                Antiresonance::NotIdentified { reason, .. } => Reading::NotIdentified { reason },
+            })
+            .collect()
+    };
+    Ok(Identification {
+        resonances: poles
+            .iter()
+            .map(|p| shift.apply(None, p.frequency_hz, p.standard_deviation_hz))
+            .collect(),
+        damping_ratio: poles.iter().map(|p: &Resonance| p.damping_ratio).collect(),
+        front: zeros([0, 4], 0),
+        rear: zeros([3, 7], 1),
+        front_over_rear: zeros([1, 5], 2),
+        rear_over_front: zeros([2, 6], 3),
+    })
+}
+
+/// One entry with the known electronics divided out.
+fn channel(frf: &MeasuredFrf, machine: &Machine, output: usize, input: usize) -> Channel {
+    let effective = machine.effective();
+    let electronics = &machine.spindle.electronics;
+    let (sensor, actuator) = (
+        &effective.bearings[output / 2],
+        &effective.bearings[input / 2],
+    );
+    let one = c64::new(1.0, 0.0);
+    let known: Vec<c64> = frf
+        .frequency_hz
+        .iter()
+        .map(|f| {
+            let lag = |corner_hz: f64| one / c64::new(1.0, f / corner_hz);
+            c64::from_polar(
+                actuator.ki_n_per_a * sensor.sensor_gain,
+                -TAU * f * effective.delay_s,
+            ) * lag(actuator.amplifier_bandwidth_hz)
+                * lag(electronics.sensor_bandwidth_hz)
+        })
+        .collect();
+    Channel {
+        name: format!("g_{}{}", output + 1, input + 1),
+        value: (0..frf.len())
+            .map(|l| frf.response[(l, output, input)] / known[l])
+            .collect(),
+        sigma: (0..frf.len())
+            .map(|l| frf.sigma(l, output, input, ENTRY_FLOOR) / known[l].norm())
+            .collect(),
+    }
+}
+
+/// One list from those of the two control axes of a plane.
+fn merge(lists: &[Vec<Antiresonance>; 2]) -> Vec<Antiresonance> {
+    let mut all: Vec<Antiresonance> = vec![];
+    for zero in lists.iter().flatten() {
+        let Antiresonance::Found {
+            frequency_hz: f,
+            standard_deviation_hz: s,
+        } = zero
+        else {
+            continue;
+        };
+        let partner = all.iter_mut().find_map(|other| match other {
+            Antiresonance::Found {
+                frequency_hz,
+                standard_deviation_hz,
+            } if (*frequency_hz - f).abs()
+                < (5.0 * standard_deviation_hz.hypot(*s)).max(2e-3 * f) =>
+            {
+                Some((frequency_hz, standard_deviation_hz))
+            }
+            _ => None,
+        });
+        match partner {
+            Some((frequency, sd)) => {
+                let (wa, wb) = (sd.powi(-2), s.powi(-2));
+                let mean = (*frequency * wa + f * wb) / (wa + wb);
+                // Two axes that disagree by more than their noise: half the gap is the honest figure.
+                let apart = 0.5 * (*frequency - f).abs();
+                *sd = (wa + wb).sqrt().recip().max(apart);
+                *frequency = mean;
+            }
+            None => all.push(zero.clone()),
+        }
+    }
+    for zero in lists.iter().flatten() {
+        let Antiresonance::NotIdentified { from_hz, to_hz, .. } = zero else {
+            continue;
+        };
+        let settled = all.iter().any(|other| match other {
+            Antiresonance::Found { frequency_hz, .. } => {
+                frequency_hz > from_hz && frequency_hz < to_hz
+            }
+            Antiresonance::NotIdentified {
+                from_hz: a,
+                to_hz: b,
+                ..
+            } => a == from_hz && b == to_hz,
+        });
+        if !settled {
+            all.push(zero.clone());
+        }
+    }
+    all.sort_by(|a, b| a.place_hz().total_cmp(&b.place_hz()));
+    all
+}
+
+/// Peaks of the model with and without the magnets' stiffness.
+struct Shift {
+    free: Spectrum,
+    held: Spectrum,
+}
+
+impl Shift {
+    fn of(machine: &Machine, to_hz: f64) -> Result<Self, IdentifyError> {
+        let rotor = machine.rotor()?;
+        let chain = chain_assembly::chain(&rotor)?;
+        let port = |what: &str, z: f64| chain_assembly::port(&rotor, what, z);
+        let mut with_magnets: Chain = chain.clone();
+        let mut ports: Vec<(Port, Port)> = vec![];
+        for b in &machine.effective().bearings {
+            let actuator = port("actuator", b.actuator_m)?;
+            ports.push((port("sensor", b.sensor_m)?, actuator));
+            with_magnets = with_magnets.with_spring(&actuator, -b.ks_n_per_m);
+        }
+        // Front, rear, front over rear, rear over front: sensor, actuator.
+        let frfs: Vec<(Port, Port)> = [(0, 0), (1, 1), (0, 1), (1, 0)]
+            .iter()
+            .map(|(s, a)| (ports[*s].0, ports[*a].1))
+            .collect();
+        let query = Query {
+            frfs,
+            from_hz: LOWEST_HZ,
+            to_hz: 1.5 * to_hz.max(2.0 * LOWEST_HZ),
+        };
+        let ones = vec![1.0; chain.regions.len()];
+        Ok(Self {
+            free: spectrum(&chain, &ones, &query),
+            held: spectrum(&with_magnets, &ones, &query),
+        })
+    }
+
+    /// Reading of the free-free rotor from a measured peak; `list` is the FRF of a zero.
+    fn apply(&self, list: Option<usize>, measured_hz: f64, sd_hz: f64) -> Reading {
+        let of = |s: &Spectrum| match list {
+            None => s.poles_hz.clone(),
+            Some(k) => s.zeros_hz.get(k).cloned().unwrap_or_default(),
+        };
+        let nearest = |list: &[f64], f: f64| {
+            list.iter()
+                .copied()
+                .min_by(|a, b| (a / f).ln().abs().total_cmp(&(b / f).ln().abs()))
+                .filter(|g| (g / f).ln().abs() < SAME_PEAK.ln())
+        };
+        let shift = nearest(&of(&self.held), measured_hz)
+            .and_then(|held| Some(nearest(&of(&self.free), held)? / held - 1.0))
+            .map_or(0.0, |ratio| ratio * measured_hz);
+        Reading::Found {
+            frequency_hz: measured_hz + shift,
+            standard_deviation_hz: sd_hz.hypot(SHIFT_UNCERTAINTY * shift),
+            magnet_shift_hz: shift,
+        }
+    }
+}

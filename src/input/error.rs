@@ -1,0 +1,121 @@
+//! What is wrong with a file: file, line or key path, rule, hint. Unknown keys name the nearest known one.
+
+use crate::spindle::SpindleError;
+use thiserror::Error;
+
+/// One message about one file.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{file}{}: {message}", .line.map(|l| format!(":{l}")).unwrap_or_default())]
+pub struct InputError {
+    /// The file, or the name of the shipped file.
+    pub file: String,
+    /// Line, from 1, where it is known.
+    pub line: Option<usize>,
+    /// What is wrong, key path included.
+    pub message: String,
+    /// The next step.
+    pub hint: Option<String>,
+}
+
+impl InputError {
+    /// A message without a line.
+    pub fn new(file: &str, message: impl Into<String>) -> Self {
+        Self {
+            file: file.to_owned(),
+            line: None,
+            message: message.into(),
+            hint: None,
+        }
+    }
+
+    /// The same message with the next step.
+    pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+
+    /// A rule of the domain that the file breaks.
+    pub fn rule(file: &str, error: &SpindleError) -> Self {
+        let hint = match error {
+            SpindleError::Name { .. } => {
+                "take one of the names listed, or complete the entry as the rule says".to_owned()
+            }
+            SpindleError::Numeric(_) => {
+                "look for extreme or inconsistent numbers in the file".to_owned()
+            }
+            _ => {
+                let text = error.to_string();
+                if text.contains("node") {
+                    "a node lies at every end of an element: split an element there, or move the disc"
+                        .to_owned()
+                } else {
+                    "correct the value; the file format gives units in the key".to_owned()
+                }
+            }
+        };
+        Self::new(file, error.to_string()).with_hint(hint)
+    }
+
+    /// An error of the YAML reader.
+    pub fn yaml(file: &str, error: &serde_yaml::Error) -> Self {
+        let line = error.location().map(|l| l.line());
+        Self::parse(file, line, &error.to_string())
+    }
+
+    /// An error of the JSON reader.
+    pub fn json(file: &str, error: &serde_json::Error) -> Self {
+        Self::parse(file, Some(error.line()), &error.to_string())
+    }
+
+    fn parse(file: &str, line: Option<usize>, text: &str) -> Self {
+        // The position stands in front of the message already.
+        let text = text.split(" at line ").next().unwrap_or(text);
+        let quoted: Vec<&str> = text.split('`').skip(1).step_by(2).collect();
+        let hint = if text.contains("unknown field") {
+            match quoted.split_first() {
+                Some((unknown, known)) => nearest(unknown, known.iter().copied())
+                    .map_or("remove the key".to_owned(), |best| {
+                        format!("did you mean `{best}`?")
+                    }),
+                None => "remove the key".to_owned(),
+            }
+        } else if text.contains("missing field") {
+            "add the key; spindles/reference.yaml shows a complete file".to_owned()
+        } else if text.contains("duplicate") {
+            "keep one of the two".to_owned()
+        } else if text.contains("invalid type") || text.contains("invalid value") {
+            "numbers are written plainly, without units or quotes; units stand in the key"
+                .to_owned()
+        } else {
+            "check indentation, brackets and colons at this line".to_owned()
+        };
+        Self {
+            file: file.to_owned(),
+            line,
+            message: plain_words(text),
+            hint: Some(hint),
+        }
+    }
+}
+
+/// The parser's names of types in words of the file.
+fn plain_words(text: &str) -> String {
+    let mut text = text.to_owned();
+    for (name, words) in [
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number, zero or more"),
+        ("expected a sequence", "expected a list"),
+        ("expected a map", "expected a mapping of keys to values"),
+    ] {
+        text = text.replace(name, words);
+    }
+    match text.split_once("expected struct ") {
+        Some((before, _)) => format!("{before}expected a mapping of keys to values"),
+        None => text,
+    }
+}
+
+/// The known name with the smallest edit distance, if any is known.
+pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    known.min_by_key(|k| strsim::damerau_levenshtein(name, k))
+}

@@ -1,0 +1,320 @@
+//! A measurement folder (formats.md, section 4): `measurement.yaml` and the records it lists, every file read and checked.
+//!
+//! `spindle` and `tool` are looked for beside `measurement.yaml` (the name as a path, `<name>.yaml`, then `spindle.yaml` or `tool.yaml`)
+//! and after that among shipped names and paths.
+
+use super::error::{InputError, nearest};
+use super::hammer::{read_hammer, read_mode_shapes};
+use super::load_machine;
+use super::shipped;
+use super::sweep::read_sweep;
+use crate::identify::{HammerFrf, SweepRecord};
+use crate::spindle::Machine;
+use crate::update::MeasuredShape;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// A sweep and how it was taken.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// Its Fourier coefficients.
+    pub record: SweepRecord,
+    /// Path of the controller that levitated the rotor.
+    pub controller: Option<String>,
+}
+
+/// A hammer test and how it was taken.
+#[derive(Clone, Debug)]
+pub struct Hammer {
+    /// File, for messages.
+    pub name: String,
+    /// The FRF.
+    pub frf: HammerFrf,
+    /// Axis of force and displacement: 0 for x, 1 for y.
+    pub axis: usize,
+    /// Path of the controller that levitated the rotor.
+    pub controller: Option<String>,
+}
+
+/// Frequencies that a person has read off a plot; `None` is a peak that could not be identified.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadOff {
+    /// Resonances, Hz.
+    pub resonances_hz: Vec<Option<f64>>,
+    /// Antiresonances of the coaxial front FRF, Hz.
+    pub front_hz: Vec<Option<f64>>,
+    /// Antiresonances of the coaxial rear FRF, Hz.
+    pub rear_hz: Vec<Option<f64>>,
+}
+
+/// All records of a folder.
+#[derive(Clone, Debug)]
+pub struct Measurement {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Name or path of the spindle as resolved.
+    pub spindle: String,
+    /// Name or path of the tool as resolved.
+    pub tool: String,
+    /// Sweeps in file order.
+    pub sweeps: Vec<Sweep>,
+    /// Hammer tests in file order.
+    pub hammers: Vec<Hammer>,
+    /// Mode shapes of all records.
+    pub mode_shapes: Vec<MeasuredShape>,
+    /// Frequencies in file order.
+    pub frequencies: Vec<ReadOff>,
+}
+
+impl Measurement {
+    /// The machine of the measurement; a spindle or tool given on the command line wins.
+    ///
+    /// # Errors
+    /// [`InputError`] of whichever file is wrong.
+    pub fn machine(
+        &self,
+        spindle: Option<&str>,
+        tool: Option<&str>,
+    ) -> Result<Machine, InputError> {
+        load_machine(spindle.unwrap_or(&self.spindle), tool.unwrap_or(&self.tool))
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeasurementFile {
+    spindle: String,
+    tool: String,
+    records: Vec<RecordFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecordFile {
+    kind: String,
+    file: String,
+    speed_rpm: Option<f64>,
+    controller: Option<String>,
+    axis: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FrequenciesFile {
+    resonances_hz: Vec<Option<f64>>,
+    #[serde(default)]
+    antiresonances_hz: AntiresonancesFile,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AntiresonancesFile {
+    #[serde(default)]
+    front: Vec<Option<f64>>,
+    #[serde(default)]
+    rear: Vec<Option<f64>>,
+}
+
+/// Reads a measurement folder with all its records. A YAML file of frequencies serves as well: it is a measurement of the
+/// reference spindle that consists of nothing else.
+///
+/// # Errors
+/// [`InputError`] that says which file, line or key is wrong.
+pub fn load_measurement(folder: &str) -> Result<Measurement, InputError> {
+    let path = Path::new(folder);
+    if !path.is_dir() {
+        return frequencies_alone(folder);
+    }
+    let list = path.join("measurement.yaml");
+    let name = list.display().to_string();
+    if !list.is_file() {
+        return Err(
+            InputError::new(folder, "has no measurement.yaml").with_hint(
+                "a measurement is a folder with measurement.yaml that names spindle, tool and records",
+            ),
+        );
+    }
+    let text = shipped::text(&name, "measurement", &[])?;
+    let read: MeasurementFile =
+        serde_yaml::from_str(&text).map_err(|e| InputError::yaml(&name, &e))?;
+    let mut measurement = Measurement {
+        folder: path.to_owned(),
+        spindle: resolve(path, &read.spindle, "spindle.yaml"),
+        tool: resolve(path, &read.tool, "tool.yaml"),
+        sweeps: vec![],
+        hammers: vec![],
+        mode_shapes: vec![],
+        frequencies: vec![],
+    };
+    if read.records.is_empty() {
+        return Err(
+            InputError::new(&name, "records: the list is empty").with_hint(
+                "list at least one record of kind sweep, hammer, mode_shapes or frequencies",
+            ),
+        );
+    }
+    for (k, record) in read.records.iter().enumerate() {
+        read_record(&mut measurement, &name, path, k, record)?;
+    }
+    Ok(measurement)
+}
+
+fn frequencies_alone(source: &str) -> Result<Measurement, InputError> {
+    let text = shipped::text(source, "measurement", shipped::FREQUENCIES)?;
+    Ok(Measurement {
+        folder: PathBuf::new(),
+        spindle: "reference".into(),
+        tool: "paper-tool".into(),
+        sweeps: vec![],
+        hammers: vec![],
+        mode_shapes: vec![],
+        frequencies: vec![read_frequencies(source, &text)?],
+    })
+}
+
+fn resolve(folder: &Path, name: &str, usual: &str) -> String {
+    let beside = [name.to_owned(), format!("{name}.yaml"), usual.to_owned()];
+    beside
+        .iter()
+        .map(|n| folder.join(n))
+        .find(|p| p.is_file())
+        .map_or_else(|| name.to_owned(), |p| p.display().to_string())
+}
+
+fn read_record(
+    measurement: &mut Measurement,
+    list: &str,
+    folder: &Path,
+    k: usize,
+    record: &RecordFile,
+) -> Result<(), InputError> {
+    let broken = |key: &str, message: String| {
+        InputError::new(list, format!("records[{k}].{key}: {message}"))
+            .with_hint("correct the record in measurement.yaml")
+    };
+    let known = ["sweep", "hammer", "mode_shapes", "frequencies"];
+    if !known.contains(&record.kind.as_str()) {
+        let near = nearest(&record.kind, known.into_iter()).unwrap_or_default();
+        let rule = format!("{:?} is none of {}", record.kind, known.join(", "));
+        return Err(broken("kind", rule).with_hint(format!("did you mean `{near}`?")));
+    }
+    let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
+    if !taken_at_speed {
+        let extra = [
+            ("speed_rpm", record.speed_rpm.is_some()),
+            ("controller", record.controller.is_some()),
+            ("axis", record.axis.is_some()),
+        ];
+        if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
+            return Err(broken(
+                key,
+                format!("a record of kind {} has no such key", record.kind),
+            )
+            .with_hint("remove the key"));
+        }
+    }
+    let path = folder.join(&record.file);
+    let name = path.display().to_string();
+    let bytes = || {
+        std::fs::read(&path).map_err(|e| {
+            broken("file", format!("{name} cannot be read: {e}"))
+                .with_hint("files of records stand beside measurement.yaml")
+        })
+    };
+    let speed = || match record.speed_rpm {
+        Some(v) if v.is_finite() && v >= 0.0 => Ok(v),
+        Some(v) => Err(broken("speed_rpm", format!("{v} must be zero or positive"))),
+        None => Err(broken("speed_rpm", "is missing".into())
+            .with_hint("write the speed at which the record was taken, 0 at standstill")),
+    };
+    let controller = || -> Result<Option<String>, InputError> {
+        let Some(file) = &record.controller else {
+            return Ok(None);
+        };
+        let path = folder.join(file);
+        if path.is_file() {
+            return Ok(Some(path.display().to_string()));
+        }
+        Err(
+            broken("controller", format!("there is no {}", path.display()))
+                .with_hint("name the JSON file of the controller that levitated the rotor"),
+        )
+    };
+    match record.kind.as_str() {
+        "sweep" => {
+            if record.axis.is_some() {
+                return Err(broken("axis", "a sweep excites all four axes".into())
+                    .with_hint("remove the key"));
+            }
+            let sweep = Sweep {
+                record: read_sweep(&name, &bytes()?, speed()?)?,
+                controller: controller()?,
+            };
+            measurement.sweeps.push(sweep);
+        }
+        "hammer" => {
+            let axis = match record.axis.as_deref() {
+                None | Some("x") => 0,
+                Some("y") => 1,
+                Some(other) => {
+                    return Err(broken("axis", format!("{other:?} is neither x nor y")));
+                }
+            };
+            measurement.hammers.push(Hammer {
+                frf: read_hammer(&name, &bytes()?, speed()?)?,
+                name,
+                axis,
+                controller: controller()?,
+            });
+        }
+        "mode_shapes" => measurement
+            .mode_shapes
+            .extend(read_mode_shapes(&name, &bytes()?)?),
+        "frequencies" => {
+            let text = String::from_utf8(bytes()?).map_err(|_| {
+                InputError::new(&name, "is not UTF-8 text").with_hint("save the file as UTF-8")
+            })?;
+            measurement
+                .frequencies
+                .push(read_frequencies(&name, &text)?);
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Frequencies from the text of their YAML file.
+///
+/// # Errors
+/// [`InputError`] with line or key path.
+pub fn read_frequencies(file: &str, text: &str) -> Result<ReadOff, InputError> {
+    let read: FrequenciesFile =
+        serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))?;
+    let lists = [
+        ("resonances_hz", &read.resonances_hz),
+        ("antiresonances_hz.front", &read.antiresonances_hz.front),
+        ("antiresonances_hz.rear", &read.antiresonances_hz.rear),
+    ];
+    for (key, list) in lists {
+        for (k, f) in list.iter().enumerate() {
+            if let Some(f) = f
+                && !(f.is_finite() && *f > 0.0)
+            {
+                return Err(
+                    InputError::new(file, format!("{key}[{k}]: {f} must be positive")).with_hint(
+                        "frequencies are in Hz; write null for a peak that could not be identified",
+                    ),
+                );
+            }
+        }
+    }
+    if lists.iter().all(|(_, l)| l.iter().all(Option::is_none)) {
+        return Err(InputError::new(file, "no frequency at all")
+            .with_hint("list at least one resonance or antiresonance in Hz"));
+    }
+    Ok(ReadOff {
+        resonances_hz: read.resonances_hz,
+        front_hz: read.antiresonances_hz.front,
+        rear_hz: read.antiresonances_hz.rear,
+    })
+}

@@ -1,0 +1,73 @@
+//! Files that come with the program, by name, and how a path or a name becomes text.
+
+use super::error::{InputError, nearest};
+use std::path::Path;
+
+/// A shipped file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shipped {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// Contents.
+    pub text: &'static str,
+}
+
+macro_rules! shipped {
+    ($($name:literal => $path:literal),* $(,)?) => {
+        &[$(Shipped { name: $name, text: include_str!(concat!("../../", $path)) }),*]
+    };
+}
+
+/// Spindles.
+pub const SPINDLES: &[Shipped] = shipped!["reference" => "spindles/reference.yaml"];
+/// Tools.
+pub const TOOLS: &[Shipped] = shipped![
+    "drill-8" => "spindles/tools/drill-8.yaml",
+    "endmill-10" => "spindles/tools/endmill-10.yaml",
+    "endmill-12-long" => "spindles/tools/endmill-12-long.yaml",
+    "endmill-16" => "spindles/tools/endmill-16.yaml",
+    "endmill-20-short" => "spindles/tools/endmill-20-short.yaml",
+    "endmill-6" => "spindles/tools/endmill-6.yaml",
+    "facemill-40" => "spindles/tools/facemill-40.yaml",
+    "long-reach-8" => "spindles/tools/long-reach-8.yaml",
+    "paper-tool" => "spindles/tools/paper-tool.yaml",
+    "test-arbor" => "spindles/tools/test-arbor.yaml",
+];
+/// Weights.
+pub const WEIGHTS: &[Shipped] = shipped!["benchmark" => "weights/benchmark.yaml"];
+/// Published frequencies.
+pub const FREQUENCIES: &[Shipped] =
+    shipped!["paper-frequencies" => "spindles/paper-frequencies.yaml"];
+
+/// The text of a file that is given by path or by shipped name. A file that exists wins over a name.
+///
+/// # Errors
+/// [`InputError`] when there is neither, or the file is not readable text.
+pub fn text(source: &str, what: &str, shipped: &[Shipped]) -> Result<String, InputError> {
+    let path = Path::new(source);
+    if !path.is_file() {
+        if let Some(found) = shipped.iter().find(|s| s.name == source) {
+            return Ok(found.text.to_owned());
+        }
+        let names: Vec<&str> = shipped.iter().map(|s| s.name).collect();
+        let near = nearest(source, names.iter().copied()).unwrap_or_default();
+        let rule = if path.is_dir() {
+            format!("is a folder, not a {what} file")
+        } else {
+            format!("there is no such {what} file")
+        };
+        let hint = if names.is_empty() {
+            "check the path".to_owned()
+        } else {
+            format!(
+                "check the path, or take a shipped {what}: {} (nearest: {near})",
+                names.join(", ")
+            )
+        };
+        return Err(InputError::new(source, rule).with_hint(hint));
+    }
+    std::fs::read_to_string(path).map_err(|error| {
+        InputError::new(source, format!("cannot be read: {error}"))
+            .with_hint("the file must be readable UTF-8 text")
+    })
+}

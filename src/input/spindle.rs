@@ -1,0 +1,391 @@
+//! Spindle YAML (formats.md, section 1) to [`Spindle`]; the file's shapes of materials, elements, discs and effects.
+
+use super::error::{InputError, nearest};
+use super::shipped::{self, SPINDLES};
+use crate::rotor::{Disc, Material, Section};
+use crate::spindle::effect::LocationKind;
+use crate::spindle::{
+    Bearing, Bearings, Effect, EffectKind, Electronics, Location, Planes, Spindle, SpindleError,
+};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpindleFile {
+    name: String,
+    rotor: RotorFile,
+    #[serde(default = "yes")]
+    gyroscopics: bool,
+    planes: PlanesFile,
+    bearings: BearingsFile,
+    electronics: ElectronicsFile,
+    speed: SpeedFile,
+    backup_clearance_m: f64,
+    #[serde(default)]
+    effects: Option<Vec<EffectFile>>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RotorFile {
+    materials: BTreeMap<String, MaterialFile>,
+    elements: Vec<ElementFile>,
+    #[serde(default)]
+    discs: Option<Vec<DiscFile>>,
+    damping_ratio: Vec<f64>,
+    flexible_modes: usize,
+}
+
+/// A material as files write it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MaterialFile {
+    youngs_modulus_pa: f64,
+    density_kg_m3: f64,
+    poisson_ratio: f64,
+}
+
+/// An element as files write it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ElementFile {
+    length_m: f64,
+    outer_diameter_m: f64,
+    #[serde(default)]
+    inner_diameter_m: f64,
+    material: String,
+    mass_outer_diameter_m: Option<f64>,
+    mass_inner_diameter_m: Option<f64>,
+    #[serde(default = "one")]
+    modulus_scale: f64,
+    region: Option<String>,
+}
+
+/// A disc as files write it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DiscFile {
+    position_m: f64,
+    mass_kg: f64,
+    polar_inertia_kg_m2: f64,
+    diametral_inertia_kg_m2: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlanesFile {
+    front_sensor_m: f64,
+    front_actuator_m: f64,
+    rear_actuator_m: f64,
+    rear_sensor_m: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BearingsFile {
+    front: BearingFile,
+    rear: BearingFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BearingFile {
+    ki_n_per_a: f64,
+    ks_n_per_m: f64,
+    max_force_n: f64,
+    bias_current_a: f64,
+    max_current_a: f64,
+    gap_m: f64,
+    #[serde(default = "one")]
+    sensor_gain: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ElectronicsFile {
+    amplifier_bandwidth_hz: f64,
+    sensor_bandwidth_hz: f64,
+    sensor_noise_m: f64,
+    delay_s: f64,
+    sample_rate_hz: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpeedFile {
+    max_rpm: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EffectFile {
+    effect: String,
+    bearing: Option<String>,
+    position_m: Option<f64>,
+    mode: Option<usize>,
+    region: Option<String>,
+    delay_s: Option<f64>,
+    bandwidth_hz: Option<f64>,
+    corner_hz: Option<f64>,
+    offset_m: Option<f64>,
+    factor: Option<f64>,
+    ratio: Option<f64>,
+    angle_deg: Option<f64>,
+    loss_time_s: Option<f64>,
+    stiffness_n_per_m: Option<f64>,
+    translational_n_per_m: Option<f64>,
+    rotational_n_m_per_rad: Option<f64>,
+    damping_n_m_s_per_rad: Option<f64>,
+    mass_kg: Option<f64>,
+    frequency_hz: Option<f64>,
+    damping_ratio: Option<f64>,
+}
+
+/// A spindle from a path or a shipped name.
+///
+/// # Errors
+/// [`InputError`] that says what is wrong and where.
+pub fn load_spindle(source: &str) -> Result<Spindle, InputError> {
+    read_spindle(source, &shipped::text(source, "spindle", SPINDLES)?)
+}
+
+/// A spindle from the text of a file; `file` names it in messages.
+///
+/// # Errors
+/// [`InputError`] that says what is wrong and where.
+pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
+    let read: SpindleFile = serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))?;
+    let materials = materials(file, "rotor.materials", read.rotor.materials)?;
+    let bearing = |b: &BearingFile| Bearing {
+        ki_n_per_a: b.ki_n_per_a,
+        ks_n_per_m: b.ks_n_per_m,
+        max_force_n: b.max_force_n,
+        bias_current_a: b.bias_current_a,
+        max_current_a: b.max_current_a,
+        gap_m: b.gap_m,
+        sensor_gain: b.sensor_gain,
+    };
+    let effects = read.effects.unwrap_or_default();
+    let effects = effects
+        .into_iter()
+        .enumerate()
+        .map(|(i, e)| effect(file, i, e));
+    let spindle = Spindle {
+        sections: sections(file, "rotor.elements", read.rotor.elements, &materials)?,
+        discs: discs(read.rotor.discs),
+        damping_ratio: read.rotor.damping_ratio,
+        flexible_modes: read.rotor.flexible_modes,
+        gyroscopics: read.gyroscopics,
+        planes: Planes {
+            front_sensor_m: read.planes.front_sensor_m,
+            front_actuator_m: read.planes.front_actuator_m,
+            rear_actuator_m: read.planes.rear_actuator_m,
+            rear_sensor_m: read.planes.rear_sensor_m,
+        },
+        front: bearing(&read.bearings.front),
+        rear: bearing(&read.bearings.rear),
+        electronics: Electronics {
+            amplifier_bandwidth_hz: read.electronics.amplifier_bandwidth_hz,
+            sensor_bandwidth_hz: read.electronics.sensor_bandwidth_hz,
+            sensor_noise_m: read.electronics.sensor_noise_m,
+            delay_s: read.electronics.delay_s,
+            sample_rate_hz: read.electronics.sample_rate_hz,
+        },
+        max_rpm: read.speed.max_rpm,
+        backup_clearance_m: read.backup_clearance_m,
+        effects: effects.collect::<Result<_, _>>()?,
+        name: read.name,
+    };
+    spindle.validate().map_err(|e| InputError::rule(file, &e))?;
+    Ok(spindle)
+}
+
+/// Materials by name, checked.
+pub(super) fn materials(
+    file: &str,
+    path: &str,
+    read: BTreeMap<String, MaterialFile>,
+) -> Result<Vec<Material>, InputError> {
+    let mut materials = vec![];
+    for (name, m) in read {
+        let bad = |key: &str, value: f64, rule: &str| {
+            Err(
+                InputError::new(file, format!("{path}.{name}.{key}: {value} {rule}"))
+                    .with_hint("correct the value; the file format gives units in the key"),
+            )
+        };
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !positive(m.youngs_modulus_pa) {
+            return bad(
+                "youngs_modulus_pa",
+                m.youngs_modulus_pa,
+                "must be a positive number",
+            );
+        }
+        if !positive(m.density_kg_m3) {
+            return bad(
+                "density_kg_m3",
+                m.density_kg_m3,
+                "must be a positive number",
+            );
+        }
+        if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
+            return bad(
+                "poisson_ratio",
+                m.poisson_ratio,
+                "must lie between -1 and 0.5",
+            );
+        }
+        materials.push(Material::isotropic(
+            &name,
+            m.youngs_modulus_pa,
+            m.density_kg_m3,
+            m.poisson_ratio,
+        ));
+    }
+    Ok(materials)
+}
+
+/// Elements with their materials resolved.
+pub(super) fn sections(
+    file: &str,
+    path: &str,
+    read: Vec<ElementFile>,
+    materials: &[Material],
+) -> Result<Vec<Section>, InputError> {
+    let mut sections = Vec::with_capacity(read.len());
+    for (i, e) in read.into_iter().enumerate() {
+        let Some(material) = materials.iter().find(|m| m.name == e.material) else {
+            let known = nearest(&e.material, materials.iter().map(|m| m.name.as_str()));
+            let rule = format!(
+                "{path}[{i}].material: there is no material {:?}",
+                e.material
+            );
+            return Err(InputError::new(file, rule).with_hint(match known {
+                Some(name) => format!("did you mean `{name}`? Materials stand under `materials:`"),
+                None => "add it under `materials:`".to_owned(),
+            }));
+        };
+        let mut section = Section::cylinder(
+            e.length_m,
+            e.outer_diameter_m,
+            e.inner_diameter_m,
+            material.clone(),
+        );
+        section.mass_outer_diameter_m = [e.mass_outer_diameter_m.unwrap_or(e.outer_diameter_m); 2];
+        section.mass_inner_diameter_m = [e.mass_inner_diameter_m.unwrap_or(e.inner_diameter_m); 2];
+        section.modulus_scale = e.modulus_scale;
+        section.region = e.region;
+        sections.push(section);
+    }
+    Ok(sections)
+}
+
+/// Discs as they stand.
+pub(super) fn discs(read: Option<Vec<DiscFile>>) -> Vec<Disc> {
+    let discs = read.unwrap_or_default().into_iter().map(|d| Disc {
+        position_m: d.position_m,
+        mass_kg: d.mass_kg,
+        polar_inertia_kg_m2: d.polar_inertia_kg_m2,
+        diametral_inertia_kg_m2: d.diametral_inertia_kg_m2,
+    });
+    discs.collect()
+}
+
+fn effect(file: &str, index: usize, read: EffectFile) -> Result<Effect, InputError> {
+    let path = format!("effects[{index}]");
+    let Some(kind) = EffectKind::from_name(&read.effect) else {
+        let known = EffectKind::ALL.iter().map(|k| k.name());
+        let best = nearest(&read.effect, known).unwrap_or_default();
+        let rule = format!("{path}.effect: {:?} is not in the catalogue", read.effect);
+        return Err(InputError::new(file, rule).with_hint(format!("did you mean `{best}`?")));
+    };
+    let given = [
+        ("delay_s", read.delay_s),
+        ("bandwidth_hz", read.bandwidth_hz),
+        ("corner_hz", read.corner_hz),
+        ("offset_m", read.offset_m),
+        ("factor", read.factor),
+        ("ratio", read.ratio),
+        ("angle_deg", read.angle_deg),
+        ("loss_time_s", read.loss_time_s),
+        ("stiffness_n_per_m", read.stiffness_n_per_m),
+        ("translational_n_per_m", read.translational_n_per_m),
+        ("rotational_n_m_per_rad", read.rotational_n_m_per_rad),
+        ("damping_n_m_s_per_rad", read.damping_n_m_s_per_rad),
+        ("mass_kg", read.mass_kg),
+        ("frequency_hz", read.frequency_hz),
+        ("damping_ratio", read.damping_ratio),
+    ];
+    let where_key = match kind.location() {
+        LocationKind::None => None,
+        LocationKind::Bearing => Some("bearing"),
+        LocationKind::Position => Some("position_m"),
+        LocationKind::Mode => Some("mode"),
+        LocationKind::Region => Some("region"),
+    };
+    let placed = [
+        ("bearing", read.bearing.is_some()),
+        ("position_m", read.position_m.is_some()),
+        ("mode", read.mode.is_some()),
+        ("region", read.region.is_some()),
+    ];
+    let mut takes: Vec<&str> = where_key.into_iter().collect();
+    takes.extend(kind.parameters());
+    let allowed = format!("{} takes {}", kind.name(), takes.join(", "));
+    let fail = |rule: String| Err(InputError::new(file, rule).with_hint(allowed.clone()));
+    let values = given.iter().map(|(k, v)| (*k, v.is_some()));
+    let present: Vec<&str> = values.chain(placed).filter(|p| p.1).map(|p| p.0).collect();
+    // A foreign key explains a missing one, so it is named first.
+    if let Some(key) = present.iter().find(|key| !takes.contains(key)) {
+        return fail(format!("{path}.{key}: does not belong to {}", kind.name()));
+    }
+    if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
+        return fail(format!("{path}.{key}: is missing"));
+    }
+    let location = match kind.location() {
+        LocationKind::None => Location::None,
+        LocationKind::Bearing => {
+            let name = read.bearing.unwrap_or_default();
+            match Bearings::from_name(&name) {
+                Some(bearings) => Location::Bearing(bearings),
+                None => {
+                    let rule = format!("{path}.bearing: {name:?} must be front, rear or both");
+                    return fail(rule);
+                }
+            }
+        }
+        LocationKind::Position => Location::Position(read.position_m.unwrap_or_default()),
+        LocationKind::Mode => Location::Mode(read.mode.unwrap_or_default()),
+        LocationKind::Region => Location::Region(read.region.unwrap_or_default()),
+    };
+    let value = |name: &&str| {
+        let found = given.iter().find(|(key, _)| key == name);
+        found.and_then(|(_, v)| *v).unwrap_or_default()
+    };
+    let values = kind.parameters().iter().map(value).collect();
+    Effect::new(kind, location, values).map_err(|error| {
+        let error = match error {
+            SpindleError::Value {
+                path: key,
+                value,
+                rule,
+            } => SpindleError::Value {
+                path: format!("{path}.{key}"),
+                value,
+                rule,
+            },
+            other => other,
+        };
+        InputError::rule(file, &error)
+    })
+}

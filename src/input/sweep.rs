@@ -1,0 +1,252 @@
+//! Sweep CSV (formats.md, section 4) to a [`SweepRecord`]: one row per line, experiment and repeat. Rows may come in any order;
+//! what is missing, doubled or no number is refused with its line.
+
+use super::error::InputError;
+use crate::identify::SweepRecord;
+use crate::identify::frf::{AXES, AXIS_NAMES};
+use crate::linalg::c64;
+use ndarray::Array4;
+
+/// Most repeats of an experiment: more than this is a column mix-up.
+const MOST_REPEATS: usize = 10_000;
+
+struct Row {
+    line: usize,
+    frequency_hz: f64,
+    experiment: usize,
+    repeat: usize,
+    values: [f64; 4 * AXES],
+}
+
+/// The header line that a sweep file must have.
+pub fn header() -> Vec<String> {
+    let mut names: Vec<String> = ["frequency_hz", "experiment", "repeat"]
+        .map(str::to_owned)
+        .to_vec();
+    for quantity in ["u", "y"] {
+        for axis in 1..=AXES {
+            names.push(format!("{quantity}{axis}_re"));
+            names.push(format!("{quantity}{axis}_im"));
+        }
+    }
+    names
+}
+
+/// A sweep from the bytes of its file; `file` names it in messages.
+///
+/// # Errors
+/// [`InputError`] with the line: wrong columns, no number, frequency not positive, unknown or missing experiment, doubled row,
+/// unequal repeats.
+pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecord, InputError> {
+    let mut rows = rows(file, bytes)?;
+    rows.sort_by(|a, b| {
+        a.frequency_hz
+            .total_cmp(&b.frequency_hz)
+            .then(a.experiment.cmp(&b.experiment))
+            .then(a.repeat.cmp(&b.repeat))
+            .then(a.line.cmp(&b.line))
+    });
+    for pair in rows.windows(2) {
+        let (a, b) = (&pair[0], &pair[1]);
+        let same =
+            (a.frequency_hz, a.experiment, a.repeat) == (b.frequency_hz, b.experiment, b.repeat);
+        if same {
+            return Err(at(
+                file,
+                b.line,
+                format!(
+                    "{} Hz, experiment {}, repeat {} stands in line {} already",
+                    b.frequency_hz, b.experiment, b.repeat, a.line
+                ),
+            )
+            .with_hint("every frequency, experiment and repeat may appear once; a second sweep is a second record"));
+        }
+    }
+    let mut groups: Vec<&[Row]> = rows
+        .chunk_by(|a, b| a.frequency_hz == b.frequency_hz)
+        .collect();
+    groups.sort_by(|a, b| a[0].frequency_hz.total_cmp(&b[0].frequency_hz));
+    let repeats = groups
+        .first()
+        .map_or(0, |g| g.iter().filter(|r| r.experiment == 1).count());
+    for group in &groups {
+        for experiment in 1..=AXES {
+            check_repeats(file, group, experiment, repeats)?;
+        }
+    }
+    let take = |offset: usize| {
+        Array4::from_shape_fn((groups.len(), AXES, repeats, AXES), |(l, e, p, axis)| {
+            let v = &groups[l][e * repeats + p].values;
+            let k = offset + 2 * axis;
+            c64::new(v[k], v[k + 1])
+        })
+    };
+    let (current, signal) = (take(0), take(2 * AXES));
+    Ok(SweepRecord {
+        name: file.to_owned(),
+        speed_rpm,
+        frequency_hz: groups.iter().map(|g| g[0].frequency_hz).collect(),
+        current,
+        signal,
+    })
+}
+
+/// Repeats 1…P of one experiment at one frequency, P as everywhere else.
+fn check_repeats(
+    file: &str,
+    group: &[Row],
+    experiment: usize,
+    repeats: usize,
+) -> Result<(), InputError> {
+    let frequency = group[0].frequency_hz;
+    let found: Vec<usize> = group
+        .iter()
+        .filter(|r| r.experiment == experiment)
+        .map(|r| r.repeat)
+        .collect();
+    if found.is_empty() {
+        return Err(at(
+            file,
+            group[0].line,
+            format!(
+                "at {frequency} Hz experiment {experiment} (injection into {}) is missing",
+                AXIS_NAMES[experiment - 1]
+            ),
+        )
+        .with_hint("G = Y U⁻¹ needs one injection into each of the four axes at every frequency"));
+    }
+    if found.len() != repeats || found.iter().enumerate().any(|(k, r)| *r != k + 1) {
+        return Err(at(
+            file,
+            group[0].line,
+            format!(
+                "at {frequency} Hz experiment {experiment} has repeats {found:?}, others have 1 to {repeats}"
+            ),
+        )
+        .with_hint("the scatter over repeats is the noise: every experiment needs the same repeats, numbered from 1"));
+    }
+    Ok(())
+}
+
+fn rows(file: &str, bytes: &[u8]) -> Result<Vec<Row>, InputError> {
+    let names = header();
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
+    let mut rows = vec![];
+    let mut seen_header = false;
+    for record in reader.records() {
+        let record = record.map_err(|e| csv_error(file, &e))?;
+        let line = record.position().map_or(0, |p| p.line() as usize);
+        if !seen_header {
+            check_header(file, line, &record, &names)?;
+            seen_header = true;
+            continue;
+        }
+        if record.len() != names.len() {
+            return Err(at(
+                file,
+                line,
+                format!("{} columns, the header has {}", record.len(), names.len()),
+            ));
+        }
+        let number = |k: usize| number(file, line, &names[k], &record[k]);
+        let whole = |k: usize, most: usize| {
+            let v = number(k)?;
+            if v.fract() == 0.0 && v >= 1.0 && v <= most as f64 {
+                return Ok(v as usize);
+            }
+            Err(at(
+                file,
+                line,
+                format!("{}: {v} must be a whole number from 1 to {most}", names[k]),
+            ))
+        };
+        let frequency_hz = number(0)?;
+        if frequency_hz <= 0.0 {
+            return Err(at(
+                file,
+                line,
+                format!("frequency_hz: {frequency_hz} must be positive"),
+            ));
+        }
+        let mut values = [0.0; 4 * AXES];
+        for (k, v) in values.iter_mut().enumerate() {
+            *v = number(3 + k)?;
+        }
+        rows.push(Row {
+            line,
+            frequency_hz,
+            experiment: whole(1, AXES)?,
+            repeat: whole(2, MOST_REPEATS)?,
+            values,
+        });
+    }
+    if rows.is_empty() {
+        return Err(InputError::new(file, "no frequency lines")
+            .with_hint(format!("the first line is {}", names.join(","))));
+    }
+    Ok(rows)
+}
+
+/// A finite number in a named column.
+pub(super) fn number(file: &str, line: usize, name: &str, text: &str) -> Result<f64, InputError> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err(at(file, line, format!("{name}: {text:?} is not a number"))
+            .with_hint("numbers are written plainly with a decimal point, like 1.25e-6")),
+    }
+}
+
+/// The header must name exactly the expected columns in their order.
+pub(super) fn check_header(
+    file: &str,
+    line: usize,
+    record: &csv::StringRecord,
+    names: &[String],
+) -> Result<(), InputError> {
+    let expected = || names.join(",");
+    for (k, name) in names.iter().enumerate() {
+        let found = record
+            .get(k)
+            .map(|f| f.trim_start_matches('\u{feff}').to_owned());
+        match found {
+            Some(found) if &found == name => {}
+            Some(found) => {
+                return Err(at(
+                    file,
+                    line,
+                    format!("column {} is {found:?}, expected {name:?}", k + 1),
+                )
+                .with_hint(format!("the first line is {}", expected())));
+            }
+            None => {
+                return Err(at(file, line, format!("column {name:?} is missing"))
+                    .with_hint(format!("the first line is {}", expected())));
+            }
+        }
+    }
+    if record.len() > names.len() {
+        return Err(at(
+            file,
+            line,
+            format!("unknown column {:?}", &record[names.len()]),
+        )
+        .with_hint(format!("the first line is {}", expected())));
+    }
+    Ok(())
+}
+
+pub(super) fn csv_error(file: &str, error: &csv::Error) -> InputError {
+    let mut e = InputError::new(file, format!("not readable as CSV: {error}"));
+    e.line = error.position().map(|p| p.line() as usize);
+    e.with_hint("the file must be comma-separated UTF-8 text with one header line")
+}
+
+pub(super) fn at(file: &str, line: usize, message: String) -> InputError {
+    let mut e = InputError::new(file, message);
+    e.line = Some(line);
+    e.with_hint("correct the line; the header names columns and units")
+}

@@ -1,0 +1,406 @@
+//! Universal files: dataset 58 (ASCII) and 58b (binary), functions at nodal degrees of freedom, with dataset 164 (units).
+//!
+//! Source: SDRC I-DEAS universal file documentation, dataset 58, as kept by UC-SDRL. Real and complex, single and double precision,
+//! even and uneven abscissa, either byte order. Header text may be in any encoding. Byte counts in 58b headers are often wrong in the
+//! wild: the length follows from the number of values, and the terminator after them is checked.
+//! Limits: VAX and IBM floating point are refused; other datasets are skipped.
+
+use super::error::InputError;
+pub use super::uff_frf::{UffFrf, coherence_for, frfs};
+use crate::linalg::c64;
+
+/// Header lines of a dataset 58 after its identifier line.
+const HEADER_LINES: usize = 11;
+
+/// Axis of a function: what is plotted and in which unit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UffAxis {
+    /// Specific data type: 8 displacement, 11 velocity, 12 acceleration, 13 excitation force, 17 time, 18 frequency, …
+    pub kind: i64,
+    /// Axis label.
+    pub label: String,
+    /// Units label.
+    pub units: String,
+}
+
+/// One dataset 58.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UffFunction {
+    /// Line of its identifier, from 1.
+    pub line: usize,
+    /// ID line 1.
+    pub description: String,
+    /// Function type: 1 time response, 4 frequency response, 6 coherence, 9 power spectral density, …
+    pub function_type: i64,
+    /// Response node and direction.
+    pub response: (i64, i64),
+    /// Reference node and direction.
+    pub reference: (i64, i64),
+    /// Abscissa.
+    pub abscissa: UffAxis,
+    /// Ordinate numerator.
+    pub ordinate: UffAxis,
+    /// Ordinate denominator.
+    pub denominator: UffAxis,
+    /// Abscissa values.
+    pub x: Vec<f64>,
+    /// Ordinate values; imaginary part zero for real data.
+    pub y: Vec<c64>,
+    /// True for complex ordinates.
+    pub complex: bool,
+    /// SI per file unit of length and of force (dataset 164); 1 without one.
+    pub si_length: f64,
+    /// See [`Self::si_length`].
+    pub si_force: f64,
+}
+
+/// All functions of a universal file.
+///
+/// # Errors
+/// [`InputError`] with the line of a dataset that is broken or in a number format that cannot be read.
+pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
+    let mut cursor = Cursor {
+        bytes,
+        at: 0,
+        line: 1,
+    };
+    let mut functions = vec![];
+    let (mut si_length, mut si_force) = (1.0, 1.0);
+    let mut any = false;
+    while let Some(text) = cursor.next_line() {
+        if text.trim() != "-1" {
+            continue;
+        }
+        let line = cursor.line;
+        let Some(identifier) = cursor.next_line() else {
+            break;
+        };
+        any = true;
+        let head = identifier.trim_start();
+        let number: String = head.chars().take_while(char::is_ascii_digit).collect();
+        let binary = head[number.len()..].starts_with(['b', 'B']);
+        match number.as_str() {
+            "58" => {
+                let mut function = function(file, &mut cursor, &identifier, line, binary)?;
+                (function.si_length, function.si_force) = (si_length, si_force);
+                functions.push(function);
+                cursor.skip_dataset();
+            }
+            "164" => {
+                let _ = cursor.next_line();
+                let text = cursor.next_line().unwrap_or_default();
+                let factors: Vec<f64> = text
+                    .split_whitespace()
+                    .filter_map(|t| t.replace(['D', 'd'], "e").parse().ok())
+                    .collect();
+                // To convert to SI, file values are divided by these factors.
+                if let [length, force, ..] = factors[..]
+                    && length > 0.0
+                    && force > 0.0
+                {
+                    (si_length, si_force) = (length.recip(), force.recip());
+                }
+                cursor.skip_dataset();
+            }
+            _ => cursor.skip_dataset(),
+        }
+    }
+    if !any {
+        return Err(
+            InputError::new(file, "no dataset: not a universal file").with_hint(
+                "a universal file consists of datasets between lines with -1 in columns 5 and 6",
+            ),
+        );
+    }
+    Ok(functions)
+}
+
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+}
+
+impl Cursor<'_> {
+    /// Next line without its end, any encoding; `None` at the end of the file.
+    fn next_line(&mut self) -> Option<String> {
+        let rest = self.bytes.get(self.at..).filter(|r| !r.is_empty())?;
+        let end = rest.iter().position(|b| *b == b'\n');
+        let (text, step) = match end {
+            Some(k) => (&rest[..k], k + 1),
+            None => (rest, rest.len()),
+        };
+        self.at += step;
+        self.line += 1;
+        let text = text.strip_suffix(b"\r").unwrap_or(text);
+        // Latin-1: every byte is a character, so that columns stay columns.
+        Some(text.iter().map(|b| char::from(*b)).collect())
+    }
+
+    /// Skips to behind the terminator of the current dataset.
+    fn skip_dataset(&mut self) {
+        while let Some(text) = self.next_line() {
+            if text.trim() == "-1" {
+                return;
+            }
+        }
+    }
+
+    /// True when the next line that is not empty is a terminator, or the file ends.
+    fn at_terminator(&self, from: usize) -> bool {
+        let mut probe = Cursor {
+            bytes: self.bytes,
+            at: from,
+            line: 0,
+        };
+        while let Some(text) = probe.next_line() {
+            if !text.trim().is_empty() {
+                return text.trim() == "-1";
+            }
+        }
+        true
+    }
+}
+
+fn function(
+    file: &str,
+    cursor: &mut Cursor<'_>,
+    identifier: &str,
+    line: usize,
+    binary: bool,
+) -> Result<UffFunction, InputError> {
+    let fail = |message: String| {
+        let mut e = InputError::new(file, format!("dataset 58: {message}"));
+        e.line = Some(line);
+        e.with_hint("export the function again as dataset 58, ASCII, or as 58b with IEEE numbers")
+    };
+    let header: Vec<String> = (0..HEADER_LINES)
+        .map_while(|_| cursor.next_line())
+        .collect();
+    if header.len() < HEADER_LINES {
+        return Err(fail("the file ends inside the header".into()));
+    }
+    let dof = fixed(&header[5], &[5, 10, 5, 10, 11, 10, 4, 11, 10, 4]);
+    let data = fixed(&header[6], &[10, 10, 10, 13, 13, 13]);
+    let whole = |text: &str, what: &str| {
+        text.trim()
+            .parse::<i64>()
+            .map_err(|_| fail(format!("{what} {:?} is not a whole number", text.trim())))
+    };
+    let real = |text: &str, what: &str| {
+        number(text).ok_or_else(|| fail(format!("{what} {:?} is not a number", text.trim())))
+    };
+    let function_type = whole(&dof[0], "function type")?;
+    let (kind, count) = (
+        whole(&data[0], "ordinate data type")?,
+        whole(&data[1], "number of values")?,
+    );
+    let even = match whole(&data[2], "abscissa spacing")? {
+        0 => false,
+        1 => true,
+        other => return Err(fail(format!("abscissa spacing {other} is neither 0 nor 1"))),
+    };
+    let (complex, double) = match kind {
+        2 => (false, false),
+        4 => (false, true),
+        5 => (true, false),
+        6 => (true, true),
+        other => {
+            return Err(fail(format!(
+                "ordinate data type {other} is none of 2, 4, 5, 6"
+            )));
+        }
+    };
+    // A value takes at least one byte: a larger count is a damaged header, not a reason to allocate.
+    let count = usize::try_from(count)
+        .ok()
+        .filter(|n| *n <= cursor.bytes.len())
+        .ok_or_else(|| fail(format!("{count} values do not fit into the file")))?;
+    let per_point = usize::from(!even) + if complex { 2 } else { 1 };
+    let values = if binary {
+        let order = identifier.get(7..13).map_or("", str::trim);
+        let format = identifier.get(13..19).map_or("", str::trim);
+        if !matches!(format, "" | "2") {
+            return Err(fail(format!(
+                "floating-point format {format} (1 VAX, 2 IEEE, 5 IBM): only IEEE can be read"
+            )));
+        }
+        let little = match order {
+            "1" | "" => true,
+            "2" => false,
+            other => {
+                return Err(fail(format!(
+                    "byte order {other:?} is neither 1 (little endian) nor 2"
+                )));
+            }
+        };
+        binary_values(cursor, count, even, complex, double, little).map_err(fail)?
+    } else {
+        ascii_values(cursor, count * per_point, even, double).map_err(fail)?
+    };
+    let start = real(&data[3], "abscissa minimum")?;
+    let step = real(&data[4], "abscissa increment")?;
+    let (mut x, mut y) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for (k, point) in values.chunks_exact(per_point).enumerate() {
+        let (at, rest) = if even {
+            (start + step * k as f64, point)
+        } else {
+            (point[0], &point[1..])
+        };
+        x.push(at);
+        y.push(c64::new(rest[0], if complex { rest[1] } else { 0.0 }));
+    }
+    let axis = |text: &str| {
+        let f = fixed(text, &[10, 5, 5, 5, 21, 21]);
+        UffAxis {
+            kind: f[0].trim().parse().unwrap_or(0),
+            label: f[4].trim().to_owned(),
+            units: f[5].trim().to_owned(),
+        }
+    };
+    let place = |a: &str, b: &str| (a.trim().parse().unwrap_or(0), b.trim().parse().unwrap_or(0));
+    Ok(UffFunction {
+        line,
+        description: header[0].trim().to_owned(),
+        function_type,
+        response: place(&dof[5], &dof[6]),
+        reference: place(&dof[8], &dof[9]),
+        abscissa: axis(&header[7]),
+        ordinate: axis(&header[8]),
+        denominator: axis(&header[9]),
+        x,
+        y,
+        complex,
+        si_length: 1.0,
+        si_force: 1.0,
+    })
+}
+
+/// Fields of fixed width, short lines padded with nothing.
+fn fixed(text: &str, widths: &[usize]) -> Vec<String> {
+    let chars: Vec<char> = text.chars().collect();
+    let mut at = 0;
+    widths
+        .iter()
+        .map(|w| {
+            let field = chars.iter().skip(at).take(*w).collect();
+            at += w;
+            field
+        })
+        .collect()
+}
+
+/// A Fortran or C number.
+fn number(text: &str) -> Option<f64> {
+    let text = text.trim().replace(['D', 'd'], "e");
+    if text.is_empty() {
+        return Some(0.0);
+    }
+    text.parse().ok()
+}
+
+fn ascii_values(
+    cursor: &mut Cursor<'_>,
+    wanted: usize,
+    even: bool,
+    double: bool,
+) -> Result<Vec<f64>, String> {
+    // Widths of one line; fields may touch, so that blanks do not separate them.
+    let widths: &[usize] = match (double, even, wanted) {
+        (false, ..) => &[13; 6],
+        (true, true, _) => &[20; 4],
+        (true, false, _) => &[13, 20, 20],
+    };
+    let pair: &[usize] = &[13, 20, 13, 20];
+    let mut values = Vec::with_capacity(wanted);
+    while values.len() < wanted {
+        let line = cursor.line;
+        let Some(text) = cursor.next_line() else {
+            return Err(format!(
+                "the file ends after {} of {wanted} numbers",
+                values.len()
+            ));
+        };
+        if text.trim() == "-1" {
+            return Err(format!(
+                "line {line}: the dataset ends after {} of {wanted} numbers",
+                values.len()
+            ));
+        }
+        let by_blanks: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
+        let by_width = |widths: &[usize]| -> Option<Vec<f64>> {
+            fixed(text.trim_end(), widths)
+                .iter()
+                .filter(|f| !f.trim().is_empty())
+                .map(|f| number(f))
+                .collect()
+        };
+        let row = by_blanks
+            .or_else(|| by_width(widths))
+            .or_else(|| by_width(pair));
+        match row {
+            Some(row) => values.extend(row),
+            None => {
+                return Err(format!(
+                    "line {line}: {:?} is not a row of numbers",
+                    text.trim()
+                ));
+            }
+        }
+    }
+    values.truncate(wanted);
+    Ok(values)
+}
+
+fn binary_values(
+    cursor: &mut Cursor<'_>,
+    count: usize,
+    even: bool,
+    complex: bool,
+    double: bool,
+    little: bool,
+) -> Result<Vec<f64>, String> {
+    let ordinates = if complex { 2 } else { 1 };
+    let size = if double { 8 } else { 4 };
+    // Uneven abscissae are single precision by the book and as wide as the ordinate in many files: the terminator tells.
+    let widths: &[usize] = match (even, double) {
+        (true, _) => &[0],
+        (false, false) => &[4],
+        (false, true) => &[4, 8],
+    };
+    let start = cursor.at;
+    let fits = |x: &usize| {
+        let length = count * (x + ordinates * size);
+        start + length <= cursor.bytes.len() && cursor.at_terminator(start + length)
+    };
+    let Some(x_size) = widths.iter().copied().find(fits) else {
+        return Err(format!(
+            "{count} values of {size} bytes are not followed by the end of the dataset: damaged, or another number format"
+        ));
+    };
+    let mut at = start;
+    let mut take = |width: usize| -> f64 {
+        let raw = &cursor.bytes[at..at + width];
+        at += width;
+        let mut wide = [0u8; 8];
+        for (k, b) in raw.iter().enumerate() {
+            wide[if little { k } else { width - 1 - k }] = *b;
+        }
+        if width == 4 {
+            f64::from(f32::from_le_bytes([wide[0], wide[1], wide[2], wide[3]]))
+        } else {
+            f64::from_le_bytes(wide)
+        }
+    };
+    let mut values = Vec::new();
+    for _ in 0..count {
+        if x_size > 0 {
+            values.push(take(x_size));
+        }
+        for _ in 0..ordinates {
+            values.push(take(size));
+        }
+    }
+    cursor.at = at;
+    Ok(values)
+}

@@ -1,0 +1,140 @@
+//! Weights YAML (formats.md, section 3) to [`Weights`]. Optional keys and their defaults stand at [`Weights`].
+
+use super::error::InputError;
+use super::shipped::{self, WEIGHTS};
+use crate::augment::weights::{Limits, Weights};
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WeightsFile {
+    name: String,
+    tool: LimitsFile,
+    front: LimitsFile,
+    rear: LimitsFile,
+    mode_uncertainty: Vec<f64>,
+    current_limit_a: Option<f64>,
+    current_rolloff_hz: Option<f64>,
+    current_rolloff_ratio: Option<f64>,
+    sensor_noise_m: Option<f64>,
+    complementary_sensitivity_limit: Option<f64>,
+    integral_corner_hz: Option<f64>,
+    tool_tightening: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitsFile {
+    max_dc_load_n: f64,
+    max_hf_load_n: f64,
+    max_dc_displacement_m: f64,
+    max_hf_displacement_m: f64,
+    load_crossover_hz: Option<f64>,
+    displacement_crossover_hz: Option<f64>,
+}
+
+/// Defaults of the keys that Table 2 leaves open; reasons at [`Weights`].
+const LOAD_CROSSOVER_HZ: [f64; 3] = [40.0; 3];
+const DISPLACEMENT_CROSSOVER_HZ: [f64; 3] = [40.0, 100.0, 100.0];
+const CURRENT_LIMIT_A: f64 = 2.5;
+const CURRENT_ROLLOFF_HZ: f64 = 3000.0;
+const CURRENT_ROLLOFF_RATIO: f64 = 10.0;
+const SENSOR_NOISE_M: f64 = 0.2e-6;
+
+/// Weights from a path or a shipped name.
+///
+/// # Errors
+/// [`InputError`] that says what is wrong and where.
+pub fn load_weights(source: &str) -> Result<Weights, InputError> {
+    read_weights(source, &shipped::text(source, "weights", WEIGHTS)?)
+}
+
+/// Weights from the text of a file; `file` names it in messages.
+///
+/// # Errors
+/// [`InputError`] that says what is wrong and where.
+pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
+    let read: WeightsFile = serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))?;
+    let places = [
+        ("tool", &read.tool),
+        ("front", &read.front),
+        ("rear", &read.rear),
+    ];
+    for (place, limits) in &places {
+        let values = [
+            ("max_dc_load_n", Some(limits.max_dc_load_n)),
+            ("max_hf_load_n", Some(limits.max_hf_load_n)),
+            ("max_dc_displacement_m", Some(limits.max_dc_displacement_m)),
+            ("max_hf_displacement_m", Some(limits.max_hf_displacement_m)),
+            ("load_crossover_hz", limits.load_crossover_hz),
+            (
+                "displacement_crossover_hz",
+                limits.displacement_crossover_hz,
+            ),
+        ];
+        for (key, value) in values {
+            positive(file, &format!("{place}.{key}"), value)?;
+        }
+    }
+    let open = [
+        ("current_limit_a", read.current_limit_a),
+        ("current_rolloff_hz", read.current_rolloff_hz),
+        ("sensor_noise_m", read.sensor_noise_m),
+        (
+            "complementary_sensitivity_limit",
+            read.complementary_sensitivity_limit,
+        ),
+        ("integral_corner_hz", read.integral_corner_hz),
+        ("tool_tightening", read.tool_tightening),
+    ];
+    for (key, value) in open {
+        positive(file, key, value)?;
+    }
+    let ratio = read.current_rolloff_ratio.unwrap_or(CURRENT_ROLLOFF_RATIO);
+    if !(ratio.is_finite() && ratio > 1.0) {
+        let rule = format!("current_rolloff_ratio: {ratio} must be greater than 1");
+        return Err(InputError::new(file, rule).with_hint("10 is a decade of roll-off"));
+    }
+    for (i, r) in read.mode_uncertainty.iter().enumerate() {
+        if !(0.0..1.0).contains(r) {
+            let rule = format!("mode_uncertainty[{i}]: {r} must be at least 0 and below 1");
+            let hint = "0.01 means one per cent of the natural frequency";
+            return Err(InputError::new(file, rule).with_hint(hint));
+        }
+    }
+    let limits = |l: &LimitsFile| Limits {
+        max_dc_load_n: l.max_dc_load_n,
+        max_hf_load_n: l.max_hf_load_n,
+        max_dc_displacement_m: l.max_dc_displacement_m,
+        max_hf_displacement_m: l.max_hf_displacement_m,
+    };
+    let each = |pick: fn(&LimitsFile) -> Option<f64>, default: [f64; 3]| {
+        [0, 1, 2].map(|i: usize| pick(places[i].1).unwrap_or(default[i]))
+    };
+    Ok(Weights {
+        tool: limits(&read.tool),
+        front: limits(&read.front),
+        rear: limits(&read.rear),
+        load_crossover_hz: each(|l| l.load_crossover_hz, LOAD_CROSSOVER_HZ),
+        displacement_crossover_hz: each(|l| l.displacement_crossover_hz, DISPLACEMENT_CROSSOVER_HZ),
+        current_limit_a: read.current_limit_a.unwrap_or(CURRENT_LIMIT_A),
+        current_rolloff_hz: read.current_rolloff_hz.unwrap_or(CURRENT_ROLLOFF_HZ),
+        current_rolloff_ratio: ratio,
+        sensor_noise_m: read.sensor_noise_m.unwrap_or(SENSOR_NOISE_M),
+        complementary_sensitivity_limit: read.complementary_sensitivity_limit,
+        integral_corner_hz: read.integral_corner_hz,
+        tool_tightening: read.tool_tightening.unwrap_or(1.0),
+        mode_uncertainty: read.mode_uncertainty,
+        name: read.name,
+    })
+}
+
+fn positive(file: &str, path: &str, value: Option<f64>) -> Result<(), InputError> {
+    match value {
+        Some(x) if !(x.is_finite() && x > 0.0) => {
+            let rule = format!("{path}: {x} must be a positive number");
+            Err(InputError::new(file, rule).with_hint("units stand in the key"))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,209 @@
+//! Spindle and tool values back to YAML that loads everywhere: numbers in shortest round-trip form that YAML 1.1 readers
+//! see as numbers too (1.5e+6, not 1.5e6), strings quoted where plain text would be something else.
+
+use crate::rotor::{Disc, Material, Section};
+use crate::spindle::{Effect, Location, Side, Spindle, Tool};
+
+/// A spindle file (formats.md, section 1). Sections are cylinders, as everywhere in that format.
+pub fn spindle_yaml(spindle: &Spindle) -> String {
+    let mut lines = vec![format!("name: {}", text(&spindle.name)), "rotor:".into()];
+    lines.push("  materials:".into());
+    lines.extend(
+        materials(&spindle.sections)
+            .iter()
+            .map(|m| format!("    {}", material(m))),
+    );
+    lines.push("  elements:".into());
+    lines.extend(
+        spindle
+            .sections
+            .iter()
+            .map(|s| format!("    - {}", section(s))),
+    );
+    if !spindle.discs.is_empty() {
+        lines.push("  discs:".into());
+        lines.extend(spindle.discs.iter().map(|d| format!("    - {}", disc(d))));
+    }
+    let ratios: Vec<String> = spindle.damping_ratio.iter().map(|z| number(*z)).collect();
+    lines.push(format!("  damping_ratio: [{}]", ratios.join(", ")));
+    lines.push(format!("  flexible_modes: {}", spindle.flexible_modes));
+    lines.push(format!("gyroscopics: {}", spindle.gyroscopics));
+    lines.push("planes:".into());
+    let p = &spindle.planes;
+    let planes = [
+        ("front_sensor_m", p.front_sensor_m),
+        ("front_actuator_m", p.front_actuator_m),
+        ("rear_actuator_m", p.rear_actuator_m),
+        ("rear_sensor_m", p.rear_sensor_m),
+    ];
+    lines.extend(planes.map(|(key, value)| format!("  {key}: {}", number(value))));
+    lines.push("bearings:".into());
+    for side in Side::BOTH {
+        let b = spindle.bearing(side);
+        let mut values = vec![
+            ("ki_n_per_a", b.ki_n_per_a),
+            ("ks_n_per_m", b.ks_n_per_m),
+            ("max_force_n", b.max_force_n),
+            ("bias_current_a", b.bias_current_a),
+            ("max_current_a", b.max_current_a),
+            ("gap_m", b.gap_m),
+        ];
+        if b.sensor_gain != 1.0 {
+            values.push(("sensor_gain", b.sensor_gain));
+        }
+        lines.push(format!("  {}: {{{}}}", side.name(), pairs(&values)));
+    }
+    let e = &spindle.electronics;
+    lines.push("electronics:".into());
+    let electronics = [
+        ("amplifier_bandwidth_hz", e.amplifier_bandwidth_hz),
+        ("sensor_bandwidth_hz", e.sensor_bandwidth_hz),
+        ("sensor_noise_m", e.sensor_noise_m),
+        ("delay_s", e.delay_s),
+        ("sample_rate_hz", e.sample_rate_hz),
+    ];
+    lines.extend(electronics.map(|(key, value)| format!("  {key}: {}", number(value))));
+    lines.push(format!("speed: {{max_rpm: {}}}", number(spindle.max_rpm)));
+    lines.push(format!(
+        "backup_clearance_m: {}",
+        number(spindle.backup_clearance_m)
+    ));
+    if spindle.effects.is_empty() {
+        lines.push("effects: []".into());
+    } else {
+        lines.push("effects:".into());
+        lines.extend(spindle.effects.iter().map(|e| format!("  - {}", effect(e))));
+    }
+    lines.join("\n") + "\n"
+}
+
+/// A tool file (formats.md, section 2), its materials included.
+pub fn tool_yaml(tool: &Tool) -> String {
+    let mut lines = vec![format!("name: {}", text(&tool.name)), "materials:".into()];
+    lines.extend(
+        materials(&tool.sections)
+            .iter()
+            .map(|m| format!("  {}", material(m))),
+    );
+    lines.push("elements:".into());
+    lines.extend(tool.sections.iter().map(|s| format!("  - {}", section(s))));
+    if !tool.discs.is_empty() {
+        lines.push("discs:".into());
+        lines.extend(tool.discs.iter().map(|d| format!("  - {}", disc(d))));
+    }
+    lines.push(format!("tool_plane_m: {}", number(tool.tool_plane_m)));
+    lines.join("\n") + "\n"
+}
+
+/// One effect as a flow mapping.
+pub fn effect(effect: &Effect) -> String {
+    let mut parts = vec![format!("effect: {}", effect.kind.name())];
+    match &effect.location {
+        Location::None => {}
+        Location::Bearing(b) => parts.push(format!("bearing: {}", b.name())),
+        Location::Position(z) => parts.push(format!("position_m: {}", number(*z))),
+        Location::Mode(mode) => parts.push(format!("mode: {mode}")),
+        Location::Region(region) => parts.push(format!("region: {}", text(region))),
+    }
+    let names = effect.kind.parameters().iter();
+    parts.extend(
+        names
+            .zip(&effect.values)
+            .map(|(key, v)| format!("{key}: {}", number(*v))),
+    );
+    format!("{{{}}}", parts.join(", "))
+}
+
+/// A number in shortest round-trip form with a decimal point, and a signed exponent where there is one.
+pub fn number(x: f64) -> String {
+    let plain = format!("{x:?}");
+    let Some((mantissa, exponent)) = plain.split_once('e') else {
+        return plain;
+    };
+    let point = if mantissa.contains('.') { "" } else { ".0" };
+    let sign = if exponent.starts_with('-') { "" } else { "+" };
+    format!("{mantissa}{point}e{sign}{exponent}")
+}
+
+/// Plain where that is safe, else in double quotes.
+fn text(value: &str) -> String {
+    let plain = value.chars().next().is_some_and(char::is_alphabetic)
+        && value
+            .chars()
+            .all(|c| c.is_alphanumeric() || "-_".contains(c))
+        && ![
+            "true", "false", "null", "yes", "no", "on", "off", "y", "n", "nan", "inf",
+        ]
+        .contains(&value.to_lowercase().as_str());
+    if plain {
+        return value.to_owned();
+    }
+    // A JSON string is a YAML double-quoted scalar.
+    serde_json::Value::from(value).to_string()
+}
+
+fn pairs(values: &[(&str, f64)]) -> String {
+    let parts: Vec<String> = values
+        .iter()
+        .map(|(k, v)| format!("{k}: {}", number(*v)))
+        .collect();
+    parts.join(", ")
+}
+
+/// Materials in order of first use.
+fn materials(sections: &[Section]) -> Vec<&Material> {
+    let mut found: Vec<&Material> = vec![];
+    for section in sections {
+        if found.iter().all(|m| m.name != section.material.name) {
+            found.push(&section.material);
+        }
+    }
+    found
+}
+
+fn material(m: &Material) -> String {
+    let values = [
+        ("youngs_modulus_pa", m.youngs_modulus_pa),
+        ("density_kg_m3", m.density_kg_m3),
+        ("poisson_ratio", m.poisson_ratio),
+    ];
+    format!("{}: {{{}}}", text(&m.name), pairs(&values))
+}
+
+fn section(s: &Section) -> String {
+    let mut parts = vec![pairs(&[
+        ("length_m", s.length_m),
+        ("outer_diameter_m", s.outer_diameter_m[0]),
+        ("inner_diameter_m", s.inner_diameter_m[0]),
+    ])];
+    parts.push(format!("material: {}", text(&s.material.name)));
+    if s.mass_outer_diameter_m != s.outer_diameter_m {
+        parts.push(pairs(&[(
+            "mass_outer_diameter_m",
+            s.mass_outer_diameter_m[0],
+        )]));
+    }
+    if s.mass_inner_diameter_m != s.inner_diameter_m {
+        parts.push(pairs(&[(
+            "mass_inner_diameter_m",
+            s.mass_inner_diameter_m[0],
+        )]));
+    }
+    if s.modulus_scale != 1.0 {
+        parts.push(pairs(&[("modulus_scale", s.modulus_scale)]));
+    }
+    if let Some(region) = &s.region {
+        parts.push(format!("region: {}", text(region)));
+    }
+    format!("{{{}}}", parts.join(", "))
+}
+
+fn disc(d: &Disc) -> String {
+    let values = [
+        ("position_m", d.position_m),
+        ("mass_kg", d.mass_kg),
+        ("polar_inertia_kg_m2", d.polar_inertia_kg_m2),
+        ("diametral_inertia_kg_m2", d.diametral_inertia_kg_m2),
+    ];
+    format!("{{{}}}", pairs(&values))
+}

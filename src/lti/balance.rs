@@ -1,0 +1,314 @@
+//! Reduction by balancing: Hankel singular values, balanced truncation (Moore 1981; square-root method of Tombs and
+//! Postlethwaite 1987) and singular perturbation, which keeps the DC gain (Liu and Anderson 1989). The error of both is
+//! at most twice the sum of the cut Hankel values. Unstable poles are split off and kept (Safonov et al. 1990).
+//! Frequency-weighted (Enns 1984): gramians of the weighted cascades, for reduction that minds the closed loop.
+
+use super::connect::{add, append, series};
+use super::norm::linf_norm;
+use super::scale::balancing;
+use super::state_space::{Continuous, StateSpace};
+use crate::linalg::doubled::Doubled;
+use crate::linalg::gramian::{jacobi_svd, observability_factor, reachability_factor};
+use crate::linalg::lyapunov::sylvester;
+use crate::linalg::schur::schur;
+use crate::linalg::{Mat, NumericError, solve};
+
+/// A system split into its stable part, balanced, and the part that reduction keeps.
+#[derive(Clone, Debug)]
+pub struct Balancing {
+    /// Hankel values of the stable part, descending (weighted ones when weights were given).
+    pub hankel: Vec<f64>,
+    stable: StateSpace<Continuous>,
+    kept: StateSpace<Continuous>,
+    /// Wᵀ x are balanced coordinates, x = T·(them); n_s×k, k the numerical rank.
+    left: Mat<f64>,
+    right: Mat<f64>,
+}
+
+/// Hankel singular values of the stable part, descending.
+///
+/// # Errors
+/// [`NumericError`] when the split or a gramian fails.
+pub fn hankel_values(system: &StateSpace<Continuous>) -> Result<Vec<f64>, NumericError> {
+    Ok(Balancing::new(system)?.hankel)
+}
+
+/// Balanced truncation to `order` states, unstable ones included.
+///
+/// # Errors
+/// [`NumericError`] when the order is smaller than the number of poles that must be kept, or a step fails.
+pub fn balanced_truncation(
+    system: &StateSpace<Continuous>,
+    order: usize,
+) -> Result<StateSpace<Continuous>, NumericError> {
+    Balancing::new(system)?.truncated(order)
+}
+
+/// Singular perturbation to `order` states, unstable ones included; keeps the DC gain.
+///
+/// # Errors
+/// As [`balanced_truncation`].
+pub fn singular_perturbation(
+    system: &StateSpace<Continuous>,
+    order: usize,
+) -> Result<StateSpace<Continuous>, NumericError> {
+    Balancing::new(system)?.residualised(order)
+}
+
+/// Balancing of K for the weighted error W_o (K − K_r) W_i; absent weights are 1. The weights must be stable.
+///
+/// # Errors
+/// [`NumericError`] when channel counts differ, a weight is unstable, or a gramian fails.
+pub fn frequency_weighted_balance(
+    system: &StateSpace<Continuous>,
+    input_weight: Option<&StateSpace<Continuous>>,
+    output_weight: Option<&StateSpace<Continuous>>,
+) -> Result<Balancing, NumericError> {
+    let (stable, kept) = split(system)?;
+    // The factor of the states of K in the gramian of the cascade; its rows are what the cascade adds.
+    let n = stable.order();
+    let reach = match input_weight {
+        None => reachability_factor(&stable.a, &stable.b)?.rounded(),
+        Some(w) => {
+            // series() puts the states of its first system first: K comes last.
+            let cascade = series(w, &stable)?;
+            let factor = reachability_factor(&cascade.a, &cascade.b)?.rounded();
+            factor
+                .submatrix(w.order(), 0, n, cascade.order())
+                .to_owned()
+        }
+    };
+    let observe = match output_weight {
+        None => observability_factor(&stable.a, &stable.c)?.rounded(),
+        Some(w) => {
+            let cascade = series(&stable, w)?;
+            let factor = observability_factor(&cascade.a, &cascade.c)?.rounded();
+            factor.submatrix(0, 0, n, cascade.order()).to_owned()
+        }
+    };
+    Ok(Balancing::from_factors(
+        stable,
+        kept,
+        &Doubled::from_f64(&reach),
+        &Doubled::from_f64(&observe),
+    ))
+}
+
+impl Balancing {
+    /// Splits and balances a system.
+    ///
+    /// # Errors
+    /// [`NumericError`] when the split or a gramian fails.
+    pub fn new(system: &StateSpace<Continuous>) -> Result<Self, NumericError> {
+        let (stable, kept) = split(system)?;
+        let reach = reachability_factor(&stable.a, &stable.b)?;
+        let observe = observability_factor(&stable.a, &stable.c)?;
+        Ok(Self::from_factors(stable, kept, &reach, &observe))
+    }
+
+    fn from_factors(
+        stable: StateSpace<Continuous>,
+        kept: StateSpace<Continuous>,
+        reach: &Doubled,
+        observe: &Doubled,
+    ) -> Self {
+        let (n, cols) = (stable.order(), reach.hi.ncols());
+        // Square for the Jacobi method when a weight has widened a factor.
+        let product = observe.transpose_times(reach).rounded();
+        let size = product.nrows().max(cols);
+        let square = Mat::from_fn(size, size, |i, j| {
+            if i < product.nrows() && j < cols {
+                product[(i, j)]
+            } else {
+                0.0
+            }
+        });
+        let (u, s, v) = jacobi_svd(&square);
+        // Values below rounding of the largest have no reliable directions.
+        let first = s.first().copied().unwrap_or(0.0);
+        let rank = s.iter().take(n).take_while(|x| **x > 1e-14 * first).count();
+        let (lr, lo) = (reach.rounded(), observe.rounded());
+        let right = Mat::from_fn(n, rank, |i, j| {
+            (0..cols).map(|k| lr[(i, k)] * v[(k, j)]).sum::<f64>() / s[j].sqrt()
+        });
+        let left = Mat::from_fn(n, rank, |i, j| {
+            (0..lo.ncols()).map(|k| lo[(i, k)] * u[(k, j)]).sum::<f64>() / s[j].sqrt()
+        });
+        Self {
+            hankel: s.into_iter().take(n).collect(),
+            stable,
+            kept,
+            left,
+            right,
+        }
+    }
+
+    /// Number of poles that are not reduced: those not in the open left half plane.
+    pub fn kept(&self) -> usize {
+        self.kept.order()
+    }
+
+    /// Balanced truncation to `order` states.
+    ///
+    /// # Errors
+    /// [`NumericError`] when `order` is below [`Self::kept`].
+    pub fn truncated(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+        Ok(append_outputs(
+            &self.truncated_part(self.stable_order(order)?),
+            &self.kept,
+        ))
+    }
+
+    /// Singular perturbation to `order` states.
+    ///
+    /// # Errors
+    /// [`NumericError`] when `order` is below [`Self::kept`], or the cut part has a pole at zero.
+    pub fn residualised(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+        Ok(append_outputs(
+            &self.residualised_part(self.stable_order(order)?)?,
+            &self.kept,
+        ))
+    }
+
+    /// Both reductions with their L∞ errors: (method, system, error), better one first.
+    ///
+    /// # Errors
+    /// [`NumericError`] when `order` is too small or a norm fails.
+    pub fn reductions(&self, order: usize) -> Result<Vec<Reduction>, NumericError> {
+        let r = self.stable_order(order)?;
+        let parts = [
+            ("balanced_truncation", self.truncated_part(r)),
+            ("singular_perturbation", self.residualised_part(r)?),
+        ];
+        let mut list = Vec::with_capacity(2);
+        for (method, part) in parts {
+            // The kept part cancels in the difference.
+            let minus =
+                part.scale_outputs(&Mat::from_fn(part.outputs(), part.outputs(), |i, j| {
+                    if i == j { -1.0 } else { 0.0 }
+                }));
+            let error = linf_norm(&add(&self.stable, &minus)?, 1e-9)?;
+            list.push(Reduction {
+                method,
+                system: append_outputs(&part, &self.kept),
+                error_hinf: error.norm,
+            });
+        }
+        list.sort_by(|x, y| x.error_hinf.total_cmp(&y.error_hinf));
+        Ok(list)
+    }
+
+    fn stable_order(&self, order: usize) -> Result<usize, NumericError> {
+        if order < self.kept() {
+            return Err(NumericError::Dimension {
+                what: "reduced order",
+                expected: format!("at least {} (the poles that are not stable)", self.kept()),
+                found: order.to_string(),
+            });
+        }
+        Ok((order - self.kept()).min(self.stable.order()))
+    }
+
+    fn balanced(&self, r: usize) -> StateSpace<Continuous> {
+        let (left, right) = (
+            self.left.submatrix(0, 0, self.left.nrows(), r),
+            self.right.submatrix(0, 0, self.right.nrows(), r),
+        );
+        StateSpace {
+            a: left.transpose() * &self.stable.a * right,
+            b: left.transpose() * &self.stable.b,
+            c: &self.stable.c * right,
+            d: self.stable.d.clone(),
+            time: Continuous,
+        }
+    }
+
+    fn truncated_part(&self, r: usize) -> StateSpace<Continuous> {
+        if r >= self.stable.order() {
+            return self.stable.clone();
+        }
+        self.balanced(r.min(self.left.ncols()))
+    }
+
+    fn residualised_part(&self, r: usize) -> Result<StateSpace<Continuous>, NumericError> {
+        let all = self.left.ncols();
+        if r >= self.stable.order() || r >= all {
+            return Ok(self.truncated_part(r));
+        }
+        let full = self.balanced(all);
+        let part = |m: &Mat<f64>, i, j, h, w| m.submatrix(i, j, h, w).to_owned();
+        let q = all - r;
+        let (m, p) = (full.inputs(), full.outputs());
+        let fast = part(&full.a, r, r, q, q);
+        let x = solve(&fast, &part(&full.a, r, 0, q, r))?;
+        let y = solve(&fast, &part(&full.b, r, 0, q, m))?;
+        let (a12, c2) = (part(&full.a, 0, r, r, q), part(&full.c, 0, r, p, q));
+        StateSpace::new(
+            part(&full.a, 0, 0, r, r) - &a12 * &x,
+            part(&full.b, 0, 0, r, m) - &a12 * &y,
+            part(&full.c, 0, 0, p, r) - &c2 * &x,
+            &full.d - &c2 * &y,
+            Continuous,
+        )
+    }
+}
+
+/// One reduced system.
+#[derive(Clone, Debug)]
+pub struct Reduction {
+    /// "balanced_truncation" or "singular_perturbation".
+    pub method: &'static str,
+    /// The reduced system, kept poles included.
+    pub system: StateSpace<Continuous>,
+    /// L∞ norm of full minus reduced.
+    pub error_hinf: f64,
+}
+
+/// Stable part (with the feedthrough) and the rest (without), G = G_s + G_u: ordered Schur form, then a Sylvester
+/// equation takes the coupling out.
+///
+/// # Errors
+/// [`NumericError`] when the Schur form fails.
+pub fn split(
+    system: &StateSpace<Continuous>,
+) -> Result<(StateSpace<Continuous>, StateSpace<Continuous>), NumericError> {
+    let s = system.scale_states(&balancing(system));
+    let n = s.order();
+    let form = schur(&s.a)?;
+    // Poles on the axis come out at rounding level: they have no gramian and are kept.
+    let margin = -1e-13 * s.a.norm_l2();
+    if form.eigenvalues().iter().all(|v| v.re < margin) {
+        let none = StateSpace::gain(Mat::zeros(s.outputs(), s.inputs()), Continuous);
+        return Ok((s, none));
+    }
+    let (form, k) = form.ordered(|v| v.re < margin);
+    let part = |m: &Mat<f64>, i, j, h, w| m.submatrix(i, j, h, w).to_owned();
+    let (b, c) = (form.z.transpose() * &s.b, &s.c * &form.z);
+    let (a11, a12, a22) = (
+        part(&form.t, 0, 0, k, k),
+        part(&form.t, 0, k, k, n - k),
+        part(&form.t, k, k, n - k, n - k),
+    );
+    // x1 = x̃1 + X x2 decouples: A11 X − X A22 + A12 = 0.
+    let minus = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| -m[(i, j)]);
+    let x = sylvester(&a11, &minus(&a22), &minus(&a12))?;
+    let (m, p) = (s.inputs(), s.outputs());
+    let (b1, b2) = (part(&b, 0, 0, k, m), part(&b, k, 0, n - k, m));
+    let (c1, c2) = (part(&c, 0, 0, p, k), part(&c, 0, k, p, n - k));
+    let stable = StateSpace::new(a11, b1 - &x * &b2, c1.clone(), s.d.clone(), Continuous)?;
+    let kept = StateSpace::new(a22, b2, c2 + c1 * &x, Mat::zeros(p, m), Continuous)?;
+    let scaled = stable.scale_states(&balancing(&stable));
+    Ok((scaled, kept))
+}
+
+/// Sum of two systems with equal channels.
+fn append_outputs(
+    first: &StateSpace<Continuous>,
+    second: &StateSpace<Continuous>,
+) -> StateSpace<Continuous> {
+    let both = append(first, second);
+    let (m, p) = (first.inputs(), first.outputs());
+    let inputs = Mat::from_fn(2 * m, m, |i, j| if i % m == j { 1.0 } else { 0.0 });
+    let outputs = Mat::from_fn(p, 2 * p, |i, j| if j % p == i { 1.0 } else { 0.0 });
+    both.scale_inputs(&inputs).scale_outputs(&outputs)
+}

@@ -1,0 +1,60 @@
+//! The story, pure: update the model, design the controller, predict what it does. No files, no printing, no clock.
+
+pub mod comparison;
+pub mod design;
+
+use crate::controller::ControllerError;
+use crate::controller::verification::VerificationError;
+use crate::linalg::NumericError;
+use crate::robust::dk::DkError;
+use crate::robust::{MuError, SynthesisError};
+use crate::spindle::SpindleError;
+use thiserror::Error;
+
+/// Which stage failed, and how.
+#[derive(Debug, Error)]
+pub enum PipelineError {
+    /// Building the plant.
+    #[error("plant: {0}")]
+    Plant(#[from] SpindleError),
+    /// A matrix computation.
+    #[error("{stage}: {source}")]
+    Numeric {
+        /// Stage of the pipeline.
+        stage: &'static str,
+        /// What failed.
+        source: NumericError,
+    },
+    /// H∞ synthesis.
+    #[error("synthesis: {0}")]
+    Synthesis(#[from] SynthesisError),
+    /// The D-K iteration.
+    #[error("D-K iteration: {0}")]
+    Dk(#[from] DkError),
+    /// μ of a loop.
+    #[error("{stage}: μ: {source}")]
+    Mu {
+        /// Stage of the pipeline.
+        stage: &'static str,
+        /// What failed.
+        source: MuError,
+    },
+    /// Reduction, realisation or rounding.
+    #[error("controller: {0}")]
+    Controller(#[from] ControllerError),
+    /// Stability over speed.
+    #[error("verification: {0}")]
+    Verification(#[from] VerificationError),
+}
+
+impl PipelineError {
+    /// Tags a numeric failure with its stage, for `map_err`.
+    pub fn numeric(stage: &'static str) -> impl Fn(NumericError) -> Self {
+        move |source| Self::Numeric { stage, source }
+    }
+
+    /// Tags a failure of μ with its stage, for `map_err`.
+    pub fn mu(stage: &'static str) -> impl Fn(MuError) -> Self {
+        move |source| Self::Mu { stage, source }
+    }
+}

@@ -1,0 +1,92 @@
+//! What controllers do at the tool and at the sensors: dynamic stiffness and sensitivity, side by side.
+
+use super::PipelineError;
+use crate::controller::{ControlLaw, Controller};
+use crate::linalg::c64;
+use crate::lti::sample::tustin;
+use crate::lti::{Discrete, FrequencyGrid, StateSpace};
+use crate::predict::closed_loop::{close, equivalent_poles};
+use crate::predict::sensitivity::{AxisSensitivity, axis_sensitivity};
+use crate::predict::stiffness::{DynamicStiffness, dynamic_stiffness, stiffness_at};
+use crate::spindle::{Machine, ModelDetail, Plant};
+use std::f64::consts::TAU;
+
+/// Band of the tool's dynamic stiffness and of the sensitivity, Hz.
+pub const BAND_HZ: (f64, f64) = (1.0, 4000.0);
+/// Points of the plain grid over the band; points round the closed-loop poles are added.
+const GRID_POINTS: usize = 400;
+/// Points on each side of every closed-loop pole: both skirts of a lightly damped peak to a percent of its height.
+const POINTS_A_SIDE: usize = 12;
+
+/// Predictions for one controller at one speed.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// Name of the controller.
+    pub name: String,
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Tool stiffness per axis x, y.
+    pub stiffness: [DynamicStiffness; 2],
+    /// Smallest tool stiffness over both axes, N/m, and its frequency, Hz.
+    pub minimum: (f64, f64),
+    /// At 10 Hz, axis x, N/m.
+    pub at_10_hz_n_per_m: f64,
+    /// At the frequency of the top speed, axis x, N/m.
+    pub at_max_speed_n_per_m: f64,
+    /// Sensitivity of the four axes.
+    pub sensitivity: AxisSensitivity,
+    /// Closed-loop poles as equivalent continuous ones, rad/s.
+    pub poles_rad_s: Vec<c64>,
+}
+
+/// Predictions for a controller on the full plant at a speed.
+///
+/// # Errors
+/// [`PipelineError`] when the plant or the loop cannot be built.
+pub fn predict(
+    machine: &Machine,
+    controller: &Controller,
+    speed_rpm: f64,
+) -> Result<Prediction, PipelineError> {
+    let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
+    let period = machine.spindle.electronics.sample_period_s();
+    let law = discrete(controller, period)?;
+    let loop_system =
+        close(&plant.sampled()?, &law).map_err(PipelineError::numeric("closed loop"))?;
+    let poles =
+        equivalent_poles(&loop_system).map_err(PipelineError::numeric("closed-loop poles"))?;
+    let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1, GRID_POINTS)
+        .refine_round_poles(&poles, POINTS_A_SIDE);
+    let stiffness = [0, 1].map(|axis| dynamic_stiffness(&plant, controller, axis, &grid));
+    let minimum = stiffness
+        .iter()
+        .filter_map(DynamicStiffness::minimum)
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or((f64::NAN, f64::NAN));
+    Ok(Prediction {
+        name: controller.name.clone(),
+        speed_rpm,
+        minimum,
+        at_10_hz_n_per_m: stiffness_at(&plant, controller, 0, 10.0),
+        at_max_speed_n_per_m: stiffness_at(&plant, controller, 0, machine.spindle.max_rpm / 60.0),
+        sensitivity: axis_sensitivity(&plant, controller, &grid),
+        poles_rad_s: poles,
+        stiffness,
+    })
+}
+
+/// The law in sampled time; a continuous one by Tustin's rule, as the loop would run it.
+///
+/// # Errors
+/// [`PipelineError::Numeric`] when the map is singular.
+pub fn discrete(
+    controller: &Controller,
+    period_s: f64,
+) -> Result<StateSpace<Discrete>, PipelineError> {
+    match &controller.law {
+        ControlLaw::Discrete(law) => Ok(law.clone()),
+        ControlLaw::Continuous(law) => {
+            tustin(law, period_s).map_err(PipelineError::numeric("discretisation"))
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Forces on the rotor that are not linear: magnets with bias, coil and voltage limits, and the backup bearings.
+//!
+//! Differential magnet (domain formula F = 4k i₀²/s₀² (η+ξ)(1+ηξ)/(1−ξ²)² cos α, written by its two coils):
+//! F = (k_i i₀/4)·[c₊²/(1−ξ)² − c₋²/(1+ξ)²],  c± = 1 ± η held to 0 … i_max/i₀,  η = i/i₀,  ξ = κ x/s₀,  κ = k_s s₀/(k_i i₀),
+//! so that ∂F/∂i = k_i and ∂F/∂x = k_s at rest are those of the spindle file (κ is cos α when the file follows the formula).
+//! Current: i̇ = ω_a (u − i), held to what the bus voltage drives through the coil, |i̇| ≤ U/L, L = k_i s₀/(2 i₀ κ).
+//! Contact: beyond the clearance, normal force k_c·depth + c_c·approach (never pulling), Coulomb friction μ.
+
+use crate::spindle::Bearing;
+use crate::spindle::machine::EffectiveBearing;
+use std::f64::consts::TAU;
+
+/// A gap this close to the pole face, as a part of it, is where the force law ends.
+const LARGEST_XI: f64 = 0.95;
+/// Tangential speed at which friction reaches most of its value, m/s: smooths the sign at standstill.
+const FRICTION_SPEED_M_S: f64 = 1e-3;
+
+/// One axis of a bearing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Magnet {
+    ki_n_per_a: f64,
+    kappa_per_m: f64,
+    bias_a: f64,
+    max_a: f64,
+    corner_rad_s: f64,
+    slew_a_per_s: f64,
+}
+
+impl Magnet {
+    /// The magnet of a bearing after effects, fed from a bus of `bus_voltage_v`.
+    pub fn new(bearing: &Bearing, effective: &EffectiveBearing, bus_voltage_v: f64) -> Self {
+        let ki = effective.ki_n_per_a;
+        let kappa = effective.ks_n_per_m * bearing.gap_m / (ki * bearing.bias_current_a);
+        let inductance = ki * bearing.gap_m / (2.0 * bearing.bias_current_a * kappa.max(1e-3));
+        Self {
+            ki_n_per_a: ki,
+            kappa_per_m: kappa / bearing.gap_m,
+            bias_a: bearing.bias_current_a,
+            max_a: bearing.max_current_a,
+            corner_rad_s: TAU * effective.amplifier_bandwidth_hz,
+            slew_a_per_s: bus_voltage_v / inductance,
+        }
+    }
+
+    /// Force on the rotor, N, at control current `current_a` and displacement `displacement_m`.
+    pub fn force_n(&self, current_a: f64, displacement_m: f64) -> f64 {
+        let xi = (self.kappa_per_m * displacement_m).clamp(-LARGEST_XI, LARGEST_XI);
+        let eta = current_a / self.bias_a;
+        let coil = |c: f64| c.clamp(0.0, self.max_a / self.bias_a);
+        let (plus, minus) = (coil(1.0 + eta), coil(1.0 - eta));
+        0.25 * self.ki_n_per_a
+            * self.bias_a
+            * ((plus / (1.0 - xi)).powi(2) - (minus / (1.0 + xi)).powi(2))
+    }
+
+    /// The current after `step_s` towards `command_a`, and whether the voltage limited it.
+    pub fn advance(&self, current_a: f64, command_a: f64, step_s: f64) -> (f64, bool) {
+        let reach = self.max_a - self.bias_a;
+        let command = command_a.clamp(-reach.max(self.bias_a), reach.max(self.bias_a));
+        let wanted = (command - current_a) * (1.0 - (-self.corner_rad_s * step_s).exp());
+        let largest = self.slew_a_per_s * step_s;
+        (
+            current_a + wanted.clamp(-largest, largest),
+            wanted.abs() > largest,
+        )
+    }
+}
+
+/// Backup bearings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BackupBearing {
+    /// Radial clearance, m.
+    pub clearance_m: f64,
+    /// Contact stiffness, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Contact damping, N s/m.
+    pub damping_n_s_per_m: f64,
+    /// Friction coefficient.
+    pub friction: f64,
+    /// Radius of the contact on the rotor, m.
+    pub radius_m: f64,
+}
+
+impl BackupBearing {
+    /// Force (x, y) on the rotor, N; zero inside the clearance.
+    pub fn force_n(&self, position: [f64; 2], velocity: [f64; 2], speed_rad_s: f64) -> [f64; 2] {
+        let radius = position[0].hypot(position[1]);
+        let depth = radius - self.clearance_m;
+        if depth <= 0.0 {
+            return [0.0, 0.0];
+        }
+        let n = [position[0] / radius, position[1] / radius];
+        let t = [-n[1], n[0]];
+        let approach = velocity[0] * n[0] + velocity[1] * n[1];
+        let normal = (self.stiffness_n_per_m * depth + self.damping_n_s_per_m * approach).max(0.0);
+        let sliding = velocity[0] * t[0] + velocity[1] * t[1] + speed_rad_s * self.radius_m;
+        let tangential = -self.friction * normal * (sliding / FRICTION_SPEED_M_S).tanh();
+        [
+            -normal * n[0] + tangential * t[0],
+            -normal * n[1] + tangential * t[1],
+        ]
+    }
+}

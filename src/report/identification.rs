@@ -1,0 +1,80 @@
+//! Identified resonances and antiresonances as JSON, measured FRFs with their covariance as CSV.
+
+use crate::identify::{Identification, MeasuredFrf, Reading};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// The `identification` object of `summary.json`.
+pub fn identification_json(found: &Identification) -> Value {
+    let hz = |l: &[Reading]| -> Vec<Value> { l.iter().map(|r| json!(r.frequency_hz())).collect() };
+    let sd = |l: &[Reading]| -> Vec<Value> {
+        l.iter().map(|r| json!(r.standard_deviation_hz())).collect()
+    };
+    let shift = |l: &[Reading]| -> Vec<Value> {
+        l.iter()
+            .map(|r| match r {
+                Reading::Found {
+                    magnet_shift_hz, ..
+                } => json!(magnet_shift_hz),
+                Reading::NotIdentified { .. } => Value::Null,
+            })
+            .collect()
+    };
+    let why = |l: &[Reading]| -> Vec<Value> {
+        l.iter()
+            .map(|r| match r {
+                Reading::Found { .. } => Value::Null,
+                Reading::NotIdentified { reason } => json!(reason),
+            })
+            .collect()
+    };
+    json!({
+        "resonances_hz": hz(&found.resonances),
+        "resonances_standard_deviation_hz": sd(&found.resonances),
+        "damping_ratio": found.damping_ratio,
+        "antiresonances_hz": {"front": hz(&found.front), "rear": hz(&found.rear)},
+        "antiresonances_standard_deviation_hz": {"front": sd(&found.front), "rear": sd(&found.rear)},
+        "cross_antiresonances_hz": {"13": hz(&found.front_over_rear), "31": hz(&found.rear_over_front)},
+        "cross_antiresonances_standard_deviation_hz": {"13": sd(&found.front_over_rear), "31": sd(&found.rear_over_front)},
+        "not_identified": {"front": why(&found.front), "rear": why(&found.rear)},
+        "magnet_shift_removed_hz": {
+            "resonances": shift(&found.resonances),
+            "front": shift(&found.front),
+            "rear": shift(&found.rear),
+        },
+        "refers_to": "free-free rotor at rest: levitation loop, amplifier, delay, sensor and negative stiffness removed",
+    })
+}
+
+/// FRF with covariance: entries, then the upper triangle of Cov(vec G) (index = output + 4·input, from 1).
+pub fn frf_csv(frf: &MeasuredFrf) -> String {
+    let mut text = String::from("frequency_hz");
+    for i in 1..=4 {
+        for j in 1..=4 {
+            let _ = write!(text, ",g_{i}{j}_re,g_{i}{j}_im");
+        }
+    }
+    for a in 1..=16 {
+        for b in a..=16 {
+            let _ = write!(text, ",cov_{a}_{b}_re,cov_{a}_{b}_im");
+        }
+    }
+    text.push('\n');
+    for (l, f) in frf.frequency_hz.iter().enumerate() {
+        let _ = write!(text, "{f}");
+        for i in 0..4 {
+            for j in 0..4 {
+                let g = frf.response[(l, i, j)];
+                let _ = write!(text, ",{:e},{:e}", g.re, g.im);
+            }
+        }
+        for a in 0..16 {
+            for b in a..16 {
+                let c = frf.covariance[(l, a, b)];
+                let _ = write!(text, ",{:e},{:e}", c.re, c.im);
+            }
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,212 @@
+//! Pictures of diagnosis: residual in standard deviations, localisation map, recovered impedance, ranking of hypotheses.
+
+use super::Curve;
+use super::figure::{Axis, Figure, HeatMap, Level, Panel, Series, Shape};
+use super::style::{Color, Dash, Look, Marker, Role};
+use crate::linalg::c64;
+
+/// Columns of a localisation map; more lines are pooled by their largest score.
+const MAP_COLUMNS: usize = 160;
+
+/// Residual before and after in units of σ, one panel a channel, two a row.
+pub fn residual(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
+    let drawn = panels.iter().map(|(name, curves)| {
+        let mut panel = Panel::new(
+            name,
+            Axis::log("Frequency", "Hz"),
+            Axis::log("Residual", "σ"),
+        );
+        panel.series = curves.iter().map(Curve::series).collect();
+        panel.levels.push(Level {
+            value: 1.0,
+            label: "1 σ".to_owned(),
+            dash: Dash::Dashed,
+        });
+        panel.height_px = 215;
+        panel
+    });
+    Figure::new(
+        title,
+        "Difference of measurement and model in standard deviations over frequency.",
+        drawn.collect(),
+    )
+    .with_columns(if panels.len() > 1 { 2 } else { 1 })
+}
+
+/// Localisation map: score of every port over frequency. `scores[port][line]` belong to `frequency_hz[line]`.
+/// The port and line with the largest score carry a diamond.
+pub fn localisation(
+    title: &str,
+    ports: &[String],
+    frequency_hz: &[f64],
+    scores: &[Vec<f64>],
+    label: &str,
+) -> Figure {
+    let group = frequency_hz.len().div_ceil(MAP_COLUMNS).max(1);
+    let groups: Vec<&[f64]> = frequency_hz.chunks(group).collect();
+    let centres: Vec<f64> = groups
+        .iter()
+        .map(|g| g.iter().sum::<f64>() / g.len() as f64)
+        .collect();
+    let pooled: Vec<Vec<f64>> = scores
+        .iter()
+        .map(|row| {
+            row.chunks(group)
+                .map(|g| g.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+                .collect()
+        })
+        .collect();
+    // Edges half way (in the logarithm) between the columns.
+    let mut edges: Vec<f64> = centres
+        .windows(2)
+        .map(|w| w.iter().product::<f64>().sqrt())
+        .collect();
+    edges.insert(0, frequency_hz.first().copied().unwrap_or(1.0));
+    edges.push(frequency_hz.last().copied().unwrap_or(10.0));
+    let cells = || {
+        pooled
+            .iter()
+            .enumerate()
+            .flat_map(|(row, v)| v.iter().enumerate().map(move |(k, s)| (row, k, *s)))
+    };
+    let (low, high) = cells()
+        .map(|c| c.2)
+        .filter(|s| s.is_finite())
+        .fold((0.0f64, f64::NEG_INFINITY), |(low, high), s| {
+            (low.min(s), high.max(s))
+        });
+    let high = if high > low { high } else { low + 1.0 };
+    let mut panel = Panel::new(
+        "",
+        Axis::log("Frequency", "Hz"),
+        Axis::categories("", ports.to_vec()),
+    );
+    let best =
+        cells()
+            .filter(|c| c.2.is_finite())
+            .fold(None, |best: Option<(usize, usize, f64)>, c| match best {
+                Some(b) if b.2 >= c.2 => Some(b),
+                _ => Some(c),
+            });
+    if let Some((row, column, _)) = best {
+        let x = centres.get(column).copied().unwrap_or(f64::NAN);
+        let look = Look::points(Color::Orange, Marker::Diamond);
+        let name = format!(
+            "largest score: {}",
+            ports.get(row).map_or("", String::as_str)
+        );
+        panel
+            .series
+            .push(Series::curve(&name, &[x], &[row as f64], look));
+    }
+    panel.heat = Some(HeatMap {
+        x_edges: edges,
+        values: pooled,
+        label: label.to_owned(),
+        range: [low, high],
+    });
+    panel.height_px = 70 + 22 * ports.len().clamp(4, 40) as u32;
+    Figure::new(
+        title,
+        "How well a missing effect at each port would explain the difference, over frequency.",
+        vec![panel],
+    )
+}
+
+/// Recovered impedance at the port that was found, with the fitted shape: magnitude and phase.
+pub fn impedance(
+    title: &str,
+    unit: &str,
+    frequency_hz: &[f64],
+    recovered: &[c64],
+    fitted: &[c64],
+    shape: &str,
+) -> Figure {
+    let mut magnitude = Panel::new(
+        "",
+        Axis::log("Frequency", "Hz").unlabelled(),
+        Axis::log("Magnitude", unit),
+    );
+    let phase_axis = Axis::linear("Phase", "°")
+        .with_range(-180.0, 180.0)
+        .with_step(90.0);
+    let mut phase = Panel::new("", Axis::log("Frequency", "Hz"), phase_axis);
+    let fitted_name = format!("fitted: {shape}");
+    let both = [
+        (
+            "recovered from the data",
+            recovered,
+            data_look(frequency_hz.len()),
+        ),
+        (
+            fitted_name.as_str(),
+            fitted,
+            Look::line(Color::Blue, Dash::Solid),
+        ),
+    ];
+    for (name, values, look) in both.into_iter().filter(|b| b.1.len() == frequency_hz.len()) {
+        let size: Vec<f64> = values.iter().map(|z| z.norm()).collect();
+        let angle: Vec<f64> = values.iter().map(|z| z.arg().to_degrees()).collect();
+        magnitude
+            .series
+            .push(Series::curve(name, frequency_hz, &size, look));
+        phase.series.push(Series {
+            break_at_jump: Some(180.0),
+            ..Series::curve(name, frequency_hz, &angle, look)
+        });
+    }
+    magnitude.height_px = 250;
+    phase.height_px = 200;
+    Figure::new(
+        title,
+        "Impedance that the model lacks, as recovered from the data, and the fitted shape.",
+        vec![magnitude, phase],
+    )
+}
+
+/// Data as open circles, or as a dotted line where circles would run into each other.
+fn data_look(points: usize) -> Look {
+    if points <= 120 {
+        Look::points(Color::Black, Marker::Circle)
+    } else {
+        Role::Measured.look()
+    }
+}
+
+/// Ranking of hypotheses: the larger the score the better. Best first; drawn from the top.
+pub fn ranking(title: &str, names: &[String], scores: &[f64], label: &str) -> Figure {
+    let reversed: Vec<String> = names.iter().rev().cloned().collect();
+    let x: Vec<f64> = scores.iter().rev().copied().collect();
+    let y: Vec<f64> = (0..x.len()).map(|k| k as f64).collect();
+    let mut panel = Panel::new("", Axis::linear(label, ""), Axis::categories("", reversed));
+    let look = Look::line(Color::Sky, Dash::Solid);
+    panel.series.push(
+        Series::curve(label, &x, &y, look)
+            .shaped(Shape::LyingBars { height: 0.6 })
+            .unlisted(),
+    );
+    panel.height_px = 60 + 22 * names.len().clamp(3, 40) as u32;
+    Figure::new(
+        title,
+        "Hypotheses in order of how well they explain the difference.",
+        vec![panel],
+    )
+}
+
+/// Measured, model before and model after in one magnitude plot (held-out hammer response).
+pub fn before_after(title: &str, quantity: &str, unit: &str, curves: &[Curve]) -> Figure {
+    let mut panel = Panel::new("", Axis::log("Frequency", "Hz"), Axis::log(quantity, unit));
+    panel.series = curves
+        .iter()
+        .map(|c| match c.role {
+            Role::Measured => Series::curve(c.name, c.x, c.y, data_look(c.x.len())),
+            _ => c.series(),
+        })
+        .collect();
+    panel.height_px = 360;
+    Figure::new(
+        title,
+        "Measured response with the model before and after the correction.",
+        vec![panel],
+    )
+}

@@ -1,0 +1,244 @@
+//! Pictures of frequency responses and loops: Bode, dynamic stiffness, sensitivity, Nyquist.
+
+use super::figure::{Axis, Figure, Level, Mark, Panel, Series};
+use super::style::{Color, Dash, Look, Marker, Role};
+use super::{Curve, figure::Shape};
+use crate::linalg::c64;
+
+/// One transfer function over frequency.
+#[derive(Clone, Copy, Debug)]
+pub struct ResponseCurve<'a> {
+    /// Name in legend and CSV.
+    pub name: &'a str,
+    /// What it stands for.
+    pub role: Role,
+    /// Frequencies, Hz.
+    pub frequency_hz: &'a [f64],
+    /// Values, as many, in the unit named with the picture.
+    pub response: &'a [c64],
+}
+
+/// What a frequency marked in a picture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Peak {
+    /// A resonance.
+    Resonance,
+    /// An antiresonance.
+    Antiresonance,
+}
+
+/// A published or measured frequency to mark.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarkedFrequency {
+    /// Hz.
+    pub frequency_hz: f64,
+    /// Resonance or antiresonance.
+    pub peak: Peak,
+}
+
+/// Bode diagram, magnitude over phase. `quantity` and `unit` name the magnitude (`|sensor / current|`, `m/A`);
+/// marked frequencies stand above it.
+pub fn bode(
+    title: &str,
+    quantity: &str,
+    unit: &str,
+    curves: &[ResponseCurve],
+    marked: &[MarkedFrequency],
+) -> Figure {
+    let axis = || Axis::log("Frequency", "Hz");
+    let mut magnitude = Panel::new("", axis().unlabelled(), Axis::log(quantity, unit));
+    let mut phase = Panel::new(
+        "",
+        axis(),
+        Axis::linear("Phase", "°")
+            .with_range(-180.0, 180.0)
+            .with_step(90.0),
+    );
+    phase.height_px = 215;
+    for c in curves {
+        let look = c.role.look();
+        let size: Vec<f64> = c.response.iter().map(|h| h.norm()).collect();
+        let angle: Vec<f64> = c.response.iter().map(|h| h.arg().to_degrees()).collect();
+        magnitude
+            .series
+            .push(Series::curve(c.name, c.frequency_hz, &size, look));
+        phase.series.push(Series {
+            break_at_jump: Some(180.0),
+            ..Series::curve(c.name, c.frequency_hz, &angle, look)
+        });
+    }
+    magnitude.marks = marks(marked, true);
+    phase.marks = marks(marked, false);
+    let names: Vec<&str> = curves.iter().map(|c| c.name).collect();
+    let words = format!(
+        "Magnitude and phase over frequency of {}.",
+        names.join(", ")
+    );
+    Figure::new(title, &words, vec![magnitude, phase])
+}
+
+fn marks(marked: &[MarkedFrequency], labelled: bool) -> Vec<Mark> {
+    marked
+        .iter()
+        .filter(|m| m.frequency_hz.is_finite())
+        .map(|m| {
+            let (color, dash, legend) = match m.peak {
+                Peak::Resonance => (Color::Vermillion, Dash::Dashed, "published resonance"),
+                Peak::Antiresonance => (Color::Green, Dash::Dotted, "published antiresonance"),
+            };
+            let label = if labelled {
+                format!("{:.0}", m.frequency_hz)
+            } else {
+                String::new()
+            };
+            Mark {
+                value: m.frequency_hz,
+                label,
+                color,
+                dash,
+                legend: legend.to_owned(),
+            }
+        })
+        .collect()
+}
+
+/// Dynamic stiffness at the tool, one panel an axis. Curves are in N/m over Hz; the picture is in N/µm.
+/// `marked_hz` are frequencies of interest (the spindle frequency) with their labels.
+pub fn dynamic_stiffness(
+    title: &str,
+    panels: &[(&str, Vec<Curve>)],
+    marked_hz: &[(f64, &str)],
+) -> Figure {
+    const MICRO: f64 = 1e-6;
+    let last = panels.len().saturating_sub(1);
+    let drawn = panels.iter().enumerate().map(|(k, (name, curves))| {
+        let x = Axis::log("Frequency", "Hz");
+        let x = if k == last { x } else { x.unlabelled() };
+        let mut panel = Panel::new(name, x, Axis::log("Dynamic stiffness", "N/µm"));
+        panel.series = curves.iter().map(|c| c.scaled(MICRO)).collect();
+        panel.marks = marked_hz
+            .iter()
+            .map(|(value, label)| Mark {
+                value: *value,
+                label: if k == 0 {
+                    (*label).to_owned()
+                } else {
+                    String::new()
+                },
+                color: Color::Grey,
+                dash: Dash::Dotted,
+                legend: String::new(),
+            })
+            .collect();
+        panel.height_px = if panels.len() > 1 { 280 } else { 380 };
+        panel
+    });
+    Figure::new(
+        title,
+        "Magnitude of force over displacement at the tool plane over frequency; higher is stiffer.",
+        drawn.collect(),
+    )
+}
+
+/// Sensitivity of each axis in dB with the zone limits of ISO 14839-3. `panels`: axis name and curves of |S| (plain ratio) over Hz.
+pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
+    let lowest = panels
+        .iter()
+        .flat_map(|p| &p.1)
+        .flat_map(|c| c.y.iter())
+        .filter(|y| **y > 0.0)
+        .fold(0.1, |low: f64, y| low.min(*y));
+    let highest = panels
+        .iter()
+        .flat_map(|p| &p.1)
+        .flat_map(|c| c.y.iter())
+        .filter(|y| y.is_finite())
+        .fold(6.0, |high: f64, y| high.max(*y));
+    // One range for all axes, so that they can be compared; below −40 dB nothing is decided.
+    let low = (10.0 * (2.0 * lowest.log10()).floor()).max(-40.0);
+    let high = 5.0 * (4.0 * highest.log10()).ceil();
+    let drawn = panels.iter().map(|(name, curves)| {
+        let y = Axis::linear("|S|", "dB").with_range(low, high.max(20.0));
+        let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
+        panel.series = curves
+            .iter()
+            .map(|c| {
+                let db: Vec<f64> = c.y.iter().map(|s| 20.0 * s.log10()).collect();
+                Series::curve(c.name, c.x, &db, c.role.look())
+            })
+            .collect();
+        panel.levels = [
+            (9.5, "A | B  9.5"),
+            (12.0, "B | C  12"),
+            (14.0, "C | D  14"),
+        ]
+        .into_iter()
+        .map(|(value, label)| Level {
+            value,
+            label: label.to_owned(),
+            dash: Dash::Dashed,
+        })
+        .collect();
+        panel.height_px = 290;
+        panel
+    });
+    let columns = if panels.len() > 1 { 2 } else { 1 };
+    Figure::new(
+        title,
+        "Sensitivity of each control axis; the dashed lines are the zone limits A, B, C, D of ISO 14839-3 in dB.",
+        drawn.collect(),
+    )
+    .with_columns(columns)
+}
+
+/// Nyquist curves of open loops L (the critical point is −1: pass L of the negative-feedback loop), with the circle of the
+/// largest admissible sensitivity round it.
+pub fn nyquist(title: &str, loops: &[ResponseCurve], largest_sensitivity: f64) -> Figure {
+    let range = 3.0;
+    let mut panel = Panel::new(
+        "",
+        Axis::linear("Real part of L", "").with_range(-range, range),
+        Axis::linear("Imaginary part of L", "").with_range(-range, range),
+    );
+    panel.equal_aspect = true;
+    panel.height_px = 520;
+    let angles: Vec<f64> = (0..=120)
+        .map(|k| f64::from(k) * 3f64.to_radians())
+        .collect();
+    let radius = 1.0 / largest_sensitivity;
+    let circle_x: Vec<f64> = angles.iter().map(|a| -1.0 + radius * a.cos()).collect();
+    let circle_y: Vec<f64> = angles.iter().map(|a| radius * a.sin()).collect();
+    let name = format!("|S| = {:.1} dB", 20.0 * largest_sensitivity.log10());
+    panel.series.push(Series::curve(
+        &name,
+        &circle_x,
+        &circle_y,
+        Role::Limit.look(),
+    ));
+    panel.series.push(Series::curve(
+        "critical point",
+        &[-1.0],
+        &[0.0],
+        Look::points(Color::Black, Marker::Cross),
+    ));
+    for l in loops {
+        let re: Vec<f64> = l.response.iter().map(|h| h.re).collect();
+        let im: Vec<f64> = l.response.iter().map(|h| h.im).collect();
+        panel
+            .series
+            .push(Series::curve(l.name, &re, &im, l.role.look()));
+    }
+    Figure::new(
+        title,
+        "Open loops in the complex plane near the critical point.",
+        vec![panel],
+    )
+}
+
+/// Worst case and nominal as a band with its edges (stiffness over the uncertainty), N/m over Hz, drawn in N/µm.
+pub fn stiffness_band(name: &str, frequency_hz: &[f64], nominal: &[f64], worst: &[f64]) -> Series {
+    let micro = |v: &[f64]| v.iter().map(|y| 1e-6 * y).collect::<Vec<f64>>();
+    Series::curve(name, frequency_hz, &micro(nominal), Role::WorstCase.look()).shaped(Shape::Band {
+        lower: micro(worst),
+    })
+}

@@ -1,0 +1,91 @@
+//! Pictures for the user of the spindle: chatter lobes, and a batch of tools side by side.
+
+use super::Curve;
+use super::figure::{Axis, Figure, Level, Panel, Series, Shape};
+use super::style::{Color, Dash, Look};
+
+/// Stability lobes: limiting depth of cut (m) over spindle speed (rpm), drawn in mm; below a curve cutting is stable.
+pub fn chatter_lobes(title: &str, curves: &[Curve], max_rpm: f64) -> Figure {
+    let mut panel = Panel::new(
+        "",
+        Axis::linear("Spindle speed", "rpm"),
+        Axis::linear("Depth of cut", "mm"),
+    );
+    panel.series = curves.iter().map(|c| c.scaled(1e3)).collect();
+    panel.height_px = 380;
+    let mut depths: Vec<f64> = panel
+        .series
+        .iter()
+        .flat_map(|s| s.y.iter().copied())
+        .filter(|y| y.is_finite())
+        .collect();
+    depths.sort_by(f64::total_cmp);
+    // The peaks between lobes go to infinity: the picture ends where nine tenths of the curve are shown.
+    if let Some(top) = depths.get(depths.len() * 9 / 10).filter(|t| **t > 0.0) {
+        panel.y.range = Some([0.0, 1.4 * top]);
+    }
+    panel.x.range = Some([0.0, max_rpm]);
+    Figure::new(
+        title,
+        "Largest stable depth of cut over spindle speed.",
+        vec![panel],
+    )
+}
+
+/// One bar a tool and quantity: `quantities` are heading, unit, reference line and for each controller its values.
+#[derive(Clone, Debug)]
+pub struct ToolQuantity<'a> {
+    /// Heading and axis label.
+    pub label: &'a str,
+    /// Unit.
+    pub unit: &'a str,
+    /// Reference line with its name.
+    pub reference: Option<(f64, &'a str)>,
+    /// Name and values over the tools.
+    pub bars: Vec<(&'a str, Vec<f64>)>,
+}
+
+/// A batch of tools: one panel a quantity, one group of bars a tool.
+pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figure {
+    const COLORS: [Color; 4] = [Color::Blue, Color::Orange, Color::Green, Color::Purple];
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in quantities.iter().flat_map(|q| &q.bars) {
+        if !names.contains(name) {
+            names.push(name);
+        }
+    }
+    let panels = quantities.iter().map(|q| {
+        let mut panel = Panel::new(
+            q.label,
+            Axis::categories("", tools.to_vec()),
+            Axis::linear(q.label, q.unit),
+        );
+        let width = 0.76 / q.bars.len().max(1) as f64;
+        for (k, (name, values)) in q.bars.iter().enumerate() {
+            let place = names.iter().position(|n| n == name).unwrap_or(0) % COLORS.len();
+            let color = COLORS.get(place).copied().unwrap_or(Color::Blue);
+            let centre = (k as f64 + 0.5) * width - 0.38;
+            let x: Vec<f64> = (0..values.len()).map(|t| t as f64 + centre).collect();
+            let look = Look::line(color, Dash::Solid);
+            panel.series.push(
+                Series::curve(name, &x, values, look).shaped(Shape::Bars { width: 0.9 * width }),
+            );
+        }
+        panel.levels = q
+            .reference
+            .iter()
+            .map(|(value, name)| Level {
+                value: *value,
+                label: (*name).to_owned(),
+                dash: Dash::Dashed,
+            })
+            .collect();
+        panel.height_px = 230;
+        panel
+    });
+    Figure::new(
+        title,
+        "Designs for each tool side by side.",
+        panels.collect(),
+    )
+}

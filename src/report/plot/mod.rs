@@ -1,0 +1,134 @@
+//! Pictures: builders turn finished results into a [`Figure`], one renderer draws it, one table writes the same series.
+//!
+//! `builder(values) -> Figure`, then [`picture`] gives the SVG and the CSV of the same stem. plotters is used here only.
+
+mod canvas;
+mod draw;
+pub mod figure;
+mod frame;
+mod render;
+pub mod style;
+mod table;
+mod ticks;
+
+pub mod diagnosis;
+pub mod loops;
+pub mod machining;
+pub mod motion;
+pub mod robustness;
+pub mod shaft;
+pub mod updating;
+
+pub use figure::{Axis, Figure, Panel, Series};
+pub use style::{Color, Dash, Look, Marker, Role};
+
+/// Why a figure cannot be drawn.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlotError {
+    /// No panel.
+    #[error("figure '{title}' has no panel")]
+    Empty {
+        /// Title of the figure.
+        title: String,
+    },
+    /// Lists of one series differ in length.
+    #[error(
+        "series '{series}': {x} abscissae, {y} ordinates; lower edge and error bars need as many"
+    )]
+    Lengths {
+        /// Name of the series.
+        series: String,
+        /// Number of abscissae.
+        x: usize,
+        /// Number of ordinates.
+        y: usize,
+    },
+    /// An impossible axis range.
+    #[error(
+        "axis '{axis}': range {low} to {high} must be finite, ascending, and positive on a log axis"
+    )]
+    Range {
+        /// Label of the axis.
+        axis: String,
+        /// Lower end.
+        low: f64,
+        /// Upper end.
+        high: f64,
+    },
+    /// The drawing backend failed.
+    #[error("drawing failed: {0}")]
+    Drawing(String),
+}
+
+/// A drawn figure and the table of what it shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// SVG text.
+    pub svg: String,
+    /// CSV text with the same series.
+    pub csv: String,
+}
+
+/// Draws a figure and writes its table. Same figure, same bytes.
+///
+/// # Errors
+/// [`PlotError`] when the figure is inconsistent or the backend fails.
+pub fn picture(figure: &Figure) -> Result<Picture, PlotError> {
+    Ok(Picture {
+        svg: render::svg(figure)?,
+        csv: table::csv(figure),
+    })
+}
+
+/// One named curve as builders take it.
+#[derive(Clone, Copy, Debug)]
+pub struct Curve<'a> {
+    /// Name in the legend and in the CSV.
+    pub name: &'a str,
+    /// What it stands for, hence how it looks.
+    pub role: Role,
+    /// Abscissae.
+    pub x: &'a [f64],
+    /// Ordinates, as many.
+    pub y: &'a [f64],
+}
+
+impl Curve<'_> {
+    fn series(&self) -> Series {
+        Series::curve(self.name, self.x, self.y, self.role.look())
+    }
+
+    fn scaled(&self, factor: f64) -> Series {
+        let y: Vec<f64> = self.y.iter().map(|y| factor * y).collect();
+        Series::curve(self.name, self.x, &y, self.role.look())
+    }
+}
+
+impl Figure {
+    /// Checks that every series has lists of one length.
+    ///
+    /// # Errors
+    /// [`PlotError::Empty`], [`PlotError::Lengths`].
+    pub fn check(&self) -> Result<(), PlotError> {
+        if self.panels.is_empty() {
+            return Err(PlotError::Empty {
+                title: self.title.clone(),
+            });
+        }
+        for s in self.panels.iter().flat_map(|p| &p.series) {
+            let lower = match &s.shape {
+                figure::Shape::Band { lower } => lower.len(),
+                _ => s.y.len(),
+            };
+            let error = s.y_error.as_ref().map_or(s.y.len(), Vec::len);
+            if s.x.len() != s.y.len() || lower != s.y.len() || error != s.y.len() {
+                return Err(PlotError::Lengths {
+                    series: s.name.clone(),
+                    x: s.x.len(),
+                    y: s.y.len(),
+                });
+            }
+        }
+        Ok(())
+    }
+}

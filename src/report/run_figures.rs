@@ -1,0 +1,297 @@
+//! Pictures of a run from its results.
+
+use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, sensitivity};
+use super::plot::robustness::{MuStep, mu_against_order, mu_over_frequency, mu_per_iteration};
+use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
+use super::plot::{Curve, Figure, Role};
+use crate::linalg::c64;
+use crate::lti::{FrequencyGrid, Response};
+use crate::pipeline::comparison::Prediction;
+use crate::pipeline::design::Design;
+use crate::rotor::modes::{PlanarModes, RIGID};
+use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+
+/// A model with its name and look.
+pub type NamedMachine<'a> = (&'a str, Role, &'a Machine);
+
+/// Open-loop Bode diagrams of the coaxial channels front and rear, models side by side: (stem, figure).
+///
+/// # Errors
+/// [`SpindleError`] when a plant cannot be built.
+pub fn open_loop(
+    models: &[NamedMachine],
+    marked: &[Vec<MarkedFrequency>; 2],
+) -> Result<Vec<(String, Figure)>, SpindleError> {
+    // 50 to 4000 Hz is the band of the published sweeps.
+    let grid = FrequencyGrid::log_hz(50.0, 4000.0, 800);
+    let hz = grid.hz();
+    let mut responses: Vec<Vec<Vec<c64>>> = vec![];
+    for (_, _, machine) in models {
+        let plant = Plant::new(machine, 0.0, ModelDetail::Full)?;
+        let lines: Vec<_> = grid.omega_rad_s().iter().map(|w| plant.at(*w)).collect();
+        responses.push(
+            [0, 2]
+                .map(|axis| lines.iter().map(|h| h[(axis, axis)]).collect())
+                .to_vec(),
+        );
+    }
+    Ok([("front", "Front bearing"), ("rear", "Rear bearing")]
+        .iter()
+        .enumerate()
+        .map(|(axis, (stem, title))| {
+            let curves: Vec<ResponseCurve> = models
+                .iter()
+                .zip(&responses)
+                .map(|((name, role, _), r)| ResponseCurve {
+                    name,
+                    role: *role,
+                    frequency_hz: &hz,
+                    response: &r[axis],
+                })
+                .collect();
+            let title = format!("{title}: sensor over current, open loop");
+            (
+                format!("bode_{stem}"),
+                bode(&title, "|sensor / current|", "m/A", &curves, &marked[axis]),
+            )
+        })
+        .collect())
+}
+
+/// Shapes of the first three flexible modes of the models over the rotor's outline.
+///
+/// # Errors
+/// [`SpindleError`] when a rotor cannot be built.
+pub fn shapes(models: &[NamedMachine]) -> Result<Option<Figure>, SpindleError> {
+    let Some((_, _, first)) = models.first() else {
+        return Ok(None);
+    };
+    let rotor = first.rotor()?;
+    let nodes = rotor.node_positions_m();
+    let outline: Vec<OutlinePiece> = rotor
+        .sections()
+        .iter()
+        .zip(nodes.windows(2))
+        .map(|(s, z)| OutlinePiece {
+            from_m: z[0],
+            to_m: z[1],
+            diameter_m: s.outer_diameter_m[0],
+        })
+        .collect();
+    let [front, rear] = first.effective().bearings;
+    let station = |name, position_m, kind| Station {
+        name,
+        position_m,
+        kind,
+    };
+    let stations = [
+        station("tool", first.tool_plane_m(), StationKind::Other),
+        station("front sensor", front.sensor_m, StationKind::Sensor),
+        station("front actuator", front.actuator_m, StationKind::Actuator),
+        station("rear sensor", rear.sensor_m, StationKind::Sensor),
+        station("rear actuator", rear.actuator_m, StationKind::Actuator),
+    ];
+    let mut solved = vec![];
+    for (name, role, machine) in models {
+        let modes = PlanarModes::new(&machine.rotor()?).map_err(SpindleError::Shaft)?;
+        solved.push((*name, *role, modes));
+    }
+    let amplitude = |modes: &PlanarModes, k: usize| -> Vec<f64> {
+        (0..nodes.len())
+            .map(|i| {
+                if RIGID + k < modes.len() {
+                    modes.shapes[(2 * i, RIGID + k)]
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    };
+    let amplitudes: Vec<Vec<Vec<f64>>> = (0..3)
+        .map(|k| solved.iter().map(|(_, _, m)| amplitude(m, k)).collect())
+        .collect();
+    let panels: Vec<(String, Vec<ShapeCurve>)> = amplitudes
+        .iter()
+        .enumerate()
+        .map(|(k, curves)| {
+            let hz = solved
+                .last()
+                .and_then(|(_, _, m)| m.flexible_hz().get(k).copied());
+            let heading = format!("mode {}: {:.0} Hz", k + 1, hz.unwrap_or(f64::NAN));
+            let curves = solved
+                .iter()
+                .zip(curves)
+                .map(|((name, role, _), amplitude)| ShapeCurve {
+                    name,
+                    role: *role,
+                    position_m: nodes,
+                    amplitude,
+                })
+                .collect();
+            (heading, curves)
+        })
+        .collect();
+    Ok(Some(mode_shapes(
+        "Flexible modes of the free rotor",
+        &outline,
+        &stations,
+        &panels,
+    )))
+}
+
+/// μ over frequency, over the iteration, over the order of the controller: (stem, figure).
+pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
+    let columns = |curve: &[(f64, f64, f64)]| {
+        let f: Vec<f64> = curve.iter().map(|c| c.0).collect();
+        let upper: Vec<f64> = curve.iter().map(|c| c.1).collect();
+        let lower: Vec<f64> = curve.iter().map(|c| c.2).collect();
+        (f, upper, lower)
+    };
+    let written = columns(&design.specification_curve);
+    let covered = columns(&design.covered_curve);
+    let steps = [
+        ("with gyroscopic cover", &covered),
+        ("specification as written", &written),
+    ]
+    .map(|(name, c)| MuStep {
+        name,
+        frequency_hz: &c.0,
+        upper: &c.1,
+        lower: &c.2,
+    });
+    let gamma: Vec<f64> = design.steps.iter().map(|s| s.gamma).collect();
+    let peak: Vec<f64> = design.steps.iter().map(|s| s.mu_peak).collect();
+    let orders: Vec<f64> = design
+        .orders_tried
+        .iter()
+        .map(|o| 2.0 * o.0 as f64)
+        .collect();
+    let values: Vec<f64> = design.orders_tried.iter().map(|o| o.1).collect();
+    let tried = Curve {
+        name: "tried",
+        role: Role::Other(0),
+        x: &orders,
+        y: &values,
+    };
+    let chosen = (2.0 * design.reduced.order as f64, design.reduced.synthesis);
+    vec![
+        (
+            "mu".to_owned(),
+            mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
+        ),
+        (
+            "mu_iterations".to_owned(),
+            mu_per_iteration("D-K iteration", &gamma, &peak),
+        ),
+        (
+            "mu_order".to_owned(),
+            mu_against_order(
+                "µ against the order of the controller",
+                &[tried],
+                design.reduction_limit,
+                chosen,
+            ),
+        ),
+    ]
+}
+
+/// A measured dynamic stiffness.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Name in the legend.
+    pub name: String,
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// |F/x|, N/m.
+    pub stiffness_n_per_m: Vec<f64>,
+}
+
+/// Dynamic stiffness at the tool and sensitivity, at every speed given: (stem, figure).
+pub fn predictions(
+    runs: &[(Role, &Prediction)],
+    measured: &[Measured],
+    max_speed_hz: f64,
+) -> Vec<(String, Figure)> {
+    let mut speeds: Vec<f64> = runs.iter().map(|(_, p)| p.speed_rpm).collect();
+    speeds.extend(measured.iter().map(|m| m.speed_rpm));
+    speeds.sort_by(f64::total_cmp);
+    speeds.dedup();
+    let label = |rpm: f64| format!("{rpm:.0} rpm");
+    let labels: Vec<String> = speeds.iter().map(|s| label(*s)).collect();
+    let of = |rpm: f64| runs.iter().filter(move |(_, p)| p.speed_rpm == rpm);
+    let stiffness: Vec<(&str, Vec<Curve>)> = speeds
+        .iter()
+        .zip(&labels)
+        .map(|(rpm, label)| {
+            let curves = of(*rpm)
+                .map(|(role, p)| Curve {
+                    name: &p.name,
+                    role: *role,
+                    x: &p.stiffness[0].frequency_hz,
+                    y: &p.stiffness[0].magnitude_n_per_m,
+                })
+                .chain(
+                    measured
+                        .iter()
+                        .filter(|m| m.speed_rpm == *rpm)
+                        .map(|m| Curve {
+                            name: &m.name,
+                            role: Role::Measured,
+                            x: &m.frequency_hz,
+                            y: &m.stiffness_n_per_m,
+                        }),
+                )
+                .collect();
+            (label.as_str(), curves)
+        })
+        .collect();
+    let axes = [(0, "front"), (2, "rear")];
+    let mut columns: Vec<(String, Role, &Prediction, Vec<f64>)> = vec![];
+    for (role, p) in runs {
+        for (axis, name) in axes {
+            let values = p.sensitivity.magnitude.iter().map(|s| s[axis]).collect();
+            columns.push((
+                format!("{}, {}", name, label(p.speed_rpm)),
+                *role,
+                p,
+                values,
+            ));
+        }
+    }
+    let headings: Vec<String> = axes
+        .iter()
+        .flat_map(|(_, name)| speeds.iter().map(move |s| format!("{name}, {}", label(*s))))
+        .collect();
+    let margins: Vec<(&str, Vec<Curve>)> = headings
+        .iter()
+        .map(|heading| {
+            let curves = columns
+                .iter()
+                .filter(|c| &c.0 == heading)
+                .map(|(_, role, p, y)| Curve {
+                    name: &p.name,
+                    role: *role,
+                    x: &p.sensitivity.frequency_hz,
+                    y,
+                })
+                .collect();
+            (heading.as_str(), curves)
+        })
+        .collect();
+    vec![
+        (
+            "stiffness".to_owned(),
+            dynamic_stiffness(
+                "Dynamic stiffness at the tool",
+                &stiffness,
+                &[(max_speed_hz, "top speed")],
+            ),
+        ),
+        (
+            "sensitivity".to_owned(),
+            sensitivity("Sensitivity and the zones of ISO 14839-3", &margins),
+        ),
+    ]
+}

@@ -1,0 +1,146 @@
+//! Figures of a run as JSON: design with its certificates, stiffness, sensitivity. Keys as the format contract names them.
+
+use super::summary::{number, numbers};
+use crate::controller::verification::Verification;
+use crate::linalg::c64;
+use crate::pipeline::comparison::Prediction;
+use crate::pipeline::design::{Design, PeakFigures, Stage};
+use crate::spindle::Machine;
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+
+/// The `design` object of a summary.
+pub fn design_json(design: &Design) -> Value {
+    let stable: Vec<f64> = design
+        .verification
+        .speeds
+        .iter()
+        .filter(|s| s.growth_rate_per_s < 0.0)
+        .map(|s| s.speed_rpm)
+        .collect();
+    let modes: Vec<Value> = design
+        .problems
+        .split
+        .iter()
+        .zip(&design.problems.covered_modes)
+        .map(|(split, mode)| {
+            json!({
+                "natural_frequency_hz": number(split.omega_rad_s / TAU),
+                "backward_at_max_speed_hz": number(split.backward_rad_s / TAU),
+                "forward_at_max_speed_hz": number(split.forward_rad_s / TAU),
+                "uncertainty_covered": number(mode.relative),
+            })
+        })
+        .collect();
+    let steps: Vec<Value> = design.steps.iter().map(step_json).collect();
+    json!({
+        "mu_peak": number(design.full.covered.upper),
+        "mu_lower_peak": number(design.full.covered.lower),
+        "gamma": number(design.gamma),
+        "iterations": design.steps.len(),
+        "d_order": design.d_order,
+        "controller_order_full": 2 * design.full.order,
+        "controller_order": 2 * design.rounded.order,
+        "mu_peak_reduced": number(design.reduced.covered.upper),
+        "mu_peak_discrete": number(design.rounded.covered.upper),
+        "mu_peak_discrete_lower": number(design.rounded.covered.lower),
+        "stable": design.verification.is_stable(),
+        "stable_speeds_rpm": numbers(&stable),
+        "controller_growth_rate_per_s": number(design.controller_growth_rate_per_s),
+        "complementary_sensitivity_limit": design.problems.sensitivity_limit.map(number),
+        "table_as_written": {
+            "mu_peak": number(design.full.specification.upper),
+            "mu_peak_reduced": number(design.reduced.specification.upper),
+            "mu_peak_discrete": number(design.rounded.specification.upper),
+            "mu_lower_peak_discrete": number(design.rounded.specification.lower),
+            "frequency_hz": number(design.rounded.specification.frequency_hz),
+        },
+        "gyroscopic_cover": modes,
+        "order_per_plane": [design.full.order, design.reduced.order, design.rounded.order],
+        "steps": steps,
+        "certificates": {
+            "full": stage_json(&design.full),
+            "reduced": stage_json(&design.reduced),
+            "rounded": stage_json(&design.rounded),
+            "verification": verification_json(&design.verification),
+        },
+    })
+}
+
+fn step_json(step: &crate::robust::dk::DkStep) -> Value {
+    json!({
+        "gamma": number(step.gamma),
+        "mu_peak": number(step.mu_peak),
+        "controller_order": step.controller_order,
+        "d_orders": step.d_orders,
+        "failure": step.failure,
+    })
+}
+
+fn stage_json(stage: &Stage) -> Value {
+    let peak = |p: &PeakFigures| json!({ "upper": number(p.upper), "lower": number(p.lower), "frequency_hz": number(p.frequency_hz) });
+    json!({
+        "order_per_plane": stage.order,
+        "table_as_written": peak(&stage.specification),
+        "with_gyroscopic_cover": peak(&stage.covered),
+    })
+}
+
+/// Stability over speed.
+pub fn verification_json(verification: &Verification) -> Value {
+    let speeds: Vec<Value> = verification
+        .speeds
+        .iter()
+        .map(|s| json!({ "speed_rpm": number(s.speed_rpm), "growth_rate_per_s": number(s.growth_rate_per_s) }))
+        .collect();
+    json!({ "conditions": verification.conditions, "speeds": speeds })
+}
+
+/// The `stiffness.<controller>` object.
+pub fn stiffness_json(prediction: &Prediction) -> Value {
+    json!({
+        "minimum_n_per_m": number(prediction.minimum.0),
+        "minimum_frequency_hz": number(prediction.minimum.1),
+        "at_10_hz_n_per_m": number(prediction.at_10_hz_n_per_m),
+        "at_max_speed_n_per_m": number(prediction.at_max_speed_n_per_m),
+    })
+}
+
+/// The `sensitivity.<controller>` object (ISO 14839-3).
+pub fn sensitivity_json(prediction: &Prediction) -> Value {
+    let db = |axis: usize| number(20.0 * prediction.sensitivity.peak(axis).0.log10());
+    json!({
+        "front_db": db(0),
+        "rear_db": db(2),
+        "axes_db": [db(0), db(1), db(2), db(3)],
+        "zone": prediction.sensitivity.zone().letter(),
+    })
+}
+
+/// Closed-loop damping ratio near each flexible mode of the free rotor: the least damped pole within 15 %.
+pub fn modal_damping_json(prediction: &Prediction, flexible_rad_s: &[f64]) -> Value {
+    let least = |omega: &f64| {
+        let near = |p: &&c64| (p.norm() / omega - 1.0).abs() < 0.15 && p.im > 0.0;
+        prediction
+            .poles_rad_s
+            .iter()
+            .filter(near)
+            .map(|p| -p.re / p.norm())
+            .min_by(f64::total_cmp)
+    };
+    Value::Array(
+        flexible_rad_s
+            .iter()
+            .map(|w| least(w).map_or(Value::Null, number))
+            .collect(),
+    )
+}
+
+/// Name and masses of the machine, and its natural frequencies at rest.
+pub fn machine_json(machine: &Machine, flexible_hz: &[f64]) -> Value {
+    json!({
+        "spindle": machine.spindle.name,
+        "tool": machine.tool.name,
+        "flexible_frequencies_hz": numbers(flexible_hz),
+    })
+}

@@ -1,0 +1,88 @@
+//! The rotating shaft without magnets as a sum over its whirl modes, so that a frequency costs O(modes·ports²).
+//!
+//! With z = (Λ^{1/2}η, η̇), Λ = diag ω²:  ż = A z + (0, Φᵀf),  A = [[0, Λ^{1/2}], [−(Λ − jK_c)Λ^{−1/2}, −C + jΩG]]. Without C and K_c
+//! A is skew-Hermitian, so with the light damping of a shaft its eigenvectors V are almost orthogonal and safe to use.
+//! x_p(jω) = φ_p η̇/(jω) = Σ_k (φ_p V_k)(V⁻¹ Φᵀ)_{kq}/(jω (jω − λ_k)) f_q; free translation is λ = 0, exactly.
+
+use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
+
+/// Poles and port amplitudes of the whirl modes.
+#[derive(Clone, Debug)]
+pub struct WhirlForm {
+    poles: Vec<c64>,
+    /// Ports × poles.
+    read: Mat<c64>,
+    /// Poles × ports.
+    force: Mat<c64>,
+}
+
+/// Largest residual of an eigenpair, and of V V⁻¹ − I, at which the form is used; rounding leaves 1e-13.
+const TRUSTED: f64 = 1e-10;
+
+impl WhirlForm {
+    /// The form of a shaft with the given angular frequencies, damping 2ζω, circulatory stiffness, Ω·G and amplitudes at the
+    /// ports (ports × coordinates); `None` when the eigenvectors are not accurate, as near a repeated eigenvalue.
+    pub fn new(
+        omega_rad_s: &[f64],
+        damping: &[f64],
+        circulatory: &[f64],
+        gyroscopic: &Mat<f64>,
+        ports: &Mat<f64>,
+    ) -> Option<Self> {
+        let n = omega_rad_s.len();
+        let flexible: Vec<usize> = (0..n).filter(|k| omega_rad_s[*k] > 0.0).collect();
+        let m = flexible.len();
+        let zero = c64::new(0.0, 0.0);
+        let a = Mat::from_fn(m + n, m + n, |i, j| match (i < m, j < m) {
+            (true, true) => zero,
+            (true, false) if flexible[i] == j - m => c64::new(omega_rad_s[j - m], 0.0),
+            (false, true) if flexible[j] == i - m => {
+                let w = omega_rad_s[i - m];
+                c64::new(-w, circulatory[i - m] / w)
+            }
+            (false, false) => {
+                let (i, j) = (i - m, j - m);
+                let own = if i == j { -damping[i] } else { 0.0 };
+                c64::new(own, gyroscopic[(i, j)])
+            }
+            _ => zero,
+        });
+        let eigen = eigen_vectors_complex(&a).ok()?;
+        let inverse = solve_complex(&eigen.vectors, &Mat::identity(m + n, m + n));
+        let unit = &eigen.vectors * &inverse - Mat::<c64>::identity(m + n, m + n);
+        // NaN must fail too.
+        let trusted = eigen.residual < TRUSTED && unit.norm_max() < TRUSTED;
+        if !trusted {
+            return None;
+        }
+        let p = ports.nrows();
+        Some(Self {
+            poles: eigen.values,
+            read: Mat::from_fn(p, m + n, |i, k| {
+                (0..n).fold(zero, |sum, c| {
+                    sum + eigen.vectors[(m + c, k)] * ports[(i, c)]
+                })
+            }),
+            force: Mat::from_fn(m + n, p, |k, j| {
+                (0..n).fold(zero, |sum, c| sum + inverse[(k, m + c)] * ports[(j, c)])
+            }),
+        })
+    }
+
+    /// Receptance between the ports at a signed angular frequency, `residual` added.
+    pub fn receptance(&self, omega_rad_s: f64, residual: &Mat<f64>) -> Mat<c64> {
+        let p = self.read.nrows();
+        let s = c64::new(0.0, omega_rad_s);
+        let gains: Vec<c64> = self
+            .poles
+            .iter()
+            .map(|pole| (s * (s - pole)).inv())
+            .collect();
+        let scaled = Mat::from_fn(gains.len(), p, |k, j| gains[k] * self.force[(k, j)]);
+        Mat::from_fn(p, p, |i, j| {
+            (0..gains.len()).fold(c64::new(residual[(i, j)], 0.0), |sum, k| {
+                sum + self.read[(i, k)] * scaled[(k, j)]
+            })
+        })
+    }
+}

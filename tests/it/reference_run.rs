@@ -1,0 +1,115 @@
+//! The committed reference run: a new run gives the same numbers, and two runs give the same bytes at any thread count.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+fn run(out: &Path, threads: &str) -> String {
+    let output = Command::cargo_bin("muspin")
+        .unwrap()
+        .env("RAYON_NUM_THREADS", threads)
+        .args(["run", "--out"])
+        .arg(out)
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    assert!(errors.is_empty(), "a pipe gets no progress: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn files(root: &Path, folder: &Path, all: &mut BTreeMap<String, Vec<u8>>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(root, &path, all);
+        } else {
+            let name = path.strip_prefix(root).unwrap().display().to_string();
+            all.insert(name, std::fs::read(&path).unwrap());
+        }
+    }
+}
+
+fn tree(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    files(root, root, &mut all);
+    all
+}
+
+fn figure(summary: &Value, key: &str) -> f64 {
+    let value = summary.pointer(&format!("/{}", key.replace('.', "/")));
+    value
+        .and_then(Value::as_f64)
+        .unwrap_or_else(|| panic!("{key} is missing"))
+}
+
+#[test]
+fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes() {
+    let temporary = tempfile::tempdir().unwrap();
+    let (first, second) = (
+        temporary.path().join("first"),
+        temporary.path().join("second"),
+    );
+    let words = run(&first, "1");
+    run(&second, "2");
+    assert!(words.contains("stable at every speed checked"), "{words}");
+    let (a, b) = (tree(&first), tree(&second));
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (name, bytes) in &a {
+        assert!(
+            bytes == &b[name],
+            "{name} differs between one and two threads"
+        );
+    }
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/reference");
+    let read = |root: &Path| -> Value {
+        serde_json::from_slice(&std::fs::read(root.join("summary.json")).unwrap()).unwrap()
+    };
+    let (old, new) = (read(&committed), read(&first));
+    // Other processors sum in another order; iterations stop at relative tolerances of 1e-3 in γ.
+    for (key, tolerance) in [
+        ("updating.modulus_factors.e13", 1e-3),
+        ("design.gamma", 2e-3),
+        ("design.mu_peak_discrete", 5e-3),
+        ("design.table_as_written.mu_peak_discrete", 5e-3),
+        ("stiffness.mu.minimum_n_per_m", 1e-2),
+        ("stiffness.mu.at_10_hz_n_per_m", 1e-2),
+        // A random search that ends near, not at, the optimum.
+        ("stiffness.pid.minimum_n_per_m", 5e-2),
+    ] {
+        let (o, n) = (figure(&old, key), figure(&new, key));
+        assert!((n / o - 1.0).abs() < tolerance, "{key}: {n} against {o}");
+    }
+    assert!(figure(&new, "design.table_as_written.mu_peak_discrete") <= 1.0);
+    let list = new
+        .pointer("/design/stable_speeds_rpm")
+        .unwrap()
+        .as_array()
+        .unwrap()
+        .clone();
+    for rpm in [0.0, 10e3, 20e3, 30e3, 40e3, 50e3] {
+        assert!(
+            list.iter().any(|v| v.as_f64() == Some(rpm)),
+            "not stable at {rpm} rpm"
+        );
+    }
+    // Published frequencies, each within 0.1 % by both methods; nominal model as the independent one.
+    for method in ["", ".nelder_mead"] {
+        for key in ["resonances", "antiresonances/front", "antiresonances/rear"] {
+            let pointer = format!("/updating{}/errors_percent/{key}", method.replace('.', "/"));
+            let errors = new.pointer(&pointer).and_then(Value::as_array).unwrap();
+            for e in errors.iter().filter_map(Value::as_f64) {
+                assert!(e.abs() < 0.1, "{pointer}: {e} %");
+            }
+        }
+    }
+    let nominal = new
+        .pointer("/model/nominal/flexible_frequencies_hz")
+        .unwrap();
+    for (k, f) in [1165.151, 2304.000, 3425.590].iter().enumerate() {
+        let found = nominal[k].as_f64().unwrap();
+        // The published digits end at a thousandth of a hertz.
+        assert!((found - f).abs() < 6e-4, "{found} against {f}");
+    }
+}

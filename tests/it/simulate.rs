@@ -1,0 +1,332 @@
+//! Nonlinear time response: force law against its closed form and derivatives, small signals against the linear loop,
+//! limits and contact, and the commands `export` and `simulate` end to end.
+
+use muspin::controller::arithmetic::{Float32Program, float32};
+use muspin::controller::pid_tune::{TuneSettings, textbook};
+use muspin::controller::realise::modal_form;
+use muspin::controller::scaling::{SignalLimits, scaled};
+use muspin::controller::{ControlLaw, Controller};
+use muspin::input::load_machine;
+use muspin::linalg::Mat;
+use muspin::lti::connect::lower_lft;
+use muspin::lti::{Discrete, StateSpace};
+use muspin::predict::time::TimeSettings;
+use muspin::predict::time_cases::{Case, figures, run_case};
+use muspin::predict::time_force::{BackupBearing, Magnet};
+use muspin::report::controller_json::controller_json;
+use muspin::spindle::{Machine, ModelDetail, Plant};
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+fn machine() -> Machine {
+    load_machine("reference", "paper-tool").unwrap()
+}
+
+/// The textbook PID: quickly found, stable at every speed.
+fn pid() -> (Controller, StateSpace<Discrete>) {
+    static FOUND: OnceLock<Controller> = OnceLock::new();
+    let controller = FOUND
+        .get_or_init(|| {
+            textbook(&machine(), &TuneSettings::quick())
+                .unwrap()
+                .controller
+        })
+        .clone();
+    let ControlLaw::Discrete(law) = controller.law.clone() else {
+        panic!("sampled")
+    };
+    (controller, law)
+}
+
+fn program(law: &StateSpace<Discrete>) -> Float32Program {
+    let limits = SignalLimits {
+        input_m: 2.54e-4,
+        output_a: 3.0,
+    };
+    float32(&scaled(&modal_form(law).unwrap(), limits).unwrap()).unwrap()
+}
+
+#[test]
+fn the_force_law_is_the_closed_form_with_the_gains_of_the_file() {
+    let machine = machine();
+    let bearing = machine.spindle.front;
+    let magnet = Magnet::new(&bearing, &machine.effective().bearings[0], 300.0);
+    let kappa = bearing.ks_n_per_m * bearing.gap_m / (bearing.ki_n_per_a * bearing.bias_current_a);
+    for (i, x) in [(0.3, 2e-5), (-1.2, 1e-4), (2.9, -2e-4), (0.0, 0.0)] {
+        let (eta, xi) = (i / bearing.bias_current_a, kappa * x / bearing.gap_m);
+        let closed: f64 =
+            bearing.ki_n_per_a * bearing.bias_current_a * (eta + xi) * (1.0 + eta * xi)
+                / (1.0 - xi * xi).powi(2);
+        assert!((magnet.force_n(i, x) - closed).abs() < 1e-9 * closed.abs().max(1.0));
+    }
+    let slope = |f: &dyn Fn(f64) -> f64, h: f64| (f(h) - f(-h)) / (2.0 * h);
+    let by_current = slope(&|h| magnet.force_n(h, 0.0), 1e-4);
+    let by_position = slope(&|h| magnet.force_n(0.0, h), 1e-9);
+    assert!((by_current / bearing.ki_n_per_a - 1.0).abs() < 1e-9);
+    assert!((by_position / bearing.ks_n_per_m - 1.0).abs() < 1e-6);
+    // Full one-sided current: about the static capacity of the file.
+    assert!((magnet.force_n(5.0, 0.0) / bearing.max_force_n - 1.0).abs() < 0.05);
+}
+
+#[test]
+fn voltage_limits_the_slew_of_the_current() {
+    let machine = machine();
+    let effective = machine.effective();
+    let magnet = Magnet::new(&machine.spindle.front, &effective.bearings[0], 300.0);
+    // L = 24.4 mH from the force constant; 300 V drive 12.3 A/ms.
+    let (next, limited) = magnet.advance(0.0, 3.0, 1e-5);
+    assert!(
+        limited && (next / 1e-5 / 12_300.0 - 1.0).abs() < 0.1,
+        "{}",
+        next / 1e-5
+    );
+    let (next, limited) = magnet.advance(0.0, 0.01, 1e-5);
+    assert!(
+        !limited && (next / (0.01 * (1.0 - (-TAU * 2000.0 * 1e-5f64).exp())) - 1.0).abs() < 1e-12
+    );
+}
+
+#[test]
+fn contact_pushes_back_and_never_pulls() {
+    let backup = BackupBearing {
+        clearance_m: 2.54e-4,
+        stiffness_n_per_m: 3e7,
+        damping_n_s_per_m: 3e3,
+        friction: 0.1,
+        radius_m: 0.02,
+    };
+    assert_eq!(
+        backup.force_n([2.5e-4, 0.0], [1.0, 0.0], 5000.0),
+        [0.0, 0.0]
+    );
+    let f = backup.force_n([2.64e-4, 0.0], [0.0, 0.0], 5000.0);
+    assert!(
+        (f[0] + 300.0).abs() < 1e-6 && (f[1] + 30.0).abs() < 1e-6,
+        "{f:?}"
+    );
+    assert_eq!(
+        backup.force_n([2.55e-4, 0.0], [-1.0, 0.0], 0.0)[0].abs(),
+        0.0
+    );
+}
+
+#[test]
+fn small_signals_follow_the_linear_prediction() {
+    let machine = machine();
+    let (_, law) = pid();
+    let force = 0.5;
+    let settings = TimeSettings {
+        quantum_m: 0.0,
+        ..TimeSettings::default()
+    };
+    for speed in [0.0, 3000.0] {
+        let case = Case::Step { force_n: force };
+        let found = run_case(&machine, &program(&law), case, speed, 0.05, &settings).unwrap();
+        let detail = ModelDetail::Modes {
+            flexible: settings.flexible_modes,
+            static_residual: false,
+        };
+        let plant = Plant::new(&machine, speed, detail)
+            .unwrap()
+            .sampled()
+            .unwrap();
+        let open = plant.select(&[4, 5, 0, 1, 2, 3], &[4, 0, 1, 2, 3]);
+        let closed = lower_lft(&open, &law).unwrap();
+        let mut x = Mat::<f64>::zeros(closed.order(), 1);
+        let (mut worst, mut peak) = (0.0f64, 0.0f64);
+        for sample in &found.samples {
+            let y = &closed.c * &x;
+            for axis in 0..2 {
+                let expected = y[(axis, 0)] + closed.d[(axis, 0)] * force;
+                worst = worst.max((sample.displacements_m[axis] - expected).abs());
+                peak = peak.max(expected.abs());
+            }
+            let input = Mat::from_fn(closed.order(), 1, |i, _| closed.b[(i, 0)] * force);
+            x = &closed.a * &x + input;
+        }
+        // Second-order force terms are 1e-4 at this size, the integrator's substep 1e-3.
+        assert!(
+            worst < 3e-3 * peak,
+            "{worst:e} of {peak:e} m at {speed} rad/s"
+        );
+        assert!(peak > 1e-8);
+    }
+}
+
+#[test]
+fn the_rotor_lifts_off_and_unbalance_stays_inside_the_clearance() {
+    let machine = machine();
+    let (_, law) = pid();
+    let settings = TimeSettings::default();
+    let lift = run_case(&machine, &program(&law), Case::LiftOff, 0.0, 0.5, &settings).unwrap();
+    let start = lift.samples.first().unwrap();
+    let radius = start.displacements_m[2].hypot(start.displacements_m[3]);
+    assert!(
+        (radius / machine.spindle.backup_clearance_m - 1.0).abs() < 0.02,
+        "{radius}"
+    );
+    let f = figures(&machine, &lift);
+    assert!(
+        !lift.diverged && f.settled_displacement_m[1] < 2e-5,
+        "{f:?}"
+    );
+
+    let speed = 50_000.0 * TAU / 60.0;
+    let grade = Case::Unbalance { grade_m_s: 4e-4 };
+    let turning = run_case(&machine, &program(&law), grade, speed, 0.1, &settings).unwrap();
+    let f = figures(&machine, &turning);
+    assert!(
+        !turning.diverged && turning.in_contact == 0.0 && f.clearance_ratio < 0.3,
+        "{f:?}"
+    );
+    // The same once more gives the same numbers.
+    let again = run_case(&machine, &program(&law), grade, speed, 0.1, &settings).unwrap();
+    assert_eq!(turning.samples, again.samples);
+}
+
+#[test]
+fn too_hard_a_push_saturates_and_is_reported() {
+    let machine = machine();
+    let (_, law) = pid();
+    let case = Case::Step { force_n: 3000.0 };
+    let found = run_case(
+        &machine,
+        &program(&law),
+        case,
+        0.0,
+        0.05,
+        &TimeSettings::default(),
+    )
+    .unwrap();
+    assert!(found.current_limited > 0.1 && found.in_contact > 0.1);
+    let bad = TimeSettings {
+        substeps: 0,
+        ..TimeSettings::default()
+    };
+    assert!(run_case(&machine, &program(&law), case, 0.0, 0.05, &bad).is_err());
+}
+
+fn muspin(arguments: &[&str], folder: &std::path::Path) -> (i32, String, String) {
+    let output = assert_cmd::Command::cargo_bin("muspin")
+        .unwrap()
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (
+        output.status.code().unwrap(),
+        text(&output.stdout),
+        text(&output.stderr),
+    )
+}
+
+#[test]
+fn export_and_simulate_run_from_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let (controller, law) = pid();
+    std::fs::write(folder.path().join("pid.json"), controller_json(&controller)).unwrap();
+    let (code, out, err) = muspin(
+        &["export", "--controller", "pid.json", "--out", "x"],
+        folder.path(),
+    );
+    assert_eq!(code, 0, "{err}");
+    let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(summary["verified"], true);
+    let header = std::fs::read_to_string(folder.path().join("x/controller.h")).unwrap();
+    assert!(
+        header.contains("#define MUSPIN_VERIFIED 1")
+            && header.contains("verified, closed loop stable")
+    );
+    for name in [
+        "controller.c",
+        "coefficients.csv",
+        "test_vectors.csv",
+        "controller.mat",
+        "discrete.json",
+    ] {
+        assert!(folder.path().join("x").join(name).exists(), "{name}");
+    }
+    let sections = [
+        "export",
+        "--controller",
+        "pid.json",
+        "--form",
+        "sections",
+        "--format",
+        "c",
+        "--out",
+        "s",
+    ];
+    let (code, _, err) = muspin(&sections, folder.path());
+    assert_eq!(code, 0, "{err}");
+    assert!(!folder.path().join("s/discrete.json").exists());
+
+    // The wrong sign: refused, and with the flag written with a warning inside.
+    let wrong = Controller {
+        name: "wrong".to_owned(),
+        law: ControlLaw::Discrete(StateSpace {
+            c: &law.c * -1.0,
+            d: &law.d * -1.0,
+            ..law
+        }),
+    };
+    std::fs::write(folder.path().join("wrong.json"), controller_json(&wrong)).unwrap();
+    let (code, out, err) = muspin(
+        &["export", "--controller", "wrong.json", "--out", "w"],
+        folder.path(),
+    );
+    assert_eq!(code, 2);
+    assert!(
+        out.is_empty() && err.contains("unstable") && err.contains("--force-unverified"),
+        "{err}"
+    );
+    assert!(!folder.path().join("w").exists());
+    let forced = [
+        "export",
+        "--controller",
+        "wrong.json",
+        "--out",
+        "w",
+        "--force-unverified",
+    ];
+    assert_eq!(muspin(&forced, folder.path()).0, 1);
+    let header = std::fs::read_to_string(folder.path().join("w/controller.h")).unwrap();
+    assert!(header.contains("UNSTABLE") && header.contains("#define MUSPIN_VERIFIED 0"));
+
+    let simulate = [
+        "simulate",
+        "--controller",
+        "pid.json",
+        "--case",
+        "impulse",
+        "--duration",
+        "0.02",
+        "--out",
+        "t",
+    ];
+    let (code, out, err) = muspin(&simulate, folder.path());
+    assert_eq!(code, 0, "{err}");
+    let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(
+        summary["simulation"]["peak_displacement_m"]["tool"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+    assert!(folder.path().join("t/plots/orbits.svg").exists());
+    assert_eq!(
+        muspin(&["export", "--controller", "absent.json"], folder.path()).0,
+        2
+    );
+    let bad = [
+        "simulate",
+        "--controller",
+        "pid.json",
+        "--case",
+        "step",
+        "--force",
+        "-3",
+    ];
+    assert_eq!(muspin(&bad, folder.path()).0, 2);
+}
