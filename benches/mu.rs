@@ -32,7 +32,12 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 fn matrix(value: &Value) -> Mat<f64> {
-    let rows: Vec<Vec<f64>> = value.as_array().into_iter().flatten().map(numbers).collect();
+    let rows: Vec<Vec<f64>> = value
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(numbers)
+        .collect();
     Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
 
@@ -72,7 +77,9 @@ fn fits(c: &mut Criterion) {
     let omega = numbers(&data["omega"]);
     let ones = vec![1.0; omega.len()];
     let data = Magnitudes::new(omega, numbers(&data["magnitude"]), ones).expect("good data");
-    c.bench_function("D fit order 4", |b| b.iter(|| fit_quick(black_box(&data), 4)));
+    c.bench_function("D fit order 4", |b| {
+        b.iter(|| fit_quick(black_box(&data), 4))
+    });
 }
 
 fn iterations(c: &mut Criterion) {

@@ -77,7 +77,7 @@ pub struct DkSettings {
 impl Default for DkSettings {
     fn default() -> Self {
         Self {
-            max_iterations: 5,
+            max_iterations: 4,
             max_d_order: 4,
             target_mu: None,
             patience: 2,
@@ -85,7 +85,7 @@ impl Default for DkSettings {
             // A fifth of the 1e-3 that a claimed μ may be off by.
             certificate_slack: 2e-4,
             fit_range_rad_s: None,
-            descent_rounds: 40,
+            descent_rounds: 20,
         }
     }
 }
@@ -336,7 +336,7 @@ impl Run<'_> {
                 Err(_) => {
                     // Once more from the best, with half the change of scale.
                     idle += 1;
-                    next = blend(&best.scales, &scales, 0.5, &self.limits());
+                    next = best.scales.towards(&scales, 0.5, &self.limits());
                 }
             }
         }
@@ -378,7 +378,7 @@ impl Run<'_> {
             }
             let (lower, next) = descent.run(&scales, rounds.min(DESCENT_STAGE), enough);
             // NaN ends the descent as well.
-            let improves = next < level * (1.0 - self.settings.min_improvement);
+            let improves = next < level * (1.0 - WORTH_A_STAGE);
             if !improves {
                 return;
             }
@@ -423,6 +423,9 @@ impl Run<'_> {
             .filter(|(_, level)| level.is_finite())
             .collect();
         leveled.sort_by(|a, b| a.1.total_cmp(&b.1));
+        // A second valley is worth a stage only when its rim is about as deep.
+        let deepest = leveled.first().map_or(0.0, |s| s.1);
+        leveled.retain(|s| s.1 <= 1.02 * deepest);
         leveled.truncate(2);
         leveled.into_iter().map(|(s, _)| s).collect()
     }
@@ -554,26 +557,14 @@ impl Run<'_> {
     }
 }
 
+/// Relative fall of γ in a stage below which the descent ends.
+const WORTH_A_STAGE: f64 = 2e-3;
 /// D may be off its pointwise optimum by this, if it is smoother there; the better of the two is used.
 const SMOOTH_SLACKS: [f64; 2] = [1e-3, 3e-2];
 /// Gradients between two controllers of the descent.
 const DESCENT_STAGE: usize = 10;
 /// Sharper corners of D than ζ = 0.05 follow the grid, not the loop; ζ = 30 separates two real corners by 3.5 decades.
 const LN_DAMPING: (f64, f64) = (-3.0, 3.4);
-
-/// (1 − t)·a + t·b in the parameters; `None` when the factors are of different kinds.
-fn blend(a: &DScales, b: &DScales, t: f64, limits: &Limits) -> Option<DScales> {
-    let mut mixed = b.clone();
-    for ((target, x), y) in mixed.factors.iter_mut().zip(&a.factors).zip(&b.factors) {
-        if !x.orders_match(y) {
-            return None;
-        }
-        let (px, py) = (x.parameters(), y.parameters());
-        let values: Vec<f64> = px.iter().zip(&py).map(|(x, y)| x + t * (y - x)).collect();
-        *target = y.with_parameters(&values, limits);
-    }
-    Some(mixed)
-}
 
 fn record(iteration: usize, scales: &DScales, attempt: &Result<Iterate, DkError>) -> DkStep {
     let blank = DkStep {

@@ -3,7 +3,7 @@
 //! P_D = blkdiag(D_L, I) P blkdiag(D_R⁻¹, I) is the plant of the next synthesis; D_L repeats dᵢ over the outputs that block i
 //! reads, D_R over the inputs that it feeds. Repeated scalars get dᵢI: the bound of that choice holds for them, too.
 
-use super::dfit_factors::Factors;
+use super::dfit_factors::{Factors, Limits};
 use super::structure::Structure;
 use crate::augment::GeneralizedPlant;
 use crate::linalg::{Mat, NumericError, c64};
@@ -39,6 +39,21 @@ impl DScales {
             .iter()
             .map(|f| f.ln_magnitude(omega).exp())
             .collect()
+    }
+
+    /// (1 − t)·self + t·other in the parameters; `None` when the factors are of different kinds.
+    pub fn towards(&self, other: &Self, t: f64, limits: &Limits) -> Option<Self> {
+        let mut mixed = other.clone();
+        let pairs = self.factors.iter().zip(&other.factors);
+        for (target, (x, y)) in mixed.factors.iter_mut().zip(pairs) {
+            if !x.orders_match(y) {
+                return None;
+            }
+            let (px, py) = (x.parameters(), y.parameters());
+            let values: Vec<f64> = px.iter().zip(&py).map(|(x, y)| x + t * (y - x)).collect();
+            *target = y.with_parameters(&values, limits);
+        }
+        Some(mixed)
     }
 
     /// The scaled generalized plant.
