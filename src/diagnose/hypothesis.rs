@@ -111,7 +111,11 @@ impl Hypothesis {
 
     /// Step of a finite difference in coordinate `i`.
     pub fn step(&self, _i: usize) -> f64 {
-        1e-4
+        match self.kind {
+            // 0.05 mm: the shaft reads positions within 1 µm of a node as the node itself.
+            EffectKind::SensorOffset | EffectKind::ActuatorOffset => 0.05,
+            _ => 1e-4,
+        }
     }
 
     /// Whether two hypotheses name the same effect at the same place; positions count as one place, as they are fitted.
