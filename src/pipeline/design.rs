@@ -25,7 +25,6 @@ use crate::predict::closed_loop::both_planes;
 use crate::robust::dk::{DkSettings, DkStep, iterate};
 use crate::robust::prescale::scaled;
 use crate::spindle::Machine;
-use rayon::prelude::*;
 
 /// What a designer may turn, with the defaults of the reference run.
 #[derive(Clone, Debug)]

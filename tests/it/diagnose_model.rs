@@ -37,7 +37,7 @@ fn reduced_model_answers_as_the_plant() {
             )
             .expect("plant");
             let assembled = model
-                .assemble(&zero, std::slice::from_ref(effect), speed, false)
+                .assemble(&zero, std::slice::from_ref(&effect), speed, false)
                 .expect("assembled");
             // Damping of a mode with an added mass is that of the nominal mode here: differs at the peaks only.
             let tolerance = match effect.kind {
