@@ -8,6 +8,7 @@ pub mod problems;
 use crate::controller::ControllerError;
 use crate::controller::verification::VerificationError;
 use crate::linalg::NumericError;
+use crate::predict::chatter::ChatterError;
 use crate::robust::dk::DkError;
 use crate::robust::{MuError, SynthesisError};
 use crate::spindle::SpindleError;
@@ -44,6 +45,9 @@ pub enum PipelineError {
     /// Reduction, realisation or rounding.
     #[error("controller: {0}")]
     Controller(#[from] ControllerError),
+    /// Stability lobes.
+    #[error("chatter: {0}")]
+    Chatter(#[from] ChatterError),
     /// Stability over speed.
     #[error("verification: {0}")]
     Verification(#[from] VerificationError),

@@ -8,13 +8,17 @@ use crate::controller::Controller;
 use crate::controller::pid_tune::{TuneSettings, textbook, tune};
 use crate::controller::verification::verify;
 use crate::input::{load_controller, load_measurement};
-use crate::pipeline::comparison::{Prediction, discrete, predict};
+use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict};
+use crate::predict::chatter::{Engagement, Material};
+use crate::report::plot::Curve;
 use crate::report::plot::Role;
+use crate::report::plot::machining::chatter_lobes;
 use crate::report::results::ResultsFolder;
 use crate::report::run_figures::{Measured, predictions};
 use crate::report::run_summary::{modal_damping_json, verification_json};
 use crate::report::summary::{Summary, number};
 use crate::rotor::modes::PlanarModes;
+use std::f64::consts::TAU;
 
 /// Speeds checked for stability, evenly spaced from zero to the top speed.
 const SPEEDS: usize = 11;
@@ -33,6 +37,18 @@ pub struct Arguments {
     /// Speeds in rpm, separated by commas; default: standstill and the top speed
     #[arg(long, value_delimiter = ',')]
     speeds: Vec<f64>,
+    /// Tangential cutting force coefficient of the workpiece for the stability lobes, Pa (aluminium 8e8, steel 2e9)
+    #[arg(long, default_value_t = 8e8)]
+    tangential_pa: f64,
+    /// Radial over tangential cutting force
+    #[arg(long, default_value_t = 0.3)]
+    radial_ratio: f64,
+    /// Teeth of the cutter
+    #[arg(long, default_value_t = 2)]
+    teeth: usize,
+    /// Radial width of cut over diameter, down milling; 1 is a slot
+    #[arg(long, default_value_t = 0.5)]
+    radial_width: f64,
     /// Folder for summary, pictures and report
     #[arg(long, default_value = "results/compare")]
     out: String,
@@ -79,6 +95,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .collect();
     let period = machine.spindle.electronics.sample_period_s();
     let mut runs: Vec<(Role, Prediction)> = vec![];
+    let (material, cut) = cut(arguments)?;
+    let top = machine.spindle.max_rpm;
+    let lobe_speeds: Vec<f64> = (1..=LOBE_POINTS)
+        .map(|k| top * k as f64 / LOBE_POINTS as f64)
+        .collect();
+    let mut lobes: Vec<(Role, String, Vec<f64>)> = vec![];
     for (name, (role, controller)) in keys(&controllers).iter().zip(&controllers) {
         progress.stage(format!("predictions for {name}"));
         let each = speeds
@@ -108,6 +130,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             &format!("stability.{name}.certificates"),
             verification_json(&checked),
         );
+        let limit = chatter_limit(&machine, controller, top, &material, &cut)?;
+        let minimum = limit.minimum();
+        summary.set(
+            &format!("chatter.{name}.minimum_depth_m"),
+            number(minimum.map_or(f64::NAN, |m| m.depth_m)),
+        );
+        summary.set(
+            &format!("chatter.{name}.frequency_hz"),
+            number(minimum.map_or(f64::NAN, |m| m.omega_rad_s / TAU)),
+        );
+        let angular: Vec<f64> = lobe_speeds.iter().map(|rpm| rpm * TAU / 60.0).collect();
+        lobes.push((*role, name.clone(), limit.depths(&angular)));
         runs.extend(each.into_iter().map(|mut p| {
             p.name.clone_from(name);
             (*role, p)
@@ -129,10 +163,41 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for (stem, figure) in predictions(&shown, &measured, machine.spindle.max_rpm / 60.0) {
         folder.add_plot(&stem, &figure)?;
     }
+    let curves: Vec<Curve> = lobes
+        .iter()
+        .map(|(role, name, depth)| Curve {
+            name,
+            role: *role,
+            x: &lobe_speeds,
+            y: depth,
+        })
+        .collect();
+    folder.add_plot(
+        "chatter",
+        &chatter_lobes("Stable depth of cut", &curves, top),
+    )?;
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
     stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
     Ok(result)
+}
+
+/// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
+const LOBE_POINTS: usize = 1000;
+
+fn cut(arguments: &Arguments) -> Result<(Material, Engagement), Failure> {
+    let width = arguments.radial_width;
+    if !(width > 0.0 && width <= 1.0) {
+        return Err(
+            Failure::new(format!("--radial-width: {width} must lie between 0 and 1"))
+                .with_hint("1 is a slot, 0.5 half the diameter"),
+        );
+    }
+    let material = Material {
+        tangential_pa: arguments.tangential_pa,
+        radial_ratio: arguments.radial_ratio,
+    };
+    Ok((material, Engagement::down_milling(arguments.teeth, width)))
 }
 
 /// Names of the controllers as keys: blanks become underscores, repeated names get a number.

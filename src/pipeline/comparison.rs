@@ -5,10 +5,12 @@ use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
-use crate::predict::closed_loop::{close, equivalent_poles};
+use crate::predict::chatter::{Engagement, Material, StabilityLimit, milling};
+use crate::predict::closed_loop::{close, compliance, equivalent_poles};
 use crate::predict::sensitivity::{AxisSensitivity, axis_sensitivity};
 use crate::predict::stiffness::{DynamicStiffness, dynamic_stiffness, stiffness_at};
 use crate::spindle::{Machine, ModelDetail, Plant};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Band of the tool's dynamic stiffness and of the sensitivity, Hz.
@@ -74,6 +76,41 @@ pub fn predict(
         stiffness,
     })
 }
+
+/// Stability lobes of milling with a controller at a speed, from the closed-loop tool compliance in both axes.
+///
+/// # Errors
+/// [`PipelineError`] when the plant or the loop cannot be built, or the cut is out of range.
+pub fn chatter_limit(
+    machine: &Machine,
+    controller: &Controller,
+    speed_rpm: f64,
+    material: &Material,
+    cut: &Engagement,
+) -> Result<StabilityLimit, PipelineError> {
+    let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
+    let period = machine.spindle.electronics.sample_period_s();
+    let law = discrete(controller, period)?;
+    let loop_system =
+        close(&plant.sampled()?, &law).map_err(PipelineError::numeric("closed loop"))?;
+    let poles =
+        equivalent_poles(&loop_system).map_err(PipelineError::numeric("closed-loop poles"))?;
+    let grid = FrequencyGrid::log_hz(CHATTER_BAND_HZ.0, CHATTER_BAND_HZ.1, GRID_POINTS)
+        .refine_round_poles(&poles, POINTS_A_SIDE);
+    let tool: Vec<_> = grid
+        .omega_rad_s()
+        .par_iter()
+        .map(|w| {
+            compliance(&plant, controller, *w)
+                .submatrix(0, 0, 2, 2)
+                .to_owned()
+        })
+        .collect();
+    Ok(milling(grid.omega_rad_s(), &tool, material, cut)?)
+}
+
+/// Band in which chatter is looked for, Hz: from the rigid-body modes to beyond the modes of the design.
+const CHATTER_BAND_HZ: (f64, f64) = (20.0, 6000.0);
 
 /// The law in sampled time; a continuous one by Tustin's rule, as the loop would run it.
 ///

@@ -20,7 +20,7 @@ use crate::controller::{ControlLaw, Controller};
 use crate::lti::balance::frequency_weighted_balance;
 use crate::lti::connect::lower_lft;
 use crate::lti::sample::{inverse_tustin, tustin};
-use crate::lti::{Continuous, Discrete, StateSpace};
+use crate::lti::{Continuous, StateSpace};
 use crate::predict::closed_loop::both_planes;
 use crate::robust::dk::{DkSettings, DkStep, iterate};
 use crate::robust::prescale::scaled;
@@ -104,6 +104,8 @@ pub struct Design {
     pub continuous: Controller,
     /// Stability of the full sampled plant with it, over speed.
     pub verification: Verification,
+    /// The same from the top speed to 20 % above it.
+    pub overspeed: Verification,
 }
 
 impl Design {
@@ -165,6 +167,17 @@ pub fn design(
             "full finite-element plant, exact delay, sampled; coefficients rounded to float32",
         )?
     };
+    let mut faster = machine.clone();
+    faster.spindle.max_rpm *= OVERSPEED;
+    let mut overspeed = verify(
+        &faster,
+        &rounded,
+        OVERSPEED_POINTS,
+        "as below the top speed",
+    )?;
+    overspeed
+        .speeds
+        .retain(|s| s.speed_rpm >= machine.spindle.max_rpm);
     let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
         mu_curve(plant, &rounded_plane, peak, period_s)
     };
@@ -190,9 +203,15 @@ pub fn design(
         controller: named("mu", ControlLaw::Discrete(rounded)),
         continuous: named("mu", ControlLaw::Continuous(both_planes(&physical))),
         verification,
+        overspeed,
         problems,
     })
 }
+
+/// Margin over the top speed that the loop should survive.
+const OVERSPEED: f64 = 1.2;
+/// Speeds from zero to the overspeed: steps of a tenth of the top speed.
+const OVERSPEED_POINTS: usize = 13;
 
 fn named(name: &str, law: ControlLaw) -> Controller {
     Controller {
@@ -248,12 +267,4 @@ fn reduce(
     }
     tried.push((full.order(), at_full.synthesis));
     Ok((full.clone(), tried))
-}
-
-/// Sampled law of a controller.
-pub fn sampled_law(controller: &Controller) -> Option<&StateSpace<Discrete>> {
-    match &controller.law {
-        ControlLaw::Discrete(law) => Some(law),
-        ControlLaw::Continuous(_) => None,
-    }
 }

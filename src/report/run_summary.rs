@@ -47,6 +47,7 @@ pub fn design_json(design: &Design) -> Value {
         "mu_peak_discrete_lower": number(design.rounded.covered.lower),
         "stable": design.verification.is_stable(),
         "stable_speeds_rpm": numbers(&stable),
+        "stable_at_20_percent_overspeed": design.overspeed.is_stable(),
         "controller_growth_rate_per_s": number(design.controller_growth_rate_per_s),
         "complementary_sensitivity_limit": design.problems.sensitivity_limit.map(number),
         "table_as_written": {
@@ -64,6 +65,7 @@ pub fn design_json(design: &Design) -> Value {
             "reduced": stage_json(&design.reduced),
             "rounded": stage_json(&design.rounded),
             "verification": verification_json(&design.verification),
+            "overspeed": verification_json(&design.overspeed),
         },
     })
 }
