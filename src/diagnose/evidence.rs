@@ -7,8 +7,9 @@
 //! Residuals are whitened by the Cholesky factor, χ² = 2Σ|w|² with the real and imaginary part counted each.
 
 use super::DiagnoseError;
+use super::chain::eliminate;
 use super::experiment::{Axis, Measurement};
-use super::model::{SIDE, Square, ZERO, eliminate};
+use super::model::{SIDE, Square, ZERO};
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
 use std::f64::consts::TAU;

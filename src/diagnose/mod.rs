@@ -5,6 +5,7 @@
 //! finds the most probable parameters; [`search`] chooses; [`localise`] looks for the place without a hypothesis;
 //! [`judge`] gives the verdict.
 
+pub mod chain;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
