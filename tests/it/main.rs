@@ -2,6 +2,7 @@
 mod architecture;
 mod augment;
 mod chatter;
+mod compare_batch;
 mod connections;
 mod control_cases;
 mod dfit;
