@@ -128,6 +128,11 @@ impl Hypothesis {
                 ))
     }
 
+    /// Whether the effect has one place only and few starts, so that its fit is always affordable.
+    pub fn sole(&self) -> bool {
+        self.place == Location::None && self.kind != EffectKind::HousingMode
+    }
+
     /// The effect that this coordinate vector would have without any size: how far the fit is from no effect, in σ.
     pub fn size(&self, theta: &[f64]) -> f64 {
         let null = match self.kind {
@@ -178,7 +183,12 @@ pub fn catalogue(
                 all.push(make(kind, Location::None, factor, &[factor]));
             }
             EffectKind::InternalDamping => all.push(make(kind, Location::None, 0.0, &[0.0])),
-            EffectKind::ToolMass => all.push(make(kind, Location::None, 0.0, &[0.0])),
+            EffectKind::ToolMass => {
+                // 0, 5 and 15 g: the resonance of a slender tool moves by more than its width.
+                for start in [0.0, 1.0, 3.0] {
+                    all.push(make(kind, Location::None, 0.0, &[start]));
+                }
+            }
             EffectKind::ToolJoint if !already => {
                 // A stiff joint, and one as soft as collets get.
                 for start in [[1.0, 1.0, 0.0], [6.0, 10.0, 0.5]] {

@@ -370,13 +370,15 @@ fn distinct(mut all: Vec<(Hypothesis, Fit)>, most: usize) -> Listed {
 
 type Screened = (Hypothesis, Point, f64);
 
-/// Hypotheses by predicted χ²: the best `most`, at most two starts of one name, and the others.
+/// Hypotheses by predicted χ²: the best `most`, at most two starts of one name, and one start of each effect that has one place
+/// only (a sharp resonance that moves far is not predicted by a linear step); then the others.
 fn shortlist(mut all: Vec<Screened>, most: usize) -> (Vec<Screened>, Vec<Screened>) {
     all.sort_by(|a, b| a.2.total_cmp(&b.2));
     let (mut kept, mut rest): (Vec<Screened>, Vec<Screened>) = (vec![], vec![]);
     for entry in all {
         let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
-        if kept.len() < most && twins < 2 {
+        let seed = entry.0.sole() && twins == 0;
+        if seed || kept.len() < most && twins < 2 {
             kept.push(entry)
         } else {
             rest.push(entry)
