@@ -2,8 +2,8 @@
 //! Hold: [Ad Bd; 0 I] = exp([A B; 0 0]·T). Tustin: s = k(z − 1)/(z + 1), k = 2/T, or ω/tan(ωT/2) when prewarped at ω.
 //! The bilinear formulas keep H∞ norm, Hankel values and stability (Ad is the Cayley transform of A).
 
+use super::delay::hold;
 use super::state_space::{Continuous, Discrete, StateSpace};
-use crate::linalg::exponential::exponential;
 use crate::linalg::{Mat, NumericError, solve};
 
 /// Zero-order hold: exact at the sample instants for inputs that are constant in between.
@@ -15,16 +15,10 @@ pub fn zoh(
     period_s: f64,
 ) -> Result<StateSpace<Discrete>, NumericError> {
     positive(period_s, "sample period")?;
-    let (n, m) = (system.order(), system.inputs());
-    let block = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) => system.a[(i, j)] * period_s,
-        (true, false) => system.b[(i, j - n)] * period_s,
-        _ => 0.0,
-    });
-    let e = exponential(&block)?;
+    let (a, b) = hold(&system.a, &system.b, period_s)?;
     StateSpace::new(
-        e.submatrix(0, 0, n, n).to_owned(),
-        e.submatrix(0, n, n, m).to_owned(),
+        a,
+        b,
         system.c.clone(),
         system.d.clone(),
         Discrete { period_s },

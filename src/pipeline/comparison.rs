@@ -50,15 +50,7 @@ pub fn predict(
     controller: &Controller,
     speed_rpm: f64,
 ) -> Result<Prediction, PipelineError> {
-    let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-    let period = machine.spindle.electronics.sample_period_s();
-    let law = discrete(controller, period)?;
-    let loop_system =
-        close(&plant.sampled()?, &law).map_err(PipelineError::numeric("closed loop"))?;
-    let poles =
-        equivalent_poles(&loop_system).map_err(PipelineError::numeric("closed-loop poles"))?;
-    let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1, GRID_POINTS)
-        .refine_round_poles(&poles, POINTS_A_SIDE);
+    let (plant, poles, grid) = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
     let stiffness = [0, 1].map(|axis| dynamic_stiffness(&plant, controller, axis, &grid));
     let minimum = stiffness
         .iter()
@@ -77,6 +69,25 @@ pub fn predict(
     })
 }
 
+/// The full plant at a speed, the poles of its sampled loop, and a grid over `band_hz` that is dense round them.
+fn closed_loop(
+    machine: &Machine,
+    controller: &Controller,
+    speed_rpm: f64,
+    band_hz: (f64, f64),
+) -> Result<(Plant, Vec<c64>, FrequencyGrid), PipelineError> {
+    let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
+    let period = machine.spindle.electronics.sample_period_s();
+    let law = discrete(controller, period)?;
+    let loop_system =
+        close(&plant.sampled()?, &law).map_err(PipelineError::numeric("closed loop"))?;
+    let poles =
+        equivalent_poles(&loop_system).map_err(PipelineError::numeric("closed-loop poles"))?;
+    let grid = FrequencyGrid::log_hz(band_hz.0, band_hz.1, GRID_POINTS)
+        .refine_round_poles(&poles, POINTS_A_SIDE);
+    Ok((plant, poles, grid))
+}
+
 /// Stability lobes of milling with a controller at a speed, from the closed-loop tool compliance in both axes.
 ///
 /// # Errors
@@ -88,15 +99,7 @@ pub fn chatter_limit(
     material: &Material,
     cut: &Engagement,
 ) -> Result<StabilityLimit, PipelineError> {
-    let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-    let period = machine.spindle.electronics.sample_period_s();
-    let law = discrete(controller, period)?;
-    let loop_system =
-        close(&plant.sampled()?, &law).map_err(PipelineError::numeric("closed loop"))?;
-    let poles =
-        equivalent_poles(&loop_system).map_err(PipelineError::numeric("closed-loop poles"))?;
-    let grid = FrequencyGrid::log_hz(CHATTER_BAND_HZ.0, CHATTER_BAND_HZ.1, GRID_POINTS)
-        .refine_round_poles(&poles, POINTS_A_SIDE);
+    let (plant, _, grid) = closed_loop(machine, controller, speed_rpm, CHATTER_BAND_HZ)?;
     let tool: Vec<_> = grid
         .omega_rad_s()
         .par_iter()

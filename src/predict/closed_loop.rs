@@ -78,21 +78,6 @@ pub fn equivalent_poles(closed: &StateSpace<Discrete>) -> Result<Vec<c64>, Numer
         .collect())
 }
 
-/// Largest growth rate of the sampled closed loop, 1/s: negative when stable.
-///
-/// # Errors
-/// As [`close`].
-pub fn growth_rate(
-    plant: &StateSpace<Discrete>,
-    controller: &StateSpace<Discrete>,
-) -> Result<f64, NumericError> {
-    let poles = close(plant, controller)?.poles()?;
-    Ok(poles
-        .into_iter()
-        .map(|z| plant.time.growth_rate(z))
-        .fold(f64::NEG_INFINITY, f64::max))
-}
-
 /// Two equal one-plane controllers (channels front, rear) as one controller for front_x, front_y, rear_x, rear_y.
 pub fn both_planes<T: TimeBase>(plane: &StateSpace<T>) -> StateSpace<T> {
     let n = plane.order();
