@@ -395,13 +395,24 @@ impl Problem<'_> {
         });
         let step = solve(&normal, &slope)?;
         let gain: f64 = (0..n + d).map(|k| step[(k, 0)] * slope[(k, 0)]).sum();
-        let mut there = from.clone();
-        for i in 0..d {
-            // Half way of a long step: the prediction is linear.
+        // The whole step where it is short, the same direction where it is long: the prediction is linear. The small parameters
+        // go along, as they have taken up what the new effect explains.
+        let share = (0..d).fold(1.0f64, |share, i| {
             let limit = 2.0 + theta[i].abs();
-            there.theta[last][i] += step[(n + i, 0)].clamp(-limit, limit);
+            share.min(limit / step[(n + i, 0)].abs().max(f64::MIN_POSITIVE))
+        });
+        let mut there = from.clone();
+        for (k, p) in there.p.iter_mut().enumerate() {
+            *p = (*p + share * step[(k, 0)]).clamp(-0.5, 3.0);
         }
-        hypothesis.clamp(&mut there.theta[last]);
+        let mut c = there.p.len();
+        for (h, theta) in self.effects.iter().zip(&mut there.theta) {
+            for t in theta.iter_mut() {
+                *t += share * step[(c, 0)];
+                c += 1;
+            }
+            h.clamp(theta);
+        }
         let data: f64 = here.iter().map(|r| r * r).sum();
         let chi2 = data + self.prior(&from.p) - gain;
         // The longer a step, the less a linear prediction is worth; a negative χ² is none.

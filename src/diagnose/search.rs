@@ -25,7 +25,7 @@ const FAILS: f64 = 1.0;
 /// χ² per residual above which lower floors are not tried: what misses by that much will not fit more closely.
 const HOPELESS: f64 = 10.0;
 /// Least fall of the score for another effect.
-pub const ACCEPT: f64 = 12.0;
+pub const ACCEPT: f64 = 16.0;
 /// Scores closer than this cannot be told apart (odds of 1 to 30), see [`Round`].
 pub const TIE: f64 = 7.0;
 /// Names that reach the thinned second screening, all lines, and the final floor.
@@ -233,12 +233,22 @@ impl Search<'_> {
             })
             .collect();
         let (first, mut ranking) = shortlist(first, lists[0]);
+        if std::env::var("DBG").is_ok() {
+            eprintln!("== round present {:?} floor {w} failure {}", present.iter().map(|h| h.kind.name()).collect::<Vec<_>>(), standing.failure);
+            for (h, at, c) in &first { eprintln!("   first {c:.0} {} {:?} from {:?} to {:?}", h.kind.name(), h.place, h.start, at.theta.last()); }
+            for (h, at, c) in ranking.iter().filter(|r| r.0.kind.name().starts_with("tool")) { eprintln!("   OUT {c:.0} {} {:?} from {:?} to {:?}", h.kind.name(), h.place, h.start, at.theta.last()); }
+        }
         let second: Vec<(Hypothesis, Fit)> = first
             .par_iter()
             .filter_map(|(h, at, _)| {
-                Some((h.clone(), fit(h, at, thin(3), &[(w, 3), (lower, 4)]).ok()?))
+                // From a coarser floor again: the new effect may have moved what the small parameters had been fitted to.
+                let stages = [(3.0 * w, 3), (w, 3), (lower, 4)];
+                Some((h.clone(), fit(h, at, thin(3), &stages).ok()?))
             })
             .collect();
+        if std::env::var("DBG").is_ok() {
+            for (h, f) in &second { eprintln!("   second {:.0} {} {:?} from {:?} to {:?}", f.chi2, h.kind.name(), h.place, h.start, f.at.theta.last()); }
+        }
         let second = distinct(second, lists[1]);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
@@ -262,6 +272,9 @@ impl Search<'_> {
                 .total_cmp(&b.floor)
                 .then(a.score().total_cmp(&b.score()))
         });
+        if std::env::var("DBG").is_ok() {
+            for c in &finalists { eprintln!("   final {} {:.0} {:?}", c.floor, c.score(), c.effects.iter().zip(&c.fit.at.theta).map(|(h,t)| format!("{:?}", h.effect(t))).collect::<Vec<_>>()); }
+        }
         let others = second.rest.into_iter().chain(third.kept).chain(third.rest);
         ranking.extend(others.map(|(h, f)| {
             let score = score(&f);
