@@ -159,9 +159,7 @@ fn port_json(p: &PortScore) -> Value {
         "port": p.port,
         "chi2_before": number(p.chi2_before),
         "chi2_after": number(p.chi2_after),
-        "shape": p.shape,
-        "size": number(p.size),
-        "size_unit": if p.relative { "relative" } else { "n_per_m" },
+        "shape": p.shape(),
     })
 }
 
@@ -191,7 +189,7 @@ fn sentence(d: &Diagnosis) -> String {
             Some(port) => format!(
                 "Something is missing that is in no catalogue; it sits most likely at: {}, and looks like {} \
                  (reduced χ² {:.1} falls to {:.1} with a free law there).",
-                port.port, port.shape, port.chi2_before, port.chi2_after
+                port.port, port.shape(), port.chi2_before, port.chi2_after
             ),
             None => "Something is missing that is in no catalogue.".into(),
         },
@@ -289,7 +287,7 @@ fn pictures(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Failure> {
         let scores: Vec<Vec<f64>> = ports
             .iter()
             .map(|p| {
-                p.line_chi2
+                p.line_after
                     .iter()
                     .map(|c| -(c.max(1e-12)).log10())
                     .collect()
@@ -303,10 +301,11 @@ fn pictures(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Failure> {
             "−log10 χ² that remains",
         );
         folder.add_plot("diagnosis-localisation", &map)?;
-        let unit = if best.relative { "relative" } else { "N/m" };
         let title = format!("Missing law at: {}", best.port);
-        let law = impedance(&title, unit, &best.frequency_hz, &best.law, &[], best.shape);
-        folder.add_plot("diagnosis-impedance", &law)?;
+        if let Some(l) = best.law() {
+            let law = impedance(&title, l.unit.text(), &l.frequency_hz, &l.values, &l.fitted, &l.words());
+            folder.add_plot("diagnosis-impedance", &law)?;
+        }
     }
     if !d.ranking.is_empty() {
         let names: Vec<String> = d.ranking.iter().map(|(e, _)| words(e)).collect();
@@ -343,8 +342,10 @@ fn pictures(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Failure> {
     // Residual against frequency, channel by channel, and the correction without a name at the best port.
     let mut correction = Table::with_columns(&["frequency_hz", "re", "im"]);
     if let Some(best) = ports.first() {
-        for (f, x) in best.frequency_hz.iter().zip(&best.law) {
-            correction.push_numbers(&[*f, x.re, x.im]);
+        if let Some(l) = best.law() {
+            for (f, x) in l.frequency_hz.iter().zip(&l.values) {
+                correction.push_numbers(&[*f, x.re, x.im]);
+            }
         }
     }
     folder.add_table("correction.csv", &correction)?;

@@ -6,15 +6,20 @@
 //! [`judge`] gives the verdict.
 
 pub mod chain;
+pub mod compare;
+pub mod correction;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
 pub mod hypothesis;
+pub mod impedance;
 pub mod judge;
 pub mod localise;
 pub mod model;
 pub mod next;
 pub mod nuisance;
+pub mod place;
+pub mod projection;
 pub mod search;
 pub mod skeleton;
 

@@ -44,7 +44,10 @@ fn run(name: &str) -> Diagnosis {
     for p in d.localisation.ports.iter().take(3) {
         println!(
             "      port {} {:.2} -> {:.2} {}",
-            p.port, p.chi2_before, p.chi2_after, p.shape
+            p.port,
+            p.chi2_before,
+            p.chi2_after,
+            p.shape()
         );
     }
     println!("      next {:?}", d.next_measurement);

@@ -8,6 +8,7 @@ mod control_cases;
 mod dfit;
 mod diagnose_examples;
 mod diagnose_folder;
+mod diagnose_localise;
 mod diagnose_matrix;
 mod diagnose_model;
 mod dk;
