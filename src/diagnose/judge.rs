@@ -79,6 +79,8 @@ pub struct Diagnosis {
     pub tie: Vec<Rival>,
     /// Best explanations at the last search, best first: names with score above the best.
     pub ranking: Vec<(Effect, f64)>,
+    /// Fall of the score by the best single effect; an effect is named from [`ACCEPT`] on.
+    pub strength: f64,
     /// The machine with effects and small parameters.
     pub corrected: Machine,
     /// Gap of the given machine over all records.
@@ -224,6 +226,7 @@ pub fn diagnose(
         gap_after_held_out: gap(hypotheses, &trained, Some(true))?,
         held_out: held_out.into(),
         ranking: chosen.ranking,
+        strength: chosen.strength,
         verdict,
         effects,
         tie,
@@ -239,6 +242,7 @@ struct Chosen {
     standing: Standing,
     rivals: Vec<Candidate>,
     ranking: Vec<(Effect, f64)>,
+    strength: f64,
 }
 
 /// First effects that are tried as the beginning of a pair.
@@ -247,11 +251,17 @@ const BEAM: usize = 2;
 fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
     let round = search.round(null)?;
     let ranking = ranked(&round);
+    let strength = match round.finalists.first() {
+        Some(best) if best.floor == FINAL_FLOOR => final_score(search, null)? - best.score(),
+        Some(_) => f64::INFINITY,
+        None => 0.0,
+    };
     let Some(first) = better(search, null, &round)? else {
         return Ok(Chosen {
             standing: null.clone(),
             rivals: vec![],
             ranking,
+            strength,
         });
     };
     if complete(search, &first)? || MOST_EFFECTS < 2 {
@@ -259,6 +269,7 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
             standing: first,
             rivals: round.finalists,
             ranking,
+            strength,
         });
     }
     // Something is left: pairs, begun with each of the best first effects.
@@ -288,6 +299,7 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
             standing: first,
             rivals: round.finalists,
             ranking,
+            strength,
         });
     };
     if complete(search, &standing)? {
@@ -329,7 +341,18 @@ fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
         standing,
         rivals,
         ranking,
+        strength,
     })
+}
+
+/// Score of a standing at the final floor.
+fn final_score(search: &Search, standing: &Standing) -> Result<f64, DiagnoseError> {
+    if standing.candidate.floor == FINAL_FLOOR {
+        return Ok(standing.candidate.score());
+    }
+    let Candidate { effects, .. } = &standing.candidate;
+    let (from, top) = (&standing.from, standing.working_floor);
+    Ok(search.finish(effects, from, top, Use::ALL)?.score())
 }
 
 /// Whether nothing significant is left.
@@ -355,19 +378,7 @@ fn better(
         // It explains too little, but may be one of two.
         return Ok(Some(settle(search, best)?));
     }
-    let at_final = if standing.candidate.floor == FINAL_FLOOR {
-        standing.candidate.score()
-    } else {
-        search
-            .finish(
-                &standing.candidate.effects,
-                &standing.from,
-                standing.working_floor,
-                Use::ALL,
-            )?
-            .score()
-    };
-    if best.score() > at_final - ACCEPT {
+    if best.score() > final_score(search, standing)? - ACCEPT {
         return Ok(None);
     }
     let settled = settle(search, best)?;
