@@ -35,11 +35,7 @@ pub struct Correction {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn correct(
-    search: &Search,
-    port: &PortScore,
-    usage: Use,
-) -> Result<Correction, DiagnoseError> {
+pub fn correct(search: &Search, port: &PortScore, usage: Use) -> Result<Correction, DiagnoseError> {
     let place = &port.place;
     let p = if usage.off_diagonal {
         port.p.clone()
@@ -92,7 +88,10 @@ pub fn correct(
 
 fn interpolated(known: &[(f64, Vec<c64>)], omega: f64) -> Vec<c64> {
     let above = known.partition_point(|(w, _)| *w < omega);
-    match (above.checked_sub(1).and_then(|k| known.get(k)), known.get(above)) {
+    match (
+        above.checked_sub(1).and_then(|k| known.get(k)),
+        known.get(above),
+    ) {
         (Some((a, x)), Some((b, y))) => {
             let share = if b > a { (omega - a) / (b - a) } else { 0.0 };
             x.iter().zip(y).map(|(x, y)| x + (y - x) * share).collect()

@@ -1,8 +1,9 @@
 //! The shape of a law that was recovered line by line: constant, −ω² m, jω c, half order, pure delay, first-order lag, resonance.
 //!
-//! Each shape is a weighted least squares fit, weights 1/σ². Score n ln χ² + k ln n, n the number of independent lines (neighbours share
-//! what the small parameters left), so that a shape with more numbers must be clearly better. Rational laws by iterated linear least
-//! squares (Sanathanan–Koerner): N(s)/(1 + d₁s + d₂s²).
+//! Each shape is a weighted least squares fit, weights 1/σ². The simplest shape that carries nearly all of the law is taken, else the best by
+//! n ln χ² + k ln n, n the number of independent lines (neighbours share what the small parameters left). Rational laws by iterated
+//! linear least squares (Sanathanan–Koerner): N(s)/(1 + d₁s + d₂s²). A relative change has a constant gain beside its shape,
+//! because only priors tell it from force constants and sensor gains.
 
 use super::model::ZERO;
 use super::place::Unit;
@@ -13,6 +14,8 @@ use std::f64::consts::TAU;
 const CORRELATED: f64 = 8.0;
 /// Share of the law that a shape must carry to be named.
 const CARRIED: f64 = 0.6;
+/// Share at which a simpler shape is enough: a law that small parameters have bent by a fifth still carries it.
+const ENOUGH: f64 = 0.96;
 /// Delays that are tried, s; between them the best is refined.
 const DELAYS_S: (f64, f64, usize) = (1e-6, 1e-3, 40);
 
@@ -155,12 +158,7 @@ struct Data<'a> {
 
 type Tried = (Shape, Vec<c64>, usize);
 
-fn shape(
-    frequency_hz: &[f64],
-    values: &[c64],
-    sd: &[f64],
-    unit: Unit,
-) -> (Shape, Vec<c64>, f64) {
+fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape, Vec<c64>, f64) {
     // A line on which the law cannot be seen weighs nothing; one that is seen far too well does not decide alone.
     let mut typical: Vec<f64> = sd.iter().copied().filter(|s| *s > 0.0).collect();
     typical.sort_by(f64::total_cmp);
@@ -195,9 +193,16 @@ fn shape(
         let chi2 = data.chi2(&t.1).max(1e-6 * total);
         n * chi2.ln() + t.2 as f64 * n.ln()
     };
-    let best = data
-        .tried(unit)
+    let tried = data.tried(unit);
+    let carried = |t: &Tried| 1.0 - data.chi2(&t.1) / total;
+    let fewest = tried
+        .iter()
+        .filter(|t| carried(t) > ENOUGH)
+        .map(|t| t.2)
+        .min();
+    let best = tried
         .into_iter()
+        .filter(|t| fewest.is_none_or(|k| t.2 == k && carried(t) > ENOUGH))
         .min_by(|a, b| score(a).total_cmp(&score(b)));
     match best {
         Some((shape, fitted, _)) => {
@@ -258,38 +263,72 @@ impl Data<'_> {
     fn tried(&self, unit: Unit) -> Vec<Tried> {
         let mut all: Vec<Tried> = vec![];
         let one = self.law(|_| c64::new(1.0, 0.0));
+        let relative = unit == Unit::Relative;
+        // A constant gain beside the shape of a relative change.
+        let beside = |law: Vec<c64>| {
+            if relative {
+                vec![law, one.clone()]
+            } else {
+                vec![law]
+            }
+        };
+        if let Some((a, fitted)) = self.sum(std::slice::from_ref(&one)) {
+            all.push((Shape::Constant(a[0]), fitted, 1));
+        }
         let square = self.law(|s| s * s);
         let first = self.law(|s| s);
         let half = self.law(|s| s.sqrt());
-        let scaled = |l: &[c64], a: f64| -> Vec<c64> { l.iter().map(|l| l * a).collect() };
-        let simple: [(&[c64], fn(f64) -> Shape); 4] = [
-            (&one, Shape::Constant),
+        let simple: [(&[c64], fn(f64) -> Shape); 3] = [
             (&square, Shape::Mass),
             (&first, Shape::Damper),
             (&half, Shape::HalfOrder),
         ];
-        for (law, shape) in simple {
-            if let Some(a) = self.real(&[law.to_vec()]) {
-                all.push((shape(a[0]), scaled(law, a[0]), 1));
+        let stiffness = matches!(unit, Unit::Stiffness | Unit::TurningStiffness);
+        for (law, shape) in simple.into_iter().filter(|_| stiffness || relative) {
+            let laws = beside(law.to_vec());
+            if let Some((a, fitted)) = self.sum(&laws) {
+                all.push((shape(a[0]), fitted, laws.len()));
             }
         }
-        let relative = unit == Unit::Relative;
         if relative {
-            all.extend(self.delay());
-            all.extend(self.lag());
-        } else if let Some(a) = self.real(&[one, square, first]) {
-            let fitted =
-                self.law(|s| c64::new(a[0], 0.0) + s * s * a[1] + s * a[2]);
+            all.extend(self.delay(&one));
+            all.extend(self.lag(&one));
+        }
+        if stiffness && let Some((a, fitted)) = self.sum(&[one, square, first]) {
             all.push((Shape::SpringMassDamper(a[0], a[1], a[2]), fitted, 3));
         }
         // An absorber's force grows as N(s) of third degree over second; a filter's change is proper.
-        all.extend(self.resonance(if relative { 3 } else { 4 }));
+        all.extend(self.resonance(if stiffness { 4 } else { 3 }));
         all
     }
 
-    fn delay(&self) -> Option<Tried> {
-        let law = |t: f64| self.law(|s| (-s * t).exp() - 1.0);
-        let cost = |t: f64| self.chi2(&law(t));
+    /// The weighted sum of laws that fits best, with its factors.
+    fn sum(&self, laws: &[Vec<c64>]) -> Option<(Vec<f64>, Vec<c64>)> {
+        let a = self.real(laws)?;
+        let fitted = (0..self.values.len())
+            .map(|k| {
+                let terms = laws.iter().zip(&a);
+                terms.fold(ZERO, |sum, (law, a)| sum + law[k] * *a)
+            })
+            .collect();
+        Some((a, fitted))
+    }
+
+    /// (1 + g) e^(−jωτ) − 1.
+    fn delay(&self, one: &[c64]) -> Option<Tried> {
+        let fitted = |t: f64| -> Option<Vec<c64>> {
+            let turned = self.law(|s| (-s * t).exp());
+            // 1 + X is what a factor multiplies.
+            let shifted: Vec<c64> = self.values.iter().map(|v| v + 1.0).collect();
+            let data = Data {
+                omega: self.omega.clone(),
+                values: &shifted,
+                weight: self.weight.clone(),
+            };
+            let (_, fitted) = data.sum(&[turned])?;
+            Some(fitted.iter().zip(one).map(|(f, one)| f - one).collect())
+        };
+        let cost = |t: f64| fitted(t).map_or(f64::INFINITY, |f| self.chi2(&f));
         let (from, to, count) = DELAYS_S;
         let ratio = (to / from).powf(1.0 / count as f64);
         let tried = (0..=count).map(|k| from * ratio.powi(k as i32));
@@ -297,24 +336,22 @@ impl Data<'_> {
             .flat_map(|t| [t, -t])
             .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
         let t = refine(t, ratio, &cost);
-        Some((Shape::Delay(t), law(t), 1))
+        Some((Shape::Delay(t), fitted(t)?, 2))
     }
 
-    fn lag(&self) -> Option<Tried> {
-        let law = |d: f64| self.law(|s| s / (1.0 + s * d));
-        // The factor b follows linearly from a corner.
-        let with = |hz: f64| -> Option<(f64, Vec<c64>)> {
-            let own = law((TAU * hz).recip());
-            let b = *self.real(std::slice::from_ref(&own))?.first()?;
-            Some((b, own.iter().map(|v| v * b).collect()))
+    /// g + jω b/(1 + jω/ω_c).
+    fn lag(&self, one: &[c64]) -> Option<Tried> {
+        let with = |hz: f64| {
+            let d = (TAU * hz).recip();
+            self.sum(&[self.law(|s| s / (1.0 + s * d)), one.to_vec()])
         };
         let cost = |hz: f64| with(hz).map_or(f64::INFINITY, |(_, fitted)| self.chi2(&fitted));
         let ratio = 1.3;
         let tried = (0..28).map(|k| 50.0 * f64::powi(ratio, k));
         let hz = tried.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
         let hz = refine(hz, ratio, &cost);
-        let (b, fitted) = with(hz)?;
-        Some((Shape::Lag(b, hz), fitted, 2))
+        let (a, fitted) = with(hz)?;
+        Some((Shape::Lag(a[0], hz), fitted, 3))
     }
 
     /// N(s)/(1 + d₁s + d₂s²) with `terms` coefficients above.

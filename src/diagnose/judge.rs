@@ -6,6 +6,8 @@
 //! from a fit that has not seen them.
 
 use super::DiagnoseError;
+use super::compare::{Channel, Fitted, channels, gaps};
+use super::correction::{Correction, correct};
 use super::evidence::{Evidence, Gap, Use};
 use super::experiment::Measurement;
 use super::fit::{FINAL_FLOOR, Point};
@@ -103,6 +105,17 @@ pub struct Diagnosis {
     pub axis_gains: Vec<[f64; 4]>,
     /// Small parameters of the fit.
     pub small: Vec<f64>,
+    /// Measured, model before and model after, channel by channel.
+    pub channels: Vec<Channel>,
+    /// What stands in for a name when the verdict is unexplained.
+    pub correction: Option<Correction>,
+}
+
+impl Diagnosis {
+    /// Gaps before and after of the records that were held out, or of those that were used, for the machine fitted to the used ones.
+    pub fn gaps(&self, held_out: bool) -> (f64, f64) {
+        gaps(&self.channels, |c| c.held_out == held_out)
+    }
 }
 
 /// Diagnoses a machine; `progress` is told what is being done.
@@ -206,6 +219,19 @@ pub fn diagnose(
         };
         search.finish(hypotheses, &start, 0.03, training)?.fit.at
     };
+    let correction = match (verdict, localisation.named()) {
+        (Verdict::Unexplained, Some(port)) => Some(correct(&search, port, training)?),
+        _ => None,
+    };
+    let fitted = Fitted {
+        small: trained.p.clone(),
+        effects: hypotheses
+            .iter()
+            .zip(&trained.theta)
+            .map(|(h, t)| h.effect(t))
+            .collect(),
+    };
+    let channels = channels(&search, &fitted, correction.as_ref())?;
     let gap = |hypotheses: &[Hypothesis], at: &Point, out: Option<bool>| {
         gap(&search, hypotheses, at, out)
     };
@@ -235,6 +261,8 @@ pub fn diagnose(
         localisation,
         axis_gains,
         small: final_point.p,
+        channels,
+        correction,
     })
 }
 

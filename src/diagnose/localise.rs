@@ -29,6 +29,8 @@ const ROUNDS: [Round; 3] = [
 const PASS: [usize; 2] = [20, 8];
 /// Steps by which the best station is moved: stations are a few centimetres apart.
 const STATION_STEPS_M: [f64; 3] = [0.016, 0.008, 0.004];
+/// A station closer than this to a named one has its name, m.
+const NEAR_M: f64 = 0.006;
 /// Small parameters further out than this many standard deviations are tried without their prior, the furthest few.
 const STRAINED: (f64, usize) = (2.5, 5);
 
@@ -78,6 +80,13 @@ pub struct Localisation {
     pub ports: Vec<PortScore>,
 }
 
+impl Localisation {
+    /// The best place at which something is, if any was followed to the end.
+    pub fn named(&self) -> Option<&PortScore> {
+        self.ports.iter().find(|p| p.place != Place::Nowhere)
+    }
+}
+
 /// All places of a machine that some sweep turns or not.
 fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
     let machine = &model.machine;
@@ -97,32 +106,14 @@ fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
     if !jointed {
         all.push(("tool joint".into(), Place::Joint));
     }
-    let mut stations = vec![
-        ("tool".to_owned(), from),
-        ("nose".to_owned(), 0.0),
-        ("front bearing".to_owned(), front),
-        ("rear bearing".to_owned(), rear),
-        ("tail".to_owned(), to),
-    ];
-    for share in [0.2, 0.4, 0.6, 0.8] {
-        let z = between(share);
-        stations.push((format!("shaft at {:.0} mm", 1e3 * z), z));
-    }
-    for (name, z) in &stations {
-        all.push((name.clone(), Place::Station(*z)));
-    }
+    let mut stations = vec![from, 0.0, front, rear, to];
+    stations.extend([0.2, 0.4, 0.6, 0.8].map(between));
+    let mut add = |place: Place| all.push((station_name(model, &place), place));
+    stations.into_iter().for_each(|z| add(Place::Station(z)));
     if !turning {
-        for (name, z) in &stations[2..4] {
-            all.push((format!("{name}, x and y apart"), Place::Apart(*z)));
-        }
-        for (name, z) in [
-            ("tool", from),
-            ("front bearing", front),
-            ("middle of the shaft", between(0.5)),
-            ("rear bearing", rear),
-        ] {
-            all.push((format!("{name}, x to y"), Place::Circulating(z)));
-        }
+        [front, rear].into_iter().for_each(|z| add(Place::Apart(z)));
+        let apart = [from, front, between(0.5), rear];
+        apart.into_iter().for_each(|z| add(Place::Circulating(z)));
     }
     for (b, name) in ["front", "rear"].into_iter().enumerate() {
         let other = ["rear", "front"][b];
@@ -184,20 +175,29 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
         };
         order(&mut field);
         if round + 1 == ROUNDS.len() {
-            // The best station moves along the shaft.
+            // The best station moves along the shaft, and takes the place of its neighbours.
             for step in STATION_STEPS_M {
-                let Some((_, Place::Station(z), s)) = field.first() else {
+                let Some((_, place, s)) = field.first() else {
                     break;
                 };
+                let Some(z) = place.position_m() else { break };
                 let (from, to) = search.model.span_m();
                 let beside = [z - step, z + step].map(|z| z.clamp(from, to));
-                let tried = beside.map(|z| {
-                    let name = format!("shaft at {:.0} mm", 1e3 * z);
-                    (name, Place::Station(z), s.p.clone())
+                let tried = beside.into_iter().filter(|b| *b != z).map(|z| {
+                    let moved = place.moved_to(z);
+                    (station_name(search.model, &moved), moved, s.p.clone())
                 });
-                let tried = follow(tried.to_vec())?;
+                let tried = follow(tried.collect())?;
                 field.extend(tried);
                 order(&mut field);
+                let kind = field.first().map(|f| f.1.clone());
+                let mut first = true;
+                field.retain(|f| {
+                    let twin = kind.as_ref().is_some_and(|k| k.beside(&f.1));
+                    let keep = first || !twin;
+                    first = false;
+                    keep
+                });
             }
             break;
         }
@@ -261,6 +261,32 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
 }
 
 type Start = (String, Place, Vec<f64>);
+
+/// A place at a position by what is there, or by its distance from the nose.
+fn station_name(model: &Model, place: &Place) -> String {
+    let planes = &model.machine.spindle.planes;
+    let (from, to) = model.span_m();
+    let z = place.position_m().unwrap_or_default();
+    let known = [
+        ("tool", from),
+        ("nose", 0.0),
+        ("front bearing", planes.front_actuator_m),
+        ("rear bearing", planes.rear_actuator_m),
+        ("tail", to),
+    ];
+    let name = known
+        .into_iter()
+        .find(|(_, at)| (at - z).abs() < NEAR_M)
+        .map_or_else(
+            || format!("shaft at {:.0} mm", 1e3 * z),
+            |(name, _)| name.to_owned(),
+        );
+    match place {
+        Place::Apart(_) => format!("{name}, x and y apart"),
+        Place::Circulating(_) => format!("{name}, x to y"),
+        _ => name,
+    }
+}
 
 fn again((name, place, settled): &(String, Place, Settled)) -> Start {
     (name.clone(), place.clone(), settled.p.clone())

@@ -130,12 +130,34 @@ impl Place {
     fn mechanical(&self) -> bool {
         matches!(
             self,
-            Self::Station(_)
-                | Self::Apart(_)
-                | Self::Circulating(_)
-                | Self::Joint
-                | Self::Housing
+            Self::Station(_) | Self::Apart(_) | Self::Circulating(_) | Self::Joint | Self::Housing
         )
+    }
+
+    /// Position of a place on the shaft, m.
+    pub fn position_m(&self) -> Option<f64> {
+        match self {
+            Self::Station(z) | Self::Apart(z) | Self::Circulating(z) => Some(*z),
+            _ => None,
+        }
+    }
+
+    /// The same elsewhere on the shaft.
+    pub fn moved_to(&self, z: f64) -> Self {
+        match self {
+            Self::Station(_) => Self::Station(z),
+            Self::Apart(_) => Self::Apart(z),
+            Self::Circulating(_) => Self::Circulating(z),
+            other => other.clone(),
+        }
+    }
+
+    /// Whether the other is of the same kind within 25 mm, less than stations are apart.
+    pub fn beside(&self, other: &Self) -> bool {
+        match (self.position_m(), other.position_m()) {
+            (Some(a), Some(b)) => (a - b).abs() < 0.025 && self.moved_to(b) == *other,
+            _ => self == other,
+        }
     }
 
     fn probes(&self, model: &Model) -> Vec<Probe> {
@@ -402,9 +424,8 @@ impl View<'_> {
                         .map(|(a, b)| {
                             std::array::from_fn(|n| {
                                 let (o, i) = (n / 3, n % 3);
-                                let one = |a: usize, b: usize| {
-                                    bond.b[o * bond.m + a] * bond.c[b * 3 + i]
-                                };
+                                let one =
+                                    |a: usize, b: usize| bond.b[o * bond.m + a] * bond.c[b * 3 + i];
                                 if a == b {
                                     one(a, a)
                                 } else {
@@ -418,12 +439,8 @@ impl View<'_> {
                 match minus {
                     Some(minus) if self.scene.split => {
                         let backward = plane(&self.scene.bond(minus));
-                        let first = forward
-                            .iter()
-                            .map(|h| self.chain.apply(h, Some(&nothing)));
-                        let second = backward
-                            .iter()
-                            .map(|h| self.chain.apply(&nothing, Some(h)));
+                        let first = forward.iter().map(|h| self.chain.apply(h, Some(&nothing)));
+                        let second = backward.iter().map(|h| self.chain.apply(&nothing, Some(h)));
                         first.chain(second).collect()
                     }
                     _ => {
@@ -589,7 +606,11 @@ impl View<'_> {
         let half = free.len() / 2;
         match place {
             Place::Joint => {
-                let one = if self.scene.split { &free[..half] } else { &free[..] };
+                let one = if self.scene.split {
+                    &free[..half]
+                } else {
+                    &free[..]
+                };
                 let mut total = matrix(2, one).iter().map(|d| -d).collect::<Vec<_>>();
                 total[0] += RIGID_JOINT[0];
                 total[3] += RIGID_JOINT[1];

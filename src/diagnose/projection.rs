@@ -12,7 +12,7 @@ use crate::linalg::{Mat, c64, solve};
 
 /// Standard deviation of a small parameter that is under test: free.
 const FREE_SD: f64 = 1.0;
-/// Laws that are smaller than this many standard deviations are taken as their own uncertainty.
+/// Numbers below this many standard deviations may as well be zero.
 const INSIGNIFICANT: f64 = 3.0;
 /// Longest step of a small parameter: a factor stays one.
 const LONGEST_STEP: f64 = 0.3;
@@ -338,18 +338,25 @@ impl Fitted<'_> {
                 *v += (a - b).norm_sqr() * 1e4;
             }
         }
-        // Where X is noise, 1 + G X is noise too and Δ tends to −1/G, however exact it looks.
-        let seen: f64 = self
+        // Where X is noise, 1 + G X is noise too and Δ tends to −1/G, however exact it looks: what a law would be without the numbers that
+        // are not significant is within its uncertainty.
+        let sure: Vec<c64> = self
             .x
             .iter()
             .zip(&self.sd)
-            .map(|(x, sd)| if *sd > 0.0 { x.norm_sqr() / (sd * sd) } else { 0.0 })
-            .sum();
-        let noise = seen < INSIGNIFICANT.powi(2) * self.x.len() as f64;
-        let deviations = variance.iter().zip(&here).map(|(v, law)| {
-            let own = v.sqrt();
-            if noise { own.max(law.norm()) } else { own }
-        });
+            .map(|(x, sd)| {
+                if x.norm() < INSIGNIFICANT * sd {
+                    ZERO
+                } else {
+                    *x
+                }
+            })
+            .collect();
+        let sure = self.view.laws(&sure);
+        let deviations = variance
+            .iter()
+            .zip(here.iter().zip(&sure))
+            .map(|(v, (law, sure))| v.sqrt().max((law - sure).norm()));
         here.iter().copied().zip(deviations).collect()
     }
 }

@@ -11,8 +11,9 @@ use crate::diagnose::compare::{Channel, Record};
 use crate::diagnose::judge::Rival;
 use crate::diagnose::localise::PortScore;
 use crate::diagnose::model::SIDE;
+use crate::diagnose::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect};
-use crate::spindle::{EffectKind, Location};
+use crate::spindle::Location;
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 
@@ -147,7 +148,11 @@ pub fn stage(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErr
 }
 
 fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
-    let ports: Vec<&PortScore> = d.localisation.ports.iter().take(MAP_ROWS).collect();
+    let all = || d.localisation.ports.iter();
+    let ports: Vec<&PortScore> = all()
+        .filter(|p| p.place != Place::Nowhere)
+        .take(MAP_ROWS)
+        .collect();
     let Some(best) = ports.first() else {
         return Ok(());
     };
@@ -173,9 +178,8 @@ fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Results
             "log10 of χ² per residual that remains",
         ),
     )?;
-    let left: Vec<f64> = ports.iter().map(|p| p.chi2_after).collect();
-    let words: Vec<String> = ports
-        .iter()
+    let left: Vec<f64> = all().map(|p| p.chi2_after).collect();
+    let words: Vec<String> = all()
         .map(|p| match p.law() {
             Some(_) => format!("{}: {}", p.port, p.shape()),
             None => p.port.clone(),
@@ -188,7 +192,7 @@ fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Results
             "Places, best first, with the law recovered there",
             &words,
             &bars,
-            "log10(1 + χ² per degree of freedom that remains)",
+            "log10(1 + χ² left)",
         ),
     )
 }
@@ -244,14 +248,18 @@ fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
         .iter()
         .map(|(e, score)| format!("{} {}   +{score:.1}", e.kind.name(), spot(&e.location)))
         .collect();
-    let above: Vec<f64> = d.ranking.iter().map(|r| (1.0 + r.1.max(0.0)).log10()).collect();
+    let above: Vec<f64> = d
+        .ranking
+        .iter()
+        .map(|r| (1.0 + r.1.max(0.0)).log10())
+        .collect();
     folder.add_plot(
         "ranking",
         &plot::ranking(
             "Hypotheses, best first: score χ² + d ln N above the best",
             &names,
             &above,
-            "log10(1 + score above the best); less than 0.9 cannot be told apart",
+            "log10(1 + score above the best); a tie below 0.9",
         ),
     )?;
     let mut table = Table::with_columns(&["effect", "where", "parameters", "score_above_best"]);
@@ -301,7 +309,10 @@ fn channels(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErro
             }
         };
         // Further records of one kind carry their number.
-        let twin = d.channels[..k].iter().filter(|c| c.record == channel.record).count();
+        let twin = d.channels[..k]
+            .iter()
+            .filter(|c| c.record == channel.record)
+            .count();
         let stem = if twin == 0 {
             stem
         } else {
@@ -337,7 +348,9 @@ fn overview(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErro
         .channels
         .iter()
         .filter(|c| match c.record {
-            Record::Sweep(i, j) => i == j || i % 2 == 0 && j == i + 1 || c.held_out && i % 2 == j % 2,
+            Record::Sweep(i, j) => {
+                i == j || i % 2 == 0 && j == i + 1 || c.held_out && i % 2 == j % 2
+            }
             Record::Hammer(_) => true,
         })
         .take(14)
@@ -443,9 +456,4 @@ fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
         folder.add_table(&name, &table)?;
     }
     Ok(())
-}
-
-/// Effects of a kind are named with their unit; kept beside the catalogue so that a new one is not forgotten.
-pub fn catalogue() -> impl Iterator<Item = EffectKind> {
-    EffectKind::ALL.into_iter()
 }

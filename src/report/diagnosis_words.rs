@@ -160,10 +160,9 @@ pub fn statement(e: &NamedEffect) -> String {
                 scaled(0, 1.0, "°")
             )
         }
-        EffectKind::Gyroscopic => format!(
-            "the gyroscopic effect counts {} times",
-            scaled(0, 1.0, "")
-        ),
+        EffectKind::Gyroscopic => {
+            format!("the gyroscopic effect counts {} times", scaled(0, 1.0, ""))
+        }
         EffectKind::InternalDamping => format!(
             "the rotor has internal damping with a loss time of {}",
             scaled(0, 1e6, " µs")
@@ -184,10 +183,16 @@ pub fn statement(e: &NamedEffect) -> String {
         EffectKind::ToolMass => {
             let way = if value < 0.0 { "less" } else { "more" };
             let sign = if value < 0.0 { -1e3 } else { 1e3 };
-            format!("the tip of the tool carries {} {way} than the model", scaled(0, sign, " g"))
+            format!(
+                "the tip of the tool carries {} {way} than the model",
+                scaled(0, sign, " g")
+            )
         }
         EffectKind::AddedMass => {
-            format!("{} more sit at {at} than in the model", scaled(0, 1e3, " g"))
+            format!(
+                "{} more sit at {at} than in the model",
+                scaled(0, 1e3, " g")
+            )
         }
         EffectKind::HousingMode => format!(
             "the housing, {}, resonates at {} with a damping ratio of {}",
