@@ -31,6 +31,9 @@ pub struct Arguments {
 
 impl From<DiagnoseError> for Failure {
     fn from(error: DiagnoseError) -> Self {
+        if let DiagnoseError::Record(record) = error {
+            return record.into();
+        }
         let hint = match &error {
             DiagnoseError::NoSweep => "add a record of kind sweep to measurement.yaml",
             DiagnoseError::NoController { .. } => "add `controller:` to the hammer record",

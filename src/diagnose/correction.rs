@@ -62,7 +62,7 @@ pub fn correct(search: &Search, port: &PortScore, usage: Use) -> Result<Correcti
         let away = |s: &usize| (search.evidence.sweeps[*s].speed_rad_s - tap.speed_rad_s).abs();
         let nearest = (0..count).min_by(|a, b| away(a).total_cmp(&away(b)));
         let known = nearest.map_or(&[][..], |s| &free[s]);
-        let scene = place.scene(search.model, &p, tap.speed_rad_s, false)?;
+        let scene = place.scene(search.model, &p, &[], tap.speed_rad_s, false)?;
         let mut all = vec![];
         for omega in &tap.omega_rad_s {
             let view = scene.view(*omega, None);

@@ -6,8 +6,10 @@
 //! [`judge`] gives the verdict.
 
 pub mod chain;
+mod choose;
 pub mod compare;
 pub mod correction;
+pub mod coverage;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
@@ -22,6 +24,7 @@ pub mod place;
 pub mod projection;
 pub mod search;
 pub mod skeleton;
+pub mod view;
 
 pub use evidence::{Evidence, Gap};
 pub use judge::{Diagnosis, NamedEffect, Verdict, diagnose};

@@ -6,8 +6,9 @@
 use super::DiagnoseError;
 use super::evidence::{SweepEvidence, Use, whiten};
 use super::model::{SIDE, Square, ZERO};
-use super::place::{Place, Scene, View};
+use super::place::Place;
 use super::search::Search;
+use super::view::{Scene, View};
 use crate::linalg::{Mat, c64, solve};
 
 /// Standard deviation of a small parameter that is under test: free.
@@ -154,7 +155,7 @@ pub fn lines(
 ) -> Result<(), DiagnoseError> {
     let layout = &search.model.layout;
     for (s, sweep) in search.evidence.sweeps.iter().enumerate() {
-        let scene: Scene = place.scene(search.model, p, sweep.speed_rad_s, derivatives)?;
+        let scene: Scene = place.scene(search.model, p, &[], sweep.speed_rad_s, derivatives)?;
         for line in (0..sweep.omega_rad_s.len()).step_by(usage.stride) {
             let omega = sweep.omega_rad_s[line];
             let view = scene.view(omega, derivatives.then_some(layout));

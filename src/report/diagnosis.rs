@@ -1,6 +1,6 @@
 //! Files of a diagnosis: its part of `summary.json`, the tables beside it, and the pictures.
 
-use super::diagnosis_words::{sentence, statement};
+use super::diagnosis_words::{sentence, size, statement};
 use super::plot::Curve;
 use super::plot::diagnosis as plot;
 use super::plot::style::Role;
@@ -45,6 +45,19 @@ pub fn summarised(d: &Diagnosis) -> Value {
             "to_hz": number(d.misfit.band_hz.1),
         },
         "localisation": d.localisation.ports.iter().map(port_json).collect::<Vec<_>>(),
+        "menu": d.menu.iter().map(|m| json!({
+            "measurement": m.text, "separation_chi2": number(m.separation),
+        })).collect::<Vec<_>>(),
+        "detectable": d.detectable.iter().map(|e| {
+            let names = e.effect.kind.parameters().iter().map(|n| (*n).to_owned());
+            let values = e.effect.values.iter().map(|x| number(*x));
+            json!({
+                "effect": e.effect.kind.name(),
+                "where": place(&e.effect.location),
+                "parameters": names.zip(values).collect::<Map<String, Value>>(),
+                "words": size(&e.effect),
+            })
+        }).collect::<Vec<_>>(),
         "ranking": d.ranking.iter().map(|(e, score)| json!({
             "effect": e.kind.name(), "where": place(&e.location), "score_above_best": number(*score),
         })).collect::<Vec<_>>(),

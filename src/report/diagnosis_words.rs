@@ -1,7 +1,8 @@
 //! A diagnosis in plain words: the effect, its size, its interval, and what to do about it.
 
+use super::readable::four_digits;
 use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
-use crate::spindle::{EffectKind, Location};
+use crate::spindle::{Effect, EffectKind, Location};
 
 /// The verdict in one sentence or two: what is missing, how much, how sure, what to do, and how far the gap fell.
 pub fn sentence(d: &Diagnosis) -> String {
@@ -12,7 +13,8 @@ pub fn sentence(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::Adequate => format!(
             "The model describes the measurement: no discrepancy is detectable beyond small parameters (force constants, sensor \
-             gains, moduli, damping). {gap}"
+             gains, moduli, damping).{} {gap}",
+            smallest(d)
         ),
         Verdict::Named => {
             let found: Vec<String> = d.effects.iter().map(statement).collect();
@@ -64,6 +66,35 @@ pub fn sentence(d: &Diagnosis) -> String {
     }
 }
 
+/// The smallest sizes that would have been seen, for a few effects that matter most to a design.
+fn smallest(d: &Diagnosis) -> String {
+    const SHOWN: [EffectKind; 4] = [
+        EffectKind::LoopDelay,
+        EffectKind::ToolMass,
+        EffectKind::ToolJoint,
+        EffectKind::AxisMisalignment,
+    ];
+    let found = SHOWN
+        .iter()
+        .filter_map(|kind| d.detectable.iter().find(|e| e.effect.kind == *kind));
+    let words: Vec<String> = found.map(|e| size(&e.effect)).collect();
+    if words.is_empty() {
+        String::new()
+    } else {
+        format!(" Smallest detectable sizes: {}.", words.join("; "))
+    }
+}
+
+/// An effect without an interval, in words.
+pub fn size(effect: &Effect) -> String {
+    statement(&NamedEffect {
+        effect: effect.clone(),
+        standard_deviations: vec![],
+        intervals: vec![],
+        position_sd_m: None,
+    })
+}
+
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters
@@ -84,10 +115,10 @@ fn place(location: &Location) -> String {
     }
 }
 
-/// Digits that an interval deserves: the first digit of its half width and one more.
+/// Decimals that an interval deserves: down to the first digit of its half width.
 fn digits(half: f64) -> usize {
     if half > 0.0 && half.is_finite() {
-        (1.0 - half.log10().floor()).clamp(0.0, 6.0) as usize
+        (-half.log10().floor()).clamp(0.0, 6.0) as usize
     } else {
         2
     }
@@ -97,7 +128,7 @@ fn digits(half: f64) -> usize {
 fn ranged(e: &NamedEffect, i: usize, to: impl Fn(f64) -> f64, unit: &str) -> String {
     let value = to(e.effect.values.get(i).copied().unwrap_or_default());
     let Some((a, b)) = e.intervals.get(i).map(|(a, b)| (to(*a), to(*b))) else {
-        return format!("{value:.2}{unit}");
+        return format!("{}{unit}", four_digits(value));
     };
     let (a, b) = (a.min(b), a.max(b));
     let half = 0.5 * (b - a);

@@ -205,6 +205,25 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
             seed: 6000 + i as u64,
         });
     }
+    let triples = [
+        [K::LoopDelay, K::ToolMass, K::BearingCoupling],
+        [K::AxisMisalignment, K::HousingMode, K::EddyCurrents],
+        [K::ToolJoint, K::SensorOffset, K::ModalDamping],
+    ];
+    for (i, kinds) in triples.into_iter().enumerate().take(draws as usize) {
+        let seed = 6100 + i as u64;
+        let mut draw = Draw::new(seed);
+        cases.push(Case {
+            label: "triple".into(),
+            effects: kinds
+                .into_iter()
+                .map(|kind| drawn(kind, machine, &mut draw))
+                .collect(),
+            outside: None,
+            speed_rpm: 0.0,
+            seed,
+        });
+    }
     let outside = [
         Outside::Notch(1, 1400.0, 0.2, 0.5),
         Outside::Absorber(0.2, 0.3, 900.0, 0.03),
@@ -301,7 +320,8 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
         println!("{row}");
         if result != "right" || only_one {
             println!(
-                "    tie {:?} misfit {:?}",
+                "    nearest {:?} tie {:?} misfit {:?}",
+                d.nearest.iter().map(show).collect::<Vec<_>>(),
                 d.tie
                     .iter()
                     .map(|r| r

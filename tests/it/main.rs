@@ -11,6 +11,7 @@ mod diagnose_folder;
 mod diagnose_localise;
 mod diagnose_matrix;
 mod diagnose_model;
+mod diagnose_next;
 mod dk;
 mod firmware;
 mod generator;
