@@ -44,6 +44,11 @@ pub struct Linear {
 }
 
 impl Linear {
+    /// Residuals, their derivatives (of the prediction) and JᵀJ with priors.
+    pub fn parts(&self) -> (&[f64], &Mat<f64>, &Mat<f64>) {
+        (&self.residual, &self.jacobian, &self.normal)
+    }
+
     /// Number of real residuals.
     pub fn residuals(&self) -> usize {
         self.residual.len()

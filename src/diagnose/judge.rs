@@ -5,14 +5,17 @@
 //! from a fit that has not seen them.
 
 use super::DiagnoseError;
+use super::choose::choose;
+use super::compare::{Channel, Fitted, channels, gaps};
+use super::correction::{Correction, correct};
+use super::coverage::{Detectable, detectable};
 use super::evidence::{Evidence, Gap, Use};
 use super::experiment::Measurement;
 use super::fit::{FINAL_FLOOR, Point};
 use super::hypothesis::{Hypothesis, Scope, catalogue};
 use super::localise::{Localisation, localise};
 use super::model::Model;
-use super::next::proposals;
-use super::choose::choose;
+use super::next::{Proposal, proposals};
 use super::search::{BLOCK_FAILS, Candidate, Misfit, Search, TIE};
 use crate::spindle::{Effect, Machine};
 
@@ -106,6 +109,21 @@ pub struct Diagnosis {
     pub axis_gains: Vec<[f64; 4]>,
     /// Small parameters of the fit.
     pub small: Vec<f64>,
+    /// Measured, model before and model after, channel by channel.
+    pub channels: Vec<Channel>,
+    /// What stands in for a name when the verdict is unexplained.
+    pub correction: Option<Correction>,
+    /// Measurements that would separate the members of a tie, the most separating first.
+    pub menu: Vec<Proposal>,
+    /// Smallest size of each effect of the catalogue that these data would show beside what was named; empty when unexplained.
+    pub detectable: Vec<Detectable>,
+}
+
+impl Diagnosis {
+    /// Gaps before and after of the records that were held out, or of those that were used, for the machine fitted to the used ones.
+    pub fn gaps(&self, held_out: bool) -> (f64, f64) {
+        gaps(&self.channels, |c| c.held_out == held_out)
+    }
 }
 
 /// Diagnoses a machine; `progress` is told what is being done.
@@ -137,7 +155,8 @@ pub fn diagnose(
     progress("the machine as it is");
     let null = search.stand(&[], &search.origin(), Use::ALL)?;
     let chosen = choose(&search, &null)?;
-    let localisation = localise(&search, &null)?;
+    progress("where it sits");
+    let localisation = localise(&search)?;
     let best = chosen.standing.candidate.clone();
     let misfit = search.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
     let explained = best.floor == FINAL_FLOOR && misfit.value < BLOCK_FAILS;
@@ -199,6 +218,32 @@ pub fn diagnose(
     } else {
         predicted
     };
+    let correction = match (verdict, localisation.named()) {
+        (Verdict::Unexplained, Some(port)) => Some(correct(&search, port, held_out.training)?),
+        _ => None,
+    };
+    let shown = if verdict == Verdict::Unexplained {
+        &null.from
+    } else {
+        &trained.fit.at
+    };
+    let fitted = Fitted {
+        small: shown.p.clone(),
+        effects: hypotheses
+            .iter()
+            .zip(&shown.theta)
+            .map(|(h, t)| h.effect(t))
+            .collect(),
+    };
+    let channels = channels(&search, &fitted, correction.as_ref())?;
+    let menu = match verdict {
+        Verdict::Tie => proposals(&search, &members)?,
+        _ => vec![],
+    };
+    let detectable = match verdict {
+        Verdict::Unexplained => vec![],
+        _ => detectable(&search, hypotheses, &final_point)?,
+    };
     let axis_gains = (0..evidence.sweeps.len())
         .map(|s| std::array::from_fn(|i| final_point.p[model.layout.axis(s, i)]))
         .collect();
@@ -208,7 +253,9 @@ pub fn diagnose(
         .effects
         .extend(effects.iter().map(|e| e.effect.clone()));
     Ok(Diagnosis {
-        next_measurement: next_measurement(&search, verdict, &members)?,
+        next_measurement: next_measurement(verdict, &menu),
+        menu,
+        detectable,
         gap_before: gap(&search, &[], &origin, None)?,
         gap_after: gap(&search, hypotheses, &final_point, None)?,
         gap_before_held_out,
@@ -230,6 +277,8 @@ pub fn diagnose(
         localisation,
         axis_gains,
         small: final_point.p,
+        channels,
+        correction,
     })
 }
 
@@ -349,21 +398,15 @@ fn gap(
     Ok(total.value())
 }
 
-/// The measurement that separates what ties most, with the expected separation.
-fn next_measurement(
-    search: &Search,
-    verdict: Verdict,
-    members: &[&Candidate],
-) -> Result<Option<String>, DiagnoseError> {
-    match (verdict, members) {
-        (Verdict::Unexplained, _) => Ok(Some(
+/// What to measure next: what separates the members of a tie most, or what tells kinds of the unexplained apart.
+fn next_measurement(verdict: Verdict, menu: &[Proposal]) -> Option<String> {
+    match verdict {
+        Verdict::Unexplained => Some(
             "repeat the sweep at half the amplitude, and with a second sensor at the place the localisation names: \
              that tells a nonlinear or a sensor effect from a mechanical one"
                 .into(),
-        )),
-        (Verdict::Tie, [a, b, ..]) => Ok(proposals(search, a, b)?
-            .first()
-            .map(|p| format!("{} (expected separation χ² ≈ {:.0} between the two best)", p.text, p.separation))),
-        _ => Ok(None),
+        ),
+        Verdict::Tie => menu.first().map(Proposal::words),
+        _ => None,
     }
 }

@@ -5,6 +5,8 @@
 //! The response F is 6×6: sensor signals and tool displacement (x, y) from commanded currents and tool force (x, y).
 //! Modes far above the band answer as springs in the derivatives and in the gyroscopic coupling.
 
+pub mod port;
+
 use super::DiagnoseError;
 use super::chain::{Chain, eliminate};
 use super::nuisance::Layout;
@@ -13,6 +15,7 @@ use crate::linalg::{Mat, c64, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::spindle::machine::{Effective, Housing};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
+use port::Probe;
 use std::f64::consts::TAU;
 
 /// Outputs and inputs of a line: four axes, tool x, tool y.
@@ -122,6 +125,21 @@ impl Model {
         speed_rad_s: f64,
         derivatives: bool,
     ) -> Result<Assembled, DiagnoseError> {
+        self.assemble_with(p, effects, speed_rad_s, derivatives, &[])
+    }
+
+    /// The same with further ports, for [`Assembled::ported`].
+    ///
+    /// # Errors
+    /// As [`Self::assemble`].
+    pub fn assemble_with(
+        &self,
+        p: &[f64],
+        effects: &[Effect],
+        speed_rad_s: f64,
+        derivatives: bool,
+        probes: &[Probe],
+    ) -> Result<Assembled, DiagnoseError> {
         let layout = &self.layout;
         let mut machine = layout.bearings(&self.machine, p);
         machine.spindle.effects.extend_from_slice(effects);
@@ -223,6 +241,9 @@ impl Model {
                 feedback.push((ports.len(), Law::Dashpot(c)));
                 ports.push(turn(&rows[1]));
             }
+        }
+        for probe in probes {
+            ports.push(turn(&probe.row(skeleton)?));
         }
         let factor = speed_rad_s * effective.gyroscopic_factor;
         let gyroscopic = (factor != 0.0).then(|| {

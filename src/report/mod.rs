@@ -2,6 +2,9 @@
 
 pub mod atomic;
 pub mod controller_json;
+pub mod diagnosis;
+pub mod diagnosis_tables;
+pub mod diagnosis_words;
 pub mod firmware;
 pub mod firmware_c;
 pub mod frequency_table;
