@@ -1,6 +1,8 @@
 //! Files out: results folder, tables, plots, HTML. Gets finished results, never computes.
 
 pub mod atomic;
+pub mod comparison;
+pub mod comparison_figures;
 pub mod controller_json;
 pub mod firmware;
 pub mod firmware_c;

@@ -36,3 +36,4 @@ mod tools;
 mod uff;
 mod update_commands;
 mod update_reference;
+mod worst_case;

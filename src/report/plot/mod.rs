@@ -18,6 +18,7 @@ pub mod motion;
 pub mod robustness;
 pub mod shaft;
 pub mod updating;
+pub mod worst;
 
 pub use figure::{Axis, Figure, Panel, Series};
 pub use style::{Color, Dash, Look, Marker, Role};
