@@ -13,7 +13,8 @@ use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict};
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
 use crate::predict::chatter::{Engagement, Material};
 use crate::report::comparison::{
-    certificate_json, measured_json, pid_json, ratio_json, statements_json, worst_json,
+    certificate_json, figure_9_words, measured_json, pid_json, ratio_json, statements_json,
+    worst_json,
 };
 use crate::report::comparison_figures::worst_figures;
 use crate::report::plot::Curve;
@@ -186,6 +187,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         summary.set(&key, measured_json(m, &flexible_hz, top / 60.0));
     }
     add_ratios(&mut summary, &runs);
+    let words = figure_9_words(
+        &runs.iter().map(|(_, p)| p).collect::<Vec<_>>(),
+        &worst_least(&worst),
+    );
+    summary.set("plain_words", words);
     summary.set("speeds_rpm", crate::report::summary::numbers(&speeds));
     summary.set("top_speed_hz", number(machine.spindle.max_rpm / 60.0));
     let mut folder = ResultsFolder::new();
@@ -217,6 +223,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
 const LOBE_POINTS: usize = 1000;
+
+/// Name and smallest stiffness over every speed and uncertainty of each controller, N/m.
+fn worst_least(worst: &[(Role, String, Vec<WorstPrediction>)]) -> Vec<(String, f64)> {
+    let least = |cases: &[WorstPrediction]| {
+        let curves = cases.iter().flat_map(|w| &w.worst.compliance);
+        curves
+            .filter_map(|c| c.peak())
+            .map(|(_, e)| 1.0 / e.upper)
+            .fold(f64::INFINITY, f64::min)
+    };
+    let each = worst.iter();
+    each.map(|(_, name, cases)| (name.clone(), least(cases)))
+        .collect()
+}
 
 /// Stiffness of the first controller over that of each other one, speed by speed.
 fn add_ratios(summary: &mut Summary, runs: &[(Role, Prediction)]) {

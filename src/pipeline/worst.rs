@@ -41,7 +41,7 @@ pub struct WorstPrediction {
 /// Low frequency at which stiffness is compared, Hz.
 pub const LOW_HZ: f64 = 10.0;
 /// Points of the plain grid.
-const GRID_POINTS: usize = 160;
+const GRID_POINTS: usize = 240;
 /// Points on each side of a closed-loop pole.
 const POINTS_A_SIDE: usize = 3;
 /// Points across the range of an uncertain mode: a fifth of a percent of its frequency apart at most.

@@ -5,6 +5,7 @@ pub mod closed_loop;
 pub mod dips;
 pub mod modes;
 pub mod sensitivity;
+pub mod shaft_line;
 pub mod stiffness;
 pub mod time;
 pub mod time_cases;

@@ -32,9 +32,11 @@ pub struct LoopModes {
 /// Flexible modes looked at: the three that the paper names.
 pub const FLEXIBLE: usize = 3;
 /// A closed-loop pole of a flexible mode lies within this factor of the natural frequency of the free rotor.
-const WINDOW: f64 = 1.35;
-/// Poles whose height is above this part of the highest all belong to the mode; the least damped of them is reported.
-const SHARE: f64 = 0.4;
+const WINDOW: f64 = 1.25;
+/// Poles whose height is above this part of the highest (−20 dB) all belong to the mode; the least damped is reported.
+const SHARE: f64 = 0.1;
+/// Rigid-body modes are told by poles below this damping ratio: beyond it a pole is as good as real and no oscillation.
+const OSCILLATES: f64 = 0.95;
 /// Heights of rigid-body modes below this part of the highest one are filters of the controller.
 const RIGID_SHARE: f64 = 0.1;
 /// Rigid-body modes of a plane.
@@ -106,7 +108,7 @@ pub fn loop_modes(
         .collect();
     let mut low: Vec<(LoopMode, f64)> = heights
         .iter()
-        .filter(|(s, _)| s.norm() < 0.5 * first)
+        .filter(|(s, _)| s.norm() < 0.5 * first && -s.re < OSCILLATES * s.norm())
         .map(|(s, h)| (mode(*s), h[(count, count)].max(h[(count + 1, count + 1)])))
         .collect();
     low.sort_by(|a, b| b.1.total_cmp(&a.1));

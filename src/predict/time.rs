@@ -83,6 +83,8 @@ pub struct TimeSample {
     pub displacements_m: [f64; LOADS],
     /// Control currents, A.
     pub currents_a: [f64; AXES],
+    /// Coil voltages since the sample before, each where it was largest, V.
+    pub voltages_v: [f64; AXES],
     /// Magnetic forces, N.
     pub forces_n: [f64; AXES],
     /// Normal and friction forces of the backup bearings, front then rear (x, y each), N.
@@ -159,6 +161,7 @@ pub fn simulate(
         let live = k >= before;
         let time = (k as f64 - before as f64) * period;
         let sample = shaft.observe(time, live);
+        shaft.voltages = [0.0; AXES];
         if live {
             let y = sample.sensors_m.map(|clean| {
                 let deviation = noise.as_mut().map_or(0.0, normal) * shaft.noise_m;
@@ -256,6 +259,7 @@ struct Shaft {
     velocities: Mat<f64>,
     state: Mat<f64>,
     currents: [f64; AXES],
+    voltages: [f64; AXES],
     magnets: [Magnet; 2],
     force_matrices: [[[f64; 2]; 2]; 2],
     backup: BackupBearing,
@@ -316,6 +320,7 @@ impl Shaft {
             outputs: system.c,
             state: Mat::zeros(n, 1),
             currents: [0.0; AXES],
+            voltages: [0.0; AXES],
             magnets: [pair(Side::Front, 0), pair(Side::Rear, 1)],
             force_matrices: effective.bearings.each_ref().map(|b| {
                 let (direct, cross) = (1.0, b.coupling_ratio);
@@ -385,7 +390,12 @@ impl Shaft {
         let mut limited = false;
         if live {
             for (k, current) in self.currents.iter_mut().enumerate() {
-                let (next, held) = self.magnets[k / 2].advance(*current, command[k], self.step_s);
+                let magnet = &self.magnets[k / 2];
+                let (next, held) = magnet.advance(*current, command[k], self.step_s);
+                let voltage = magnet.voltage_v(next - *current, self.step_s);
+                if voltage.abs() > self.voltages[k].abs() {
+                    self.voltages[k] = voltage;
+                }
                 *current = next;
                 limited |= held;
             }
@@ -405,6 +415,7 @@ impl Shaft {
             sensors_m: std::array::from_fn(|k| x[(k, 0)]),
             displacements_m: std::array::from_fn(|k| x[(AXES + k, 0)]),
             currents_a: self.currents,
+            voltages_v: self.voltages,
             forces_n,
             contact_n,
         }

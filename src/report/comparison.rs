@@ -181,6 +181,76 @@ pub fn ratio_json(first: &Prediction, other: &Prediction) -> Value {
     })
 }
 
+/// The statements of figure 9 in sentences: the first controller against the others, at the first speed.
+pub fn figure_9_words(runs: &[&Prediction], worst: &[(String, f64)]) -> Value {
+    let mut words: Vec<String> = vec![];
+    let Some(first) = runs.first() else {
+        return words.into();
+    };
+    let micro = |k: f64| 1e-6 * k;
+    let at_first: Vec<&&Prediction> = runs
+        .iter()
+        .filter(|p| p.speed_rpm == first.speed_rpm)
+        .collect();
+    let list = |value: &dyn Fn(&Prediction) -> String| {
+        let each: Vec<String> = at_first
+            .iter()
+            .map(|p| format!("{} {}", p.name, value(p)))
+            .collect();
+        each.join(", ")
+    };
+    words.push(format!(
+        "Tool stiffness at {:.0} rpm in N/µm: at 10 Hz {}; at the frequency of the top speed {}; smallest {}.",
+        first.speed_rpm,
+        list(&|p| format!("{:.2}", micro(p.at_10_hz_n_per_m))),
+        list(&|p| format!("{:.2}", micro(p.at_max_speed_n_per_m))),
+        list(&|p| format!("{:.2} at {:.0} Hz", micro(p.minimum.0), p.minimum.1)),
+    ));
+    let damping = |p: &Prediction| {
+        let each: Vec<String> = p
+            .modes
+            .flexible
+            .iter()
+            .map(|m| {
+                m.map_or("–".to_owned(), |m| {
+                    format!("{:.1}", 100.0 * m.damping_ratio)
+                })
+            })
+            .collect();
+        each.join("/")
+    };
+    words.push(format!(
+        "Damping of the flexible modes in percent: {}.",
+        list(&damping)
+    ));
+    let rigid = |p: &Prediction| match p.modes.rigid.as_slice() {
+        [] => "no oscillating one".to_owned(),
+        all => {
+            let each: Vec<String> = all
+                .iter()
+                .map(|m| {
+                    format!(
+                        "{:.0} Hz with {:.0} % damping",
+                        m.frequency_hz,
+                        100.0 * m.damping_ratio
+                    )
+                })
+                .collect();
+            each.join(" and ")
+        }
+    };
+    words.push(format!("Rigid-body modes: {}.", list(&rigid)));
+    let bounds: Vec<String> = worst
+        .iter()
+        .map(|(name, k)| format!("{name} {:.2}", micro(*k)))
+        .collect();
+    words.push(format!(
+        "No rotor within the uncertainty and no speed has less than (N/µm): {}.",
+        bounds.join(", ")
+    ));
+    words.into()
+}
+
 /// The `pid` object: the tuned PID's figures beside their limits.
 pub fn pid_json(pid: &TunedPid, settings: &TuneSettings) -> Value {
     let c = &pid.certificate;

@@ -15,6 +15,7 @@ pub mod readable;
 pub mod results;
 pub mod run_figures;
 pub mod run_summary;
+pub mod simulation;
 pub mod summary;
 pub mod tables;
 pub mod uff;

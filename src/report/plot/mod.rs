@@ -11,6 +11,7 @@ pub mod style;
 mod table;
 mod ticks;
 
+pub mod animation;
 pub mod diagnosis;
 pub mod loops;
 pub mod machining;
