@@ -1,6 +1,7 @@
 //! `muspin batch`: a design per tool and one table over all.
 
 use super::design::{add_controller, finish, run_design};
+use super::design_arguments::PidEffort;
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
@@ -34,6 +35,9 @@ pub struct Arguments {
     /// Weights file, or the name of a shipped one
     #[arg(long, default_value = "benchmark")]
     weights: String,
+    /// Effort of the PID search for each tool
+    #[arg(long, value_enum, default_value = "quick")]
+    pid: PidEffort,
     /// Also seek the largest tightening of tools that meet the specification
     #[arg(long)]
     tightening: bool,
@@ -133,8 +137,8 @@ fn one(
     let tool = machine.tool.name.clone();
     let design = run_design(machine, weights, progress)?;
     progress.stage(format!("{tool}: PID"));
-    let quick = TuneSettings::quick();
-    let pid = tune(machine, &quick, &mut |_, _| {})?;
+    let effort: TuneSettings = arguments.pid.into();
+    let pid = tune(machine, &effort, &mut |_, _| {})?;
     progress.stage(format!("{tool}: predictions"));
     let controllers = [&design.controller, &pid.controller];
     let [mu, rival] = controllers.map(|c| predict(machine, c, 0.0));
@@ -189,7 +193,7 @@ fn one(
             "stiffness": { "mu": stiffness_json(own), "pid": stiffness_json(other) },
             "sensitivity": { "mu": sensitivity_json(own), "pid": sensitivity_json(other) },
             "worst_case": { "mu": worst_json(&worst[..1]), "pid": worst_json(&worst[1..]) },
-            "pid": pid_json(&pid, &quick),
+            "pid": pid_json(&pid, &effort),
             "largest_tool_tightening": tightening.map(number),
         }),
         rest,

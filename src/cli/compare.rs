@@ -1,7 +1,7 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
 use super::design::{add_predictions, finish, outcome, run_design};
-use super::design_arguments::DesignArguments;
+use super::design_arguments::{DesignArguments, PidEffort};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
@@ -45,6 +45,9 @@ pub struct Arguments {
     /// Speeds in rpm, separated by commas; default: standstill and the top speed
     #[arg(long, value_delimiter = ',')]
     speeds: Vec<f64>,
+    /// Effort of the PID search: seconds, or up to half a minute for the best that it finds
+    #[arg(long, value_enum, default_value = "thorough")]
+    pid: PidEffort,
     /// Uncertainty of the natural frequencies for the worst case in percent, mode by mode; default: that of the weights
     #[arg(long, value_delimiter = ',')]
     mode_uncertainty: Vec<f64>,
@@ -88,10 +91,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let found = run_design(&machine, &weights, &progress)?;
         result = outcome(&found);
         progress.stage("PID");
-        let quick = TuneSettings::quick();
-        let pid = tune(&machine, &quick, &mut |_, _| {})?;
-        let plain = textbook(&machine, &quick)?;
-        summary.set("pid", pid_json(&pid, &quick));
+        let effort: TuneSettings = arguments.pid.into();
+        let pid = tune(&machine, &effort, &mut |_, _| {})?;
+        let plain = textbook(&machine, &TuneSettings::quick())?;
+        summary.set("pid", pid_json(&pid, &effort));
         summary.set("pid.textbook", certificate_json(&plain.certificate));
         controllers = vec![
             (Role::Mu, found.controller),

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use crate::augment::weights::Weights;
+use crate::controller::pid_tune::TuneSettings;
 use crate::input::{load_machine, load_weights};
 use crate::spindle::Machine;
 
@@ -36,5 +37,23 @@ impl DesignArguments {
             load_machine(&self.spindle, &self.tool)?,
             load_weights(&self.weights)?,
         ))
+    }
+}
+
+/// How long the PID is tuned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum PidEffort {
+    /// A few seconds.
+    Quick,
+    /// Up to half a minute.
+    Thorough,
+}
+
+impl From<PidEffort> for TuneSettings {
+    fn from(effort: PidEffort) -> Self {
+        match effort {
+            PidEffort::Quick => Self::quick(),
+            PidEffort::Thorough => Self::thorough(),
+        }
     }
 }

@@ -43,14 +43,14 @@ pub struct Motion {
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 400.0;
 /// Area of the side view: left, right, middle height.
-const SIDE: (f64, f64, f64) = (70.0, 600.0, 235.0);
+const SIDE: (f64, f64, f64) = (78.0, 590.0, 235.0);
 /// Largest displacement in the side view, px.
 const SWING: f64 = 62.0;
 /// Direction of the y axis in the side view.
 const OBLIQUE: (f64, f64) = (0.55, 0.32);
 /// Radius of an orbit seen along the axis, and the column of their centres.
 const ORBIT: f64 = 50.0;
-const COLUMN: f64 = 755.0;
+const COLUMN: f64 = 722.0;
 const COLORS: [&str; 3] = ["#D55E00", "#0072B2", "#009E73"];
 const INK: &str = "#191919";
 const SOFT: &str = "#7D7D7D";
@@ -112,11 +112,11 @@ fn svg(m: &Motion) -> String {
     let rest = [point(from, 0.0, 0.0), point(to, 0.0, 0.0)];
     polyline(w, &rest, SOFT, 1.0, "stroke-dasharray=\"7 5\"");
     let scale_m = round_up(largest.max(1e-12));
-    let ruler = [(32.0, SIDE.2), (32.0, SIDE.2 - SWING)];
+    let ruler = [(26.0, SIDE.2), (26.0, SIDE.2 - SWING)];
     polyline(w, &ruler, INK, 1.4, "");
     text(
         w,
-        (32.0, SIDE.2 - SWING - 7.0),
+        (26.0, SIDE.2 - SWING - 7.0),
         11.5,
         INK,
         "middle",
@@ -132,8 +132,8 @@ fn svg(m: &Motion) -> String {
         "x",
         false,
     );
-    let y_tip = (32.0 + SWING * OBLIQUE.0, SIDE.2 - SWING * OBLIQUE.1);
-    polyline(w, &[(32.0, SIDE.2), y_tip], INK, 1.4, "");
+    let y_tip = (26.0 + SWING * OBLIQUE.0, SIDE.2 - SWING * OBLIQUE.1);
+    polyline(w, &[(26.0, SIDE.2), y_tip], INK, 1.4, "");
     text(
         w,
         (y_tip.0 + 4.0, y_tip.1 + 4.0),
