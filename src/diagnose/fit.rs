@@ -434,7 +434,9 @@ impl Problem<'_> {
         let mut at = start.clone();
         let mut end = None;
         for (floor, iterations) in stages {
-            let mut damping = 1e-4;
+            // Next to none: a small parameter and an effect of the same kind are told apart by the prior alone, whose
+            // curvature is 10⁴ times below that of the data, and a larger damping would stop on the way.
+            let mut damping = 1e-10;
             let (mut r, mut j) = self.linearised(&at, *floor)?;
             for iteration in 0..=*iterations {
                 let data: f64 = r.iter().map(|r| r * r).sum();
@@ -470,7 +472,7 @@ impl Problem<'_> {
                         }
                     });
                     let Ok(step) = solve(&damped, &slope) else {
-                        damping = (damping * 10.0f64).max(1e-6);
+                        damping = (damping * 10.0f64).max(1e-7);
                         continue;
                     };
                     let mut there = at.clone();
@@ -488,11 +490,11 @@ impl Problem<'_> {
                     }
                     let value = self.chi2(&there, *floor).unwrap_or(f64::INFINITY);
                     if value < here {
-                        damping = (damping * 0.1).max(1e-10);
+                        damping = (damping * 0.01).max(1e-10);
                         accepted = Some((there, here - value));
                         break;
                     }
-                    damping = (damping * 10.0).max(1e-6);
+                    damping = (damping * 10.0).max(1e-7);
                 }
                 let Some((there, gain)) = accepted else { break };
                 at = there;

@@ -6,6 +6,7 @@
 //! [`judge`] gives the verdict.
 
 pub mod chain;
+mod choose;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
