@@ -41,10 +41,11 @@ impl TuneSettings {
             sensitivity_db: 11.5,
             mode_shift: 0.03,
             noise_current_a: 0.1,
-            // A micrometre of noise or of an unknown mode above the band asks for one ampere at most.
-            high_frequency_gain_a_per_m: 1.0e6,
+            // A micrometre of noise or of an unknown mode above the band asks for two amperes at most: what the µ controller
+            // of the reference spindle has there, so that neither is held shorter than the other.
+            high_frequency_gain_a_per_m: 2.0e6,
             population: 20,
-            generations: 220,
+            generations: 400,
             seed: 1,
             speeds: 6,
         }

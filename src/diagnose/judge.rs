@@ -5,6 +5,7 @@
 //! from a fit that has not seen them.
 
 use super::DiagnoseError;
+use super::choose::choose;
 use super::evidence::{Evidence, Gap, Use};
 use super::experiment::Measurement;
 use super::fit::{FINAL_FLOOR, Point};
@@ -12,7 +13,6 @@ use super::hypothesis::{Hypothesis, Scope, catalogue};
 use super::localise::{Localisation, localise};
 use super::model::Model;
 use super::next::proposals;
-use super::choose::choose;
 use super::search::{BLOCK_FAILS, Candidate, Misfit, Search, TIE};
 use crate::spindle::{Effect, Machine};
 

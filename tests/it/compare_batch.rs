@@ -49,8 +49,52 @@ fn compare_shows_what_the_reference_run_found() {
             .pointer(&format!("/chatter/{name}/minimum_depth_m"))
             .unwrap();
         assert!(depth.as_f64().unwrap() > 0.0);
+        // Worst cases: both speeds and every speed at once, bounds in order, the nominal value above them.
+        let cases = found.pointer(&format!("/worst_case/{name}")).unwrap();
+        let cases = cases.as_array().unwrap();
+        assert_eq!(cases.len(), 3);
+        for case in cases {
+            assert_eq!(case["stable_at_corners"], true);
+            for axis in ["x", "y"] {
+                let minimum = &case["stiffness"][axis]["minimum"];
+                let figure = |key: &str| minimum[key].as_f64().unwrap();
+                let (below, attained) = (figure("not_below_n_per_m"), figure("attained_n_per_m"));
+                assert!(below <= attained && attained < 1.005 * below, "{minimum}");
+                let nominal = a.as_f64().unwrap();
+                assert!(
+                    case["speed_rpm"] != 0.0 || below <= nominal * (1.0 + 1e-6),
+                    "{case}"
+                );
+            }
+        }
+        // The statements of figure 9.
+        let first = found.pointer(&format!("/tool_plane/{name}/0")).unwrap();
+        let ten = first["tool_stiffness"]["x"]["at_10_hz_n_per_m"]
+            .as_f64()
+            .unwrap();
+        let same = found
+            .pointer(&format!("/stiffness/{name}/at_10_hz_n_per_m"))
+            .unwrap();
+        assert!((ten / same.as_f64().unwrap() - 1.0).abs() < 1e-3);
+        assert_eq!(first["flexible_modes"].as_array().unwrap().len(), 3);
+        assert!(
+            first["flexible_modes"][0]["damping_ratio"]
+                .as_f64()
+                .unwrap()
+                > 0.0
+        );
     }
-    for file in ["report.html", "plots/stiffness.svg", "plots/chatter.csv"] {
+    let ratio = found
+        .pointer("/stiffness_ratio/mu_over_pid/0/minimum")
+        .unwrap();
+    assert!(ratio.as_f64().unwrap() > 0.0);
+    for file in [
+        "report.html",
+        "plots/stiffness.svg",
+        "plots/stiffness_worst.csv",
+        "plots/sensitivity_worst.svg",
+        "plots/chatter.csv",
+    ] {
         assert!(out.join(file).is_file(), "{file}");
     }
 }
@@ -91,4 +135,50 @@ fn batch_reads_every_tool_before_it_designs_and_writes_nothing_on_error() {
         "{message}"
     );
     assert!(!out.exists());
+}
+
+#[test]
+fn batch_of_one_tool_fills_table_picture_and_folder() {
+    let temporary = tempfile::tempdir().unwrap();
+    let out = temporary.path().join("batch");
+    let output = muspin()
+        .args(["batch", "--tools", "endmill-16", "--spindle"])
+        .arg(reference("spindle.yaml"))
+        .arg("--out")
+        .arg(&out)
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    let mut table = csv::Reader::from_reader(output.stdout.as_slice());
+    let header = table.headers().unwrap().clone();
+    let row = table.records().next().unwrap().unwrap();
+    let cell = |name: &str| {
+        let place = header.iter().position(|h| h == name).unwrap();
+        row.get(place).unwrap().to_owned()
+    };
+    let number = |name: &str| cell(name).parse::<f64>().unwrap();
+    assert_eq!(cell("tool"), "endmill-16");
+    assert_eq!(cell("meets_specification"), "true");
+    assert!(number("mu_as_specified") <= 1.0);
+    for name in ["mu", "pid"] {
+        let nominal = number(&format!("minimum_stiffness_{name}_n_per_m"));
+        let worst = number(&format!("worst_stiffness_{name}_n_per_m"));
+        assert!(
+            worst > 0.0 && worst < nominal * 1.001,
+            "{name}: {worst} {nominal}"
+        );
+    }
+    // A tool that meets the specification is asked for its slack only on demand.
+    assert_eq!(cell("largest_tool_tightening"), "");
+    for file in [
+        "tools.csv",
+        "report.html",
+        "plots/tools.svg",
+        "plots/tools_stiffness.svg",
+        "endmill-16/controller.c",
+        "endmill-16/pid.json",
+    ] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
 }
