@@ -1,11 +1,11 @@
 //! `muspin batch`: a design per tool and one table over all.
 
 use super::design::{add_controller, finish, run_design};
-use super::design_arguments::PidEffort;
+use super::design_arguments::{PidArguments, PidEffort};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
-use crate::controller::pid_tune::{TuneSettings, tune};
+use crate::controller::pid_tune::tune;
 use crate::input::{load_machine, load_weights};
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::DesignSettings;
@@ -35,9 +35,8 @@ pub struct Arguments {
     /// Weights file, or the name of a shipped one
     #[arg(long, default_value = "benchmark")]
     weights: String,
-    /// Effort of the PID search for each tool
-    #[arg(long, value_enum, default_value = "quick")]
-    pid: PidEffort,
+    #[command(flatten)]
+    pid: PidArguments,
     /// Also seek the largest tightening of tools that meet the specification
     #[arg(long)]
     tightening: bool,
@@ -137,7 +136,7 @@ fn one(
     let tool = machine.tool.name.clone();
     let design = run_design(machine, weights, progress)?;
     progress.stage(format!("{tool}: PID"));
-    let effort: TuneSettings = arguments.pid.into();
+    let effort = arguments.pid.settings(PidEffort::Quick);
     let pid = tune(machine, &effort, &mut |_, _| {})?;
     progress.stage(format!("{tool}: predictions"));
     let controllers = [&design.controller, &pid.controller];

@@ -1,13 +1,15 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
 use super::design::{add_predictions, finish, outcome, run_design};
-use super::design_arguments::{DesignArguments, PidEffort};
+use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::controller::pid_tune::{TuneSettings, textbook, tune};
 use crate::controller::verification::verify;
+use crate::identify::HammerFrf;
+use crate::identify::peaks::{Channel, Resonance, resonances};
 use crate::input::{load_controller, load_measurement};
 use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict};
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
@@ -45,9 +47,8 @@ pub struct Arguments {
     /// Speeds in rpm, separated by commas; default: standstill and the top speed
     #[arg(long, value_delimiter = ',')]
     speeds: Vec<f64>,
-    /// Effort of the PID search: seconds, or up to half a minute for the best that it finds
-    #[arg(long, value_enum, default_value = "thorough")]
-    pid: PidEffort,
+    #[command(flatten)]
+    pid: PidArguments,
     /// Uncertainty of the natural frequencies for the worst case in percent, mode by mode; default: that of the weights
     #[arg(long, value_delimiter = ',')]
     mode_uncertainty: Vec<f64>,
@@ -91,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let found = run_design(&machine, &weights, &progress)?;
         result = outcome(&found);
         progress.stage("PID");
-        let effort: TuneSettings = arguments.pid.into();
+        let effort = arguments.pid.settings(PidEffort::Thorough);
         let pid = tune(&machine, &effort, &mut |_, _| {})?;
         let plain = textbook(&machine, &TuneSettings::quick())?;
         summary.set("pid", pid_json(&pid, &effort));
@@ -185,9 +186,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             stiffness_n_per_m: h.frf.compliance.iter().map(|c| c.norm().recip()).collect(),
         })
         .collect();
-    for m in &measured {
+    for (m, hammer) in measured.iter().zip(&hammers) {
         let key = format!("tool_plane.{}", m.name.replace(['.', ' '], "_"));
-        summary.set(&key, measured_json(m, &flexible_hz, top / 60.0));
+        let shown = lightly_damped(&hammer.frf);
+        summary.set(&key, measured_json(m, &shown, &flexible_hz, top / 60.0));
     }
     add_ratios(&mut summary, &runs);
     let words = figure_9_words(
@@ -226,6 +228,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
 const LOBE_POINTS: usize = 1000;
+
+/// Resonances of a hammer record that a local fit resolves: those with a damping ratio of two percent at most.
+fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {
+    let lines = 0..frf.frequency_hz.len();
+    // A floor of half a percent: what repeated hammer tests differ by.
+    let channel = Channel {
+        name: "tool".to_owned(),
+        value: frf.compliance.clone(),
+        sigma: lines.map(|k| frf.sigma(k, 0.005)).collect(),
+    };
+    resonances(&frf.frequency_hz, &[channel])
+}
 
 /// Name and smallest stiffness over every speed and uncertainty of each controller, N/m.
 fn worst_least(worst: &[(Role, String, Vec<WorstPrediction>)]) -> Vec<(String, f64)> {

@@ -40,6 +40,31 @@ impl DesignArguments {
     }
 }
 
+/// Arguments of the commands that tune a PID.
+#[derive(clap::Args, Debug, Clone, Copy)]
+pub struct PidArguments {
+    /// Effort of the PID search: a few seconds, or up to half a minute for the best that it finds
+    #[arg(long = "pid", value_enum)]
+    effort: Option<PidEffort>,
+    /// Seed of the PID search
+    #[arg(long = "pid-seed", default_value_t = 1)]
+    seed: u64,
+}
+
+impl PidArguments {
+    /// Settings of the search; `usual` is the effort unless one is given.
+    pub fn settings(&self, usual: PidEffort) -> TuneSettings {
+        let settings = match self.effort.unwrap_or(usual) {
+            PidEffort::Quick => TuneSettings::quick(),
+            PidEffort::Thorough => TuneSettings::thorough(),
+        };
+        TuneSettings {
+            seed: self.seed,
+            ..settings
+        }
+    }
+}
+
 /// How long the PID is tuned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum PidEffort {
@@ -47,13 +72,4 @@ pub enum PidEffort {
     Quick,
     /// Up to half a minute.
     Thorough,
-}
-
-impl From<PidEffort> for TuneSettings {
-    fn from(effort: PidEffort) -> Self {
-        match effort {
-            PidEffort::Quick => Self::quick(),
-            PidEffort::Thorough => Self::thorough(),
-        }
-    }
 }

@@ -5,6 +5,7 @@ use super::run_summary::verification_json;
 use super::summary::{number, numbers};
 use crate::controller::pid_certificate::{PeakSensitivity, PidCertificate, ZONE_B_DB};
 use crate::controller::pid_tune::{TuneSettings, TunedPid};
+use crate::identify::peaks::Resonance;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::worst::{Cover, LOW_HZ, WorstPrediction};
 use crate::predict::dips::{Dip, dips};
@@ -60,11 +61,25 @@ pub fn statements_json(prediction: &Prediction, flexible_hz: &[f64], top_speed_h
     })
 }
 
-/// The same statements for a measured record, as far as the record shows them.
-pub fn measured_json(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
+/// The same statements for a measured record, as far as it shows them; `resonances` are its lightly damped ones.
+pub fn measured_json(
+    measured: &Measured,
+    resonances: &[Resonance],
+    flexible_hz: &[f64],
+    top_speed_hz: f64,
+) -> Value {
     json!({
         "speed_rpm": number(measured.speed_rpm),
         "tool_stiffness": curve_json(&measured.frequency_hz, &measured.stiffness_n_per_m, flexible_hz, top_speed_hz),
+        "lightly_damped_modes": resonances.iter().map(resonance_json).collect::<Vec<Value>>(),
+    })
+}
+
+fn resonance_json(r: &Resonance) -> Value {
+    json!({
+        "frequency_hz": number(r.frequency_hz),
+        "standard_deviation_hz": number(r.standard_deviation_hz),
+        "damping_ratio": number(r.damping_ratio),
     })
 }
 

@@ -100,6 +100,50 @@ fn compare_shows_what_the_reference_run_found() {
 }
 
 #[test]
+fn a_hammer_record_stands_beside_the_prediction_of_its_loop() {
+    let temporary = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis/c01");
+    let output = muspin()
+        .arg("compare")
+        .arg("--spindle")
+        .arg(data.join("spindle.yaml"))
+        .arg("--tool")
+        .arg(data.join("tool.yaml"))
+        .arg("--controller")
+        .arg(data.join("pid.json"))
+        .arg("--measurement")
+        .arg(&data)
+        .args(["--speeds", "0", "--out"])
+        .arg(temporary.path().join("compare"))
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let found: Value = serde_json::from_slice(&output.stdout).expect(&errors);
+    let plane = found["tool_plane"].as_object().unwrap();
+    let (_, predicted) = plane
+        .iter()
+        .find(|(k, _)| !k.starts_with("measured"))
+        .unwrap();
+    let (_, measured) = plane
+        .iter()
+        .find(|(k, _)| k.starts_with("measured"))
+        .unwrap();
+    let at = |v: &Value, key: &str| {
+        v["tool_stiffness"].get("x").unwrap_or(&v["tool_stiffness"])[key].as_f64()
+    };
+    // The record has an effect that the model lacks: the same size, not the same number.
+    for key in ["at_max_speed_n_per_m", "minimum_n_per_m"] {
+        let ratio = at(measured, key).unwrap() / at(&predicted[0], key).unwrap();
+        assert!((0.2..5.0).contains(&ratio), "{key}: {ratio}");
+    }
+    // Resonances that the record resolves are near poles of the predicted loop.
+    let light = measured["lightly_damped_modes"].as_array().unwrap();
+    for mode in light {
+        assert!(mode["damping_ratio"].as_f64().unwrap() < 0.03);
+    }
+}
+
+#[test]
 fn a_controller_that_does_not_levitate_is_a_missed_target() {
     let temporary = tempfile::tempdir().unwrap();
     // The nominal, not updated, rotor: its modes are up to 18 % from those of the design.
