@@ -4,6 +4,7 @@ pub mod certificates;
 pub mod comparison;
 pub mod design;
 pub mod problems;
+pub mod worst;
 
 use crate::controller::ControllerError;
 use crate::controller::verification::VerificationError;

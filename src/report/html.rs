@@ -81,7 +81,16 @@ const STAGES: [Stage; 10] = [
         key: "simulation",
         title: "Time responses",
         lead: "True bearing force law, limits of current and voltage, backup bearings.",
-        stems: &["time", "orbit", "impulse", "step", "unbalance", "lift"],
+        stems: &[
+            "animation",
+            "response",
+            "time",
+            "orbit",
+            "impulse",
+            "step",
+            "unbalance",
+            "lift",
+        ],
     },
     Stage {
         key: "machining",

@@ -1,6 +1,8 @@
 //! Files out: results folder, tables, plots, HTML. Gets finished results, never computes.
 
 pub mod atomic;
+pub mod comparison;
+pub mod comparison_figures;
 pub mod controller_json;
 pub mod diagnosis;
 pub mod diagnosis_tables;
@@ -16,6 +18,7 @@ pub mod readable;
 pub mod results;
 pub mod run_figures;
 pub mod run_summary;
+pub mod simulation;
 pub mod summary;
 pub mod tables;
 pub mod uff;

@@ -38,3 +38,4 @@ mod tools;
 mod uff;
 mod update_commands;
 mod update_reference;
+mod worst_case;
