@@ -2,6 +2,7 @@
 
 pub mod atomic;
 pub mod controller_json;
+pub mod design_summary;
 pub mod firmware;
 pub mod firmware_c;
 pub mod frequency_table;

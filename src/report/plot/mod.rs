@@ -17,6 +17,7 @@ pub mod machining;
 pub mod motion;
 pub mod robustness;
 pub mod shaft;
+pub mod speed;
 pub mod updating;
 
 pub use figure::{Axis, Figure, Panel, Series};
