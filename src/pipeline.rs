@@ -3,8 +3,12 @@
 pub mod certificates;
 pub mod comparison;
 pub mod design;
+pub mod emulation;
 pub mod problems;
 pub mod worst;
+mod reduction;
+pub mod speed_mu;
+pub mod stable;
 
 use crate::controller::ControllerError;
 use crate::controller::verification::VerificationError;
@@ -46,6 +50,14 @@ pub enum PipelineError {
     /// Reduction, realisation or rounding.
     #[error("controller: {0}")]
     Controller(#[from] ControllerError),
+    /// A continuous design that does not survive sampling.
+    #[error(
+        "emulation: the sampled loop is unstable at each of the {tried} prewarp frequencies tried"
+    )]
+    Emulated {
+        /// Prewarp frequencies tried.
+        tried: usize,
+    },
     /// Stability lobes.
     #[error("chatter: {0}")]
     Chatter(#[from] ChatterError),

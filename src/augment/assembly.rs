@@ -1,15 +1,20 @@
 //! Plane + weights + modal uncertainty → generalized plant of one plane.
 //!
 //! w = (modal channels, loads through W_d at tool/front/rear, sensor noise front/rear, all normalised to one);
-//! z = (modal channels, displacements through W_p at tool/front/rear, currents through W_u, optional T channel).
+//! z = (modal channels, displacements through W_p at tool/front/rear, currents through W_u, optional T channel, optional
+//! integral channel).
+//! Optional channels: T, the clean signals over (limit · noise), so that ‖T‖ ≤ limit where it reaches one; integral action,
+//! the measured signals y + n through W_i(s) = (1/x_dc)·ω_c/(s + ω_c/1000): what a load moves the shaft at the sensors falls
+//! below the corner ω_c as with an integrator, to a thousandth of the displacement allowed at DC. It asks it of the signals,
+//! since two bearings cannot hold the tool itself against loads at three places; noise takes part, since S n falls too.
 //! Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … − √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at 4 %).
 //! Measurements and commands are scaled to order one: y/σ_y with σ_y = [`SIGNAL_SCALE_M`], u in A.
 
 use super::generalized::GeneralizedPlant;
 use super::plane::{LOADS, LOOPS};
 use super::uncertainty::Block;
-use super::weighting::{level_change, low_frequency_rise, roll_on};
-use super::weights::{Limits, Weights};
+use super::weighting::{leaky_integrator, level_change, roll_on};
+use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, block2, series, stack_rows};
 use crate::lti::{Continuous, StateSpace};
@@ -17,12 +22,14 @@ use crate::lti::{Continuous, StateSpace};
 /// Displacement that counts as one at the controller input of the scaled problem, m: the size of the vibrations.
 pub const SIGNAL_SCALE_M: f64 = 1e-5;
 
-/// Rise of the tool weight below the integral corner: a leaky integrator, since a pole at zero cannot be stabilised.
+/// Rise of the integral weight below its corner: a leaky integrator, since a pole at zero cannot be stabilised.
 const INTEGRAL_RISE: f64 = 1e3;
 
 /// A mode with a port in the plane model and its relative natural-frequency uncertainty.
 #[derive(Clone, Copy, Debug)]
 pub struct UncertainMode {
+    /// Number of the flexible mode, from 0.
+    pub number: usize,
     /// Natural frequency ω₀, rad/s.
     pub omega_rad_s: f64,
     /// Relative uncertainty r.
@@ -40,10 +47,8 @@ pub fn generalized_plane(
     weights: &Weights,
 ) -> Result<GeneralizedPlant, NumericError> {
     let nv = modes.len();
-    let limits = [&weights.tool, &weights.front, &weights.rear];
-    let tightening = [weights.tool_tightening, 1.0, 1.0];
-    let input = input_weights(modes, &limits, weights)?;
-    let output = output_weights(modes, &limits, tightening, weights)?;
+    let input = input_weights(modes, weights)?;
+    let output = output_weights(modes, weights)?;
     let with_errors = expose_errors(plane, nv, weights)?;
     let weighted = series(&series(&input, &with_errors)?, &output)?;
     let performance = Block::ComplexFull {
@@ -76,12 +81,15 @@ pub fn scale_controller<T: crate::lti::TimeBase>(physical: &StateSpace<T>) -> St
     physical.scale_inputs(&y)
 }
 
-/// (w, u) → (v, loads, noise, u).
-fn input_weights(
+/// Weights at the inputs, (w, u) → (modal ports, loads N, noise m, u).
+///
+/// # Errors
+/// [`NumericError`] when a weight is not positive.
+pub fn input_weights(
     modes: &[UncertainMode],
-    limits: &[&Limits; LOADS],
     weights: &Weights,
 ) -> Result<StateSpace<Continuous>, NumericError> {
+    let limits = [&weights.tool, &weights.front, &weights.rear];
     let mut all = StateSpace::gain(modal_gain(modes), Continuous);
     for (limit, crossover) in limits.iter().zip(weights.load_crossover_hz) {
         all = append(
@@ -99,30 +107,27 @@ fn input_weights(
     ))
 }
 
-/// (q, x, u, noisy y for T, noisy y) → (z, y).
-fn output_weights(
+/// Weights at the outputs, (q, x, u, [clean y for T], [noisy y for integral action], noisy y) → (z, y).
+///
+/// # Errors
+/// As [`input_weights`].
+pub fn output_weights(
     modes: &[UncertainMode],
-    limits: &[&Limits; LOADS],
-    tightening: [f64; LOADS],
     weights: &Weights,
 ) -> Result<StateSpace<Continuous>, NumericError> {
+    let limits = [&weights.tool, &weights.front, &weights.rear];
+    let tightening = [weights.tool_tightening, 1.0, 1.0];
     let mut all = StateSpace::gain(modal_gain(modes), Continuous);
     let places = limits
         .iter()
         .zip(tightening)
         .zip(weights.displacement_crossover_hz);
-    for (place, ((limit, factor), crossover)) in places.enumerate() {
-        let mut displacement = level_change(
+    for ((limit, factor), crossover) in places {
+        let displacement = level_change(
             factor / limit.max_dc_displacement_m,
             factor / limit.max_hf_displacement_m,
             crossover,
         )?;
-        if let Some(corner) = weights.integral_corner_hz
-            && place == 0
-        {
-            let rise = low_frequency_rise(1.0, corner, INTEGRAL_RISE)?;
-            displacement = series(&displacement, &rise)?;
-        }
         all = append(&all, &displacement);
     }
     for _ in 0..LOOPS {
@@ -137,14 +142,20 @@ fn output_weights(
         let gain = 1.0 / (limit * weights.sensor_noise_m);
         all = append(&all, &StateSpace::gain(diagonal(gain), Continuous));
     }
+    if let Some(corner) = weights.integral_corner_hz {
+        for limit in [&weights.front, &weights.rear] {
+            let dc = INTEGRAL_RISE / limit.max_dc_displacement_m;
+            all = append(&all, &leaky_integrator(dc, corner / INTEGRAL_RISE)?);
+        }
+    }
     Ok(append(
         &all,
         &StateSpace::gain(diagonal(1.0 / SIGNAL_SCALE_M), Continuous),
     ))
 }
 
-/// Plane (v, loads, u) → (q, x, y) with noise inputs and with currents and clean signals as extra errors:
-/// (v, loads, noise, u) → (q, x, u, [y clean], y + noise).
+/// Plane (v, loads, u) → (q, x, y) with noise inputs and with currents and signals as extra errors:
+/// (v, loads, noise, u) → (q, x, u, [y clean], [y + noise], y + noise).
 fn expose_errors(
     plane: &StateSpace<Continuous>,
     nv: usize,
@@ -182,10 +193,21 @@ fn expose_errors(
     let c_signal = rows(&plane.c, w, LOOPS);
     let clean_c = rows(&c_signal, 0, extra);
     let clean_d = rows(&d_signal, 0, extra);
-    let c = [Mat::zeros(LOOPS, n), clean_c, c_signal.clone()]
-        .iter()
-        .fold(rows(&plane.c, 0, w), |all, next| stack_rows(&all, next));
-    let d = [currents, clean_d, &d_signal + &noise]
+    let noisy_d = &d_signal + &noise;
+    let regulated = if weights.integral_corner_hz.is_some() {
+        LOOPS
+    } else {
+        0
+    };
+    let c = [
+        Mat::zeros(LOOPS, n),
+        clean_c,
+        rows(&c_signal, 0, regulated),
+        c_signal.clone(),
+    ]
+    .iter()
+    .fold(rows(&plane.c, 0, w), |all, next| stack_rows(&all, next));
+    let d = [currents, clean_d, rows(&noisy_d, 0, regulated), noisy_d]
         .iter()
         .fold(d_errors, |all, next| stack_rows(&all, next));
     StateSpace::new(plane.a.clone(), b, c, d, Continuous)

@@ -29,17 +29,8 @@ pub enum Route {
     },
 }
 
-/// One plane of the machine at rest with `flexible` modes, the first `uncertain` of them with modal ports.
-/// Couplings between the planes (bearing coupling, turned sensor axes) are left out here and come back in verification.
-///
-/// # Errors
-/// [`SpindleError`] when the machine breaks a rule or a connection fails.
-pub fn design_plane(
-    machine: &Machine,
-    flexible: usize,
-    uncertain: usize,
-    route: Route,
-) -> Result<StateSpace<Continuous>, SpindleError> {
+/// The machine without couplings between the planes other than gyroscopics (bearing coupling, turned sensor axes).
+pub fn isotropic(machine: &Machine) -> Machine {
     let mut isotropic = machine.clone();
     isotropic.spindle.effects.retain(|e| {
         !matches!(
@@ -47,22 +38,39 @@ pub fn design_plane(
             EffectKind::BearingCoupling | EffectKind::AxisMisalignment
         )
     });
+    isotropic
+}
+
+/// One plane of the machine at rest with `flexible` modes, those numbered in `uncertain` (from 0) with modal ports.
+/// Couplings between the planes (bearing coupling, turned sensor axes) are left out here and come back in verification.
+///
+/// # Errors
+/// [`SpindleError`] when the machine breaks a rule or a connection fails.
+pub fn design_plane(
+    machine: &Machine,
+    flexible: usize,
+    uncertain: &[usize],
+    route: Route,
+) -> Result<StateSpace<Continuous>, SpindleError> {
+    let isotropic = isotropic(machine);
     let detail = ModelDetail::Modes {
         flexible,
         static_residual: true,
     };
     let plant = Plant::new(&isotropic, 0.0, detail)?;
-    let ports: Vec<usize> = (0..uncertain)
+    let modes = uncertain.iter().map(|k| k + 1).max().unwrap_or(0);
+    let ports: Vec<usize> = uncertain
+        .iter()
         .map(|mode| CHANNELS + 2 * mode)
         .chain([4, 6, 8, 0, 2])
         .collect();
     Ok(match route {
         Route::Direct => {
-            let sampled = plant.sampled_with_modal_ports(uncertain)?;
+            let sampled = plant.sampled_with_modal_ports(modes)?;
             inverse_tustin(&connected_part(&sampled.select(&ports, &ports)))?
         }
         Route::Emulation { pade_order } => {
-            let continuous = plant.state_space_with_modal_ports(pade_order, uncertain)?;
+            let continuous = plant.state_space_with_modal_ports(pade_order, modes)?;
             connected_part(&continuous.select(&ports, &ports))
         }
     })

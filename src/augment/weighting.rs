@@ -32,16 +32,19 @@ pub fn level_change(
     first_order(pole, split, residue.signum() * split, hf)
 }
 
-/// Weight with integral-like rise below `corner_hz`: (s + ω_c)/(s + ω_c/ratio) times `hf`; DC value hf·ratio.
+/// Leaky integrator: DC value `dc`, falling with 1/s above `leak_hz`.
 ///
 /// # Errors
 /// As [`level_change`].
-pub fn low_frequency_rise(
-    hf: f64,
-    corner_hz: f64,
-    ratio: f64,
-) -> Result<StateSpace<Continuous>, NumericError> {
-    level_change(hf * ratio, hf, corner_hz / ratio.sqrt())
+pub fn leaky_integrator(dc: f64, leak_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
+    if ![dc, leak_hz].iter().all(|v| v.is_finite() && *v > 0.0) {
+        return Err(NumericError::NotFinite {
+            what: "integral weight (gain and corner must be positive)",
+        });
+    }
+    let pole = TAU * leak_hz;
+    let split = (dc * pole).sqrt();
+    first_order(pole, split, split, 0.0)
 }
 
 /// Control weight: 1/`limit` in band, second-order rise from `corner_hz`, flat again at `ratio` times the corner.

@@ -42,7 +42,7 @@ pub struct Weights {
     pub sensor_noise_m: f64,
     /// Largest complementary sensitivity, absolute; none by default.
     pub complementary_sensitivity_limit: Option<f64>,
-    /// Corner below which the tool displacement weight rises like an integrator, Hz; none by default.
+    /// Corner below which the displacement at the sensors is regulated as by an integrator, Hz; none by default.
     pub integral_corner_hz: Option<f64>,
     /// Factor by which the tool displacement limits are tightened. Default 1.
     pub tool_tightening: f64,

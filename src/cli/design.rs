@@ -1,11 +1,14 @@
 //! `muspin design`: D-K iteration, reduction, sampling, rounding, verification, firmware tables.
 
 use super::design_arguments::DesignArguments;
+use super::design_variants::{RouteArgument, Tighten, routes_json, tightened, tightening_json};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
+use crate::augment::weights::Weights;
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::{Design, DesignSettings, design};
+use crate::report::design_summary::arithmetic_json;
 use crate::report::firmware::{Firmware, Format, write_all};
 use crate::report::results::{ResultsError, ResultsFolder};
 use crate::report::run_figures::{predictions, robustness};
@@ -20,6 +23,16 @@ use std::path::Path;
 pub struct Arguments {
     #[command(flatten)]
     machine: DesignArguments,
+    /// How the sampled loop enters the synthesis; the verification is the same for both
+    #[arg(long, value_enum, default_value = "direct")]
+    route: RouteArgument,
+    /// Design by both routes and put the difference into summary and report
+    #[arg(long)]
+    compare_routes: bool,
+    /// Divide the tool's displacement limits by a factor, or with `auto` by the largest with µ ≤ 1 (a bound on the
+    /// complementary sensitivity gives way, unless the weights file states it), and compare with the design as written
+    #[arg(long, value_name = "auto|FACTOR")]
+    tighten: Option<Tighten>,
     /// Folder for controller, certificates, pictures and report
     #[arg(long, default_value = "results/design")]
     out: String,
@@ -31,6 +44,9 @@ impl From<PipelineError> for Failure {
             PipelineError::Synthesis(inner) => inner.advice().to_owned(),
             PipelineError::Plant(_) => {
                 "`muspin check` on the spindle and tool files shows more".to_owned()
+            }
+            PipelineError::Emulated { .. } => {
+                "use --route direct, or a higher sample rate".to_owned()
             }
             _ => "loosen the weights, or check the spindle's data".to_owned(),
         };
@@ -46,9 +62,17 @@ impl From<ResultsError> for Failure {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (machine, weights) = arguments.machine.load()?;
+    let (machine, written) = arguments.machine.load()?;
     let progress = Progress::start();
-    let found = run_design(&machine, &weights, &progress)?;
+    let settings = DesignSettings {
+        route: arguments.route.into(),
+        ..DesignSettings::default()
+    };
+    let (weights, factor) = match arguments.tighten {
+        None => (written.clone(), 1.0),
+        Some(asked) => tightened(&machine, &written, &settings, asked, &progress)?,
+    };
+    let found = run_design_with(&machine, &weights, &settings, &progress)?;
     let mut folder = ResultsFolder::new();
     let mut summary = Summary::new();
     summary.set("run", "design");
@@ -59,6 +83,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let runs = [0.0, machine.spindle.max_rpm].map(|rpm| predict(&machine, &found.controller, rpm));
     let [rest, speed] = runs;
     let (rest, speed) = (rest?, speed?);
+    add_arithmetic(&mut summary, &machine, &found)?;
+    if let Some(asked) = arguments.tighten {
+        let own = (&found, &rest);
+        let json = tightening_json(&machine, &written, &settings, own, (factor, asked), &progress)?;
+        summary.set("tightening", json);
+    }
+    if arguments.compare_routes {
+        let json = routes_json(&machine, &weights, &settings, (&found, &rest), &progress)?;
+        summary.set("routes.designs", json);
+    }
     add_predictions(&mut summary, "mu", &rest, &speed);
     for (stem, figure) in robustness(&found).into_iter().chain(predictions(
         &[(Role::Mu, &rest), (Role::Mu, &speed)],
@@ -75,17 +109,42 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(outcome(&found))
 }
 
-/// The design with a line per iteration on a terminal.
+/// The design with default settings, with a line per iteration on a terminal.
 pub fn run_design(
     machine: &Machine,
-    weights: &crate::augment::weights::Weights,
+    weights: &Weights,
+    progress: &Progress,
+) -> Result<Design, Failure> {
+    run_design_with(machine, weights, &DesignSettings::default(), progress)
+}
+
+/// µ and tool stiffness with the coefficients of each arithmetic.
+pub fn add_arithmetic(
+    summary: &mut Summary,
+    machine: &Machine,
+    design: &Design,
+) -> Result<(), Failure> {
+    let rest: Result<Vec<Prediction>, PipelineError> = design
+        .arithmetic
+        .iter()
+        .map(|a| predict(machine, &a.controller, 0.0))
+        .collect();
+    summary.set("design.arithmetic", arithmetic_json(design, &rest?));
+    Ok(())
+}
+
+/// The design with a line per iteration on a terminal.
+pub(super) fn run_design_with(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
     progress: &Progress,
 ) -> Result<Design, Failure> {
     progress.stage("design");
     Ok(design(
         machine,
         weights,
-        &DesignSettings::default(),
+        settings,
         &mut |step| {
             progress.line(match &step.failure {
                 Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),

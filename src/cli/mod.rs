@@ -9,6 +9,7 @@ mod check;
 mod compare;
 mod design;
 mod design_arguments;
+mod design_variants;
 mod diagnose;
 mod export;
 mod frf;

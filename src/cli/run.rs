@@ -1,6 +1,6 @@
 //! `muspin run`: the whole pipeline, from drawing and measurement to firmware tables and a report.
 
-use super::design::{add_controller, add_predictions, finish, outcome, run_design};
+use super::design::{add_arithmetic, add_controller, add_predictions, finish, outcome, run_design};
 use super::design_arguments::DesignArguments;
 use super::progress::Progress;
 use super::update::targets;
@@ -189,6 +189,7 @@ fn assemble(
         }
     }
     summary.set("design", design_json(design));
+    add_arithmetic(&mut summary, machine, design)?;
     let both = |controller| -> Result<[Prediction; 2], Failure> {
         Ok([
             predict(machine, controller, 0.0)?,
@@ -280,13 +281,16 @@ fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
 /// The outcome in a few sentences.
 fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Prediction) -> String {
     let micro = |k: f64| k * 1e-6;
-    let stable = if design.verification.is_stable() {
+    let stable = if design.is_stable() {
         format!(
-            "stable at every speed checked up to {:.0} rpm",
-            machine.spindle.max_rpm
+            "stable at every speed up to {:.0} rpm, proven between the speeds computed as well",
+            design.speed_proof.proven_to_rpm()
         )
     } else {
-        "NOT stable at every speed".to_owned()
+        format!(
+            "NOT proven stable at every speed (up to {:.0} rpm only)",
+            design.speed_proof.proven_to_rpm()
+        )
     };
     format!(
         "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {:.3} for the specification as \

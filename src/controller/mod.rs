@@ -13,6 +13,8 @@ pub mod pid_tune;
 pub mod realise;
 pub mod scaling;
 pub mod sections;
+pub mod speed_lift;
+pub mod speed_proof;
 pub mod verification;
 
 pub use law::{ControlLaw, Controller};

@@ -77,6 +77,20 @@ pub fn peak(
     })
 }
 
+/// Frequencies of the eigenvalues on the axis to within rounding, ascending: where a level may be met that the gain stays
+/// clear of or crosses steeply. Narrower than what [`peak`] looks at, which also climbs.
+pub fn axis_frequencies(values: &[c64]) -> Vec<f64> {
+    let size = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let mut list: Vec<f64> = values
+        .iter()
+        // Rounding moves a crossing by ε‖H‖ over the slope there, a touching one by the root of that.
+        .filter(|v| v.im >= 0.0 && (v.re.abs() <= 1e-4 * v.im || v.re.abs() <= 1e-11 * size))
+        .map(|v| v.im)
+        .collect();
+    list.sort_by(f64::total_cmp);
+    list
+}
+
 /// Frequencies of the eigenvalues near the axis, ascending.
 fn crossings(values: &[c64]) -> Vec<f64> {
     let size = values.iter().map(|v| v.norm()).fold(0.0, f64::max);

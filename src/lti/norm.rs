@@ -3,13 +3,13 @@
 //! Seeds: DC, infinity, every pole frequency, and a log grid. States are balanced first (without that, badly scaled
 //! magnetic-bearing loops lose five digits).
 
-use super::level_set::peak;
+use super::level_set::{axis_frequencies, peak};
 use super::responder::FrequencyResponder;
 use super::sample::inverse_tustin;
 use super::scale::balancing;
 use super::state_space::{Continuous, Discrete, StateSpace};
 use crate::linalg::{
-    Mat, NumericError, c64, max_singular_value, max_singular_value_complex, solve,
+    Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve,
 };
 use thiserror::Error;
 
@@ -79,6 +79,42 @@ pub fn hinf_norm_discrete(
         peak_omega_rad_s: 2.0 / period * (0.5 * period * mapped.peak_omega_rad_s).atan(),
         ..mapped
     })
+}
+
+/// Whether the gain of a stable sampled system stays below `level` at every frequency. One eigenvalue problem, no search:
+/// where H(γ) has an eigenvalue on the axis, or near it, the gain itself decides there and between its neighbours.
+/// The frequency (rad/s) and gain of the largest value met come with the answer.
+///
+/// # Errors
+/// [`NormError::Unstable`] when a pole is not inside the unit circle.
+pub fn stays_below(
+    system: &StateSpace<Discrete>,
+    level: f64,
+) -> Result<(bool, f64, f64), NormError> {
+    let growth_rate = system.growth_rate()?;
+    if growth_rate >= 0.0 {
+        return Err(NormError::Unstable { growth_rate });
+    }
+    let mapped = inverse_tustin(system)?;
+    let s = mapped.scale_states(&balancing(&mapped));
+    let mut met = (max_singular_value(&s.d), f64::INFINITY);
+    if met.0 < level {
+        let h = hamiltonian(&s, level)?;
+        let mut near = axis_frequencies(&eigenvalues(&h)?);
+        let between: Vec<f64> = near.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+        near.extend(between);
+        let responder = FrequencyResponder::new(&s);
+        for omega in near {
+            let gain = max_singular_value_complex(&responder.at_or_infinity(omega));
+            // NaN stands for a pole on the axis.
+            if gain.is_nan() || gain > met.0 {
+                met = (if gain.is_nan() { f64::INFINITY } else { gain }, omega);
+            }
+        }
+    }
+    let period = system.time.period_s;
+    let omega = 2.0 / period * (0.5 * period * met.1).atan();
+    Ok((met.0 < level, omega, met.0))
 }
 
 /// Frequencies at which to look first: pole moduli and resonances, and a log grid three decades beyond them.

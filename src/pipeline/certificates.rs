@@ -2,6 +2,7 @@
 
 use super::PipelineError;
 use super::problems::Problems;
+use crate::augment::plane::Route;
 use crate::augment::{Block, GeneralizedPlant};
 use crate::lti::connect::lower_lft;
 use crate::lti::{Continuous, FrequencyGrid, StateSpace};
@@ -124,14 +125,17 @@ pub(super) fn d_scales(
     outcome: &DkOutcome,
 ) -> Result<Vec<DScaleCurve>, PipelineError> {
     const STAGE: &str = "D-scales";
-    let plant = scaled(&problems.synthesis, constant);
+    let plant = scaled(&problems.posed, constant);
     let system = closed(STAGE, &plant, &outcome.controller)?;
     let grid = FrequencyGrid::log_hz(1.0, 0.9 * 0.5 / problems.period_s, D_POINTS);
     let points = grid
         .omega_rad_s()
         .par_iter()
         .map(|w| {
-            let v = 2.0 / problems.period_s * (0.5 * w * problems.period_s).tan();
+            let v = match problems.route {
+                Route::Direct => 2.0 / problems.period_s * (0.5 * w * problems.period_s).tan(),
+                Route::Emulation { .. } => *w,
+            };
             let point = system.point(v).map_err(PipelineError::mu(STAGE))?;
             Ok((point.scaling.left, outcome.scales.magnitudes(v)))
         })

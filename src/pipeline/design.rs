@@ -7,24 +7,29 @@
 //! bound on T that keeps μ within its target. The w plane is exact in both directions, so nothing is lost to discretisation.
 
 use super::PipelineError;
-use super::certificates::{DScaleCurve, PeakFigures, Stage, attained, d_scales, mu_curve, stage};
-use super::problems::{Problems, pose};
+use super::certificates::{DScaleCurve, PeakFigures, Stage, d_scales, mu_curve, stage};
+use super::emulation::{Emulated, sampled_by_tustin};
+use super::problems::{Problems, generalized, pose};
+use super::reduction::reduce;
+use super::speed_mu::{SpeedMu, mu_over_speed};
+use super::stable::{OwnStability, prefer_stable};
 use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::{scale_controller, unscale_controller};
-use crate::augment::plane::{Route, connected_part};
+use crate::augment::plane::{LOADS, LOOPS, Route, connected_part};
 use crate::augment::weights::Weights;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled as scaled_realisation};
+use crate::controller::arithmetic::q31;
+use crate::controller::speed_proof::{SpeedProof, prove};
 use crate::controller::verification::{Verification, verify};
 use crate::controller::{ControlLaw, Controller};
-use crate::lti::balance::frequency_weighted_balance;
-use crate::lti::connect::lower_lft;
 use crate::lti::sample::{inverse_tustin, tustin};
-use crate::lti::{Continuous, StateSpace};
-use crate::predict::closed_loop::both_planes;
+use crate::lti::{Continuous, Discrete, StateSpace};
+use crate::predict::closed_loop::{both_planes, compliance};
 use crate::robust::dk::{DkSettings, DkStep, iterate};
 use crate::robust::prescale::scaled;
-use crate::spindle::Machine;
+use crate::robust::MuError;
+use crate::spindle::{Machine, ModelDetail, Plant};
 
 /// What a designer may turn, with the defaults of the reference run.
 #[derive(Clone, Debug)]
@@ -67,6 +72,17 @@ impl Default for DesignSettings {
     }
 }
 
+/// The controller in one arithmetic, closed with the design problems.
+#[derive(Clone, Debug)]
+pub struct Arithmetic {
+    /// float64, float32, Q31.
+    pub name: &'static str,
+    /// μ with its coefficients as that arithmetic holds them; infinite when the loop is unstable.
+    pub stage: Stage,
+    /// The controller with those coefficients.
+    pub controller: Controller,
+}
+
 /// A finished design.
 #[derive(Clone, Debug)]
 pub struct Design {
@@ -80,6 +96,10 @@ pub struct Design {
     pub gamma: f64,
     /// Orders of the D-scales of the best step, summed over the blocks.
     pub d_order: usize,
+    /// Stability of the controller itself.
+    pub own_stability: OwnStability,
+    /// What sampling did, on the emulation route.
+    pub emulated: Option<Emulated>,
     /// Level that μ of the synthesis problem had to keep in reduction.
     pub reduction_limit: f64,
     /// Controller of one plane as synthesised.
@@ -106,12 +126,26 @@ pub struct Design {
     pub verification: Verification,
     /// The same from the top speed to 20 % above it.
     pub overspeed: Verification,
+    /// Stability at every speed from rest to 20 % above the top speed.
+    pub speed_proof: SpeedProof,
+    /// μ of the specification with the true gyroscopics, over speed.
+    pub speed_mu: Vec<SpeedMu>,
+    /// μ with float64, float32 and Q31 coefficients; without Q31 when its range does not hold them.
+    pub arithmetic: Vec<Arithmetic>,
+    /// Static stiffness at tool, front and rear actuator at rest, N/m.
+    pub static_stiffness_n_per_m: [f64; LOADS],
 }
 
 impl Design {
+    /// True when the loop is stable at every speed from rest to the top speed, between those computed as well.
+    pub fn is_stable(&self) -> bool {
+        let reached = self.speed_proof.proven_to_rpm() * (1.0 + 1e-12);
+        self.verification.is_stable() && reached >= self.speed_proof.to_rpm / OVERSPEED
+    }
+
     /// True when Table 2 is met and every speed is stable.
     pub fn meets_targets(&self) -> bool {
-        self.rounded.specification.upper <= 1.0 && self.verification.is_stable()
+        self.rounded.specification.upper <= 1.0 && self.is_stable()
     }
 }
 
@@ -126,13 +160,31 @@ pub fn design(
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<Design, PipelineError> {
     let (problems, scales, _) = pose(machine, weights, settings)?;
-    let outcome = iterate(
-        &scaled(&problems.synthesis, &scales),
-        &settings.dk,
-        progress,
-    )?;
+    let outcome = iterate(&scaled(&problems.posed, &scales), &settings.dk, progress)?;
     let d_scales = d_scales(&problems, &scales, &outcome)?;
-    let full = outcome.controller;
+    let noise = problems.covered_modes.len() + LOADS;
+    let looser: &[f64] = match problems.sensitivity_limit {
+        Some(_) => &[],
+        None => &T_BOUNDS,
+    };
+    let (synthesised, own_stability) = prefer_stable(
+        &problems.posed,
+        &scales,
+        &outcome,
+        noise..noise + LOOPS,
+        looser,
+        &|limit| {
+            let modes = &problems.covered_modes;
+            generalized(machine, weights, settings, modes, Some(limit), settings.route)
+        },
+    )?;
+    let (full, emulated) = match settings.route {
+        Route::Direct => (synthesised, None),
+        Route::Emulation { .. } => {
+            let (sampled, emulated) = sampled_by_tustin(&problems, &synthesised)?;
+            (sampled, Some(emulated))
+        }
+    };
     let full_stage = stage("full order", &problems, &full)?;
     let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
     let (reduced, orders_tried) = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
@@ -154,9 +206,7 @@ pub fn design(
     // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
     // design plane.
     let rounded = realisation.rows.rounded_f32()?;
-    let plane_rounded = connected_part(&rounded.select(&[0, 2], &[0, 2]));
-    let back = inverse_tustin(&plane_rounded).map_err(PipelineError::numeric("rounded loop"))?;
-    let rounded_plane = scale_controller(&back);
+    let rounded_plane = plane_of(&rounded)?;
     let rounded_stage = stage("rounded", &problems, &rounded_plane)?;
     let verification = Verification {
         mu_peak: Some(rounded_stage.specification.upper),
@@ -178,10 +228,32 @@ pub fn design(
     overspeed
         .speeds
         .retain(|s| s.speed_rpm >= machine.spindle.max_rpm);
+    let exact = realisation.rows.to_state_space()?;
+    let mut arithmetic = vec![
+        in_arithmetic("float64", &problems, exact)?,
+        Arithmetic {
+            name: "float32",
+            stage: rounded_stage,
+            controller: named("mu", ControlLaw::Discrete(rounded.clone())),
+        },
+    ];
+    // A range that Q31 does not hold is said by the firmware export; the design stands without it.
+    if let Ok(law) = q31(&realisation).and_then(|program| program.rounded()) {
+        arithmetic.push(in_arithmetic("Q31", &problems, law)?);
+    }
+    let top = machine.spindle.max_rpm;
+    let at_rest = Plant::new(machine, 0.0, ModelDetail::Full)?;
+    let compliance_at_rest = compliance(&at_rest, &rounded, 0.0);
     let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
         mu_curve(plant, &rounded_plane, peak, period_s)
     };
     Ok(Design {
+        own_stability,
+        emulated,
+        speed_proof: prove(machine, &rounded, OVERSPEED * top)?,
+        speed_mu: mu_over_speed(machine, weights, settings, &rounded)?,
+        arithmetic,
+        static_stiffness_n_per_m: [0, 2, 4].map(|k| compliance_at_rest[(k, k)].norm().recip()),
         specification_curve: curve(&problems.specification, &rounded_stage.specification)?,
         covered_curve: curve(&problems.covered, &rounded_stage.covered)?,
         gamma: outcome.gamma,
@@ -208,8 +280,49 @@ pub fn design(
     })
 }
 
+/// The x plane of a four-axis law in the scaled signals of the w plane.
+fn plane_of(law: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, PipelineError> {
+    let plane = connected_part(&law.select(&[0, 2], &[0, 2]));
+    let back = inverse_tustin(&plane).map_err(PipelineError::numeric("rounded loop"))?;
+    Ok(scale_controller(&back))
+}
+
+/// μ with the coefficients of a law; infinite for an unstable loop.
+fn in_arithmetic(
+    name: &'static str,
+    problems: &Problems,
+    law: StateSpace<Discrete>,
+) -> Result<Arithmetic, PipelineError> {
+    let plane = plane_of(&law)?;
+    let lost = PeakFigures {
+        upper: f64::INFINITY,
+        lower: f64::INFINITY,
+        frequency_hz: f64::NAN,
+    };
+    let stage = match stage(name, problems, &plane) {
+        Err(PipelineError::Mu {
+            source: MuError::Unstable { .. },
+            ..
+        }) => Stage {
+            order: plane.order(),
+            specification: lost,
+            covered: lost,
+            synthesis: f64::INFINITY,
+        },
+        other => other?,
+    };
+    Ok(Arithmetic {
+        name,
+        stage,
+        controller: named("mu", ControlLaw::Discrete(law)),
+    })
+}
+
+/// Bounds on T tried for a stable controller when there is none, loosest first.
+const T_BOUNDS: [f64; 4] = [20.0, 12.0, 8.0, 5.0];
+
 /// Margin over the top speed that the loop should survive.
-const OVERSPEED: f64 = 1.2;
+pub const OVERSPEED: f64 = 1.2;
 /// Speeds from zero to the overspeed: steps of a tenth of the top speed.
 const OVERSPEED_POINTS: usize = 13;
 
@@ -218,53 +331,4 @@ fn named(name: &str, law: ControlLaw) -> Controller {
         name: name.to_owned(),
         law,
     }
-}
-
-/// Lowest order whose μ on the synthesis problem stays within budget and whose loop is stable.
-///
-/// Balanced truncation of K weighted by what the loop makes of a change of K: F_l(P, K + ΔK) − F_l(P, K) =
-/// N₁₂ ΔK (I − N₂₂ ΔK)⁻¹ N₂₁ (Anderson and Liu 1989), with N the loop closed by K and opened again beside it.
-fn reduce(
-    problems: &Problems,
-    scales: &[f64],
-    full: &StateSpace<Continuous>,
-    at_full: &Stage,
-    limit: f64,
-) -> Result<(StateSpace<Continuous>, Vec<(usize, f64)>), PipelineError> {
-    const STAGE: &str = "reduction";
-    let numeric = || PipelineError::numeric(STAGE);
-    let plant = scaled(&problems.synthesis, scales);
-    let (nw, nz) = (plant.disturbances(), plant.errors());
-    let twice = |first: usize, count: usize| -> Vec<usize> {
-        (0..first)
-            .chain(first..first + count)
-            .chain(first..first + count)
-            .collect()
-    };
-    let ports = plant
-        .system
-        .select(&twice(nz, plant.measurements), &twice(nw, plant.controls));
-    let opened = lower_lft(&ports, full).map_err(numeric())?;
-    let list = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
-    let output_weight = opened.select(&list(0, nz), &list(nw, plant.controls));
-    let input_weight = opened.select(&list(nz, plant.measurements), &list(0, nw));
-    let balancing = frequency_weighted_balance(full, Some(&input_weight), Some(&output_weight))
-        .map_err(numeric())?;
-    let mut tried = vec![];
-    for order in balancing.kept().max(1)..full.order() {
-        for candidate in [balancing.truncated(order), balancing.residualised(order)] {
-            // A cut that is singular at this order is no candidate.
-            let Ok(candidate) = candidate else { continue };
-            let Some(mu) = attained(&problems.synthesis, &candidate)? else {
-                continue;
-            };
-            tried.push((order, mu));
-            if mu <= limit {
-                tried.push((full.order(), at_full.synthesis));
-                return Ok((candidate, tried));
-            }
-        }
-    }
-    tried.push((full.order(), at_full.synthesis));
-    Ok((full.clone(), tried))
 }

@@ -1,10 +1,13 @@
 //! The generalized plants that share one plane model, and how far the tool's specification can be tightened.
+//!
+//! Every loop is judged on the sampled plant mapped to the w plane, whatever the route; the route decides which plant the
+//! synthesis sees: the same one, or the continuous plant with a Padé approximant of the total delay (hold included).
 
 use super::PipelineError;
 use super::design::DesignSettings;
 use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::{UncertainMode, generalized_plane};
-use crate::augment::plane::design_plane;
+use crate::augment::plane::{Route, design_plane};
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::augment::weights::Weights;
 use crate::robust::prescale::constant_scales;
@@ -24,6 +27,10 @@ pub struct Problems {
     pub covered: GeneralizedPlant,
     /// Covered, with the bound on T.
     pub synthesis: GeneralizedPlant,
+    /// What the synthesis sees: `synthesis` on the direct route, its continuous counterpart in emulation.
+    pub posed: GeneralizedPlant,
+    /// How the sampled loop entered `posed`.
+    pub route: Route,
     /// The bound on T, if any.
     pub sensitivity_limit: Option<f64>,
     /// Sample period, s.
@@ -44,22 +51,16 @@ pub(super) fn pose(
         split
             .iter()
             .enumerate()
-            .map(|(k, s)| UncertainMode {
+            .map(|(number, s)| UncertainMode {
+                number,
                 omega_rad_s: s.omega_rad_s,
-                relative: table(k) + if widen { s.relative() } else { 0.0 },
+                relative: table(number) + if widen { s.relative() } else { 0.0 },
             })
             .filter(|m| m.relative > 0.0)
             .collect()
     };
-    let build = |modes: &[UncertainMode], limit: Option<f64>| {
-        let flexible = kept + settings.guard_modes;
-        let plane = design_plane(machine, flexible, modes.len(), settings.route)?;
-        let weights = Weights {
-            complementary_sensitivity_limit: limit,
-            ..weights.clone()
-        };
-        generalized_plane(&plane, modes, &weights)
-            .map_err(PipelineError::numeric("generalized plant"))
+    let build = |modes: &[UncertainMode], limit: Option<f64>, route: Route| {
+        generalized(machine, weights, settings, modes, limit, route)
     };
     let (written, covered_modes) = (modes(false), modes(true));
     let given = weights.complementary_sensitivity_limit;
@@ -74,11 +75,11 @@ pub(super) fn pose(
     };
     let mut start: Vec<f64> = covered_modes.iter().map(|_| STARTING_SCALE).collect();
     let mut attempt = |limit: Option<f64>| -> Result<_, PipelineError> {
-        let synthesis = build(&covered_modes, limit)?;
-        let found = constant_scales(&synthesis, &start)?;
+        let posed = build(&covered_modes, limit, settings.route)?;
+        let found = constant_scales(&posed, &start)?;
         start.clone_from(&found.scale);
         start.pop();
-        Ok((synthesis, limit, found.scale, found.gamma))
+        Ok((posed, limit, found.scale, found.gamma))
     };
     let mut candidates = candidates.into_iter();
     let mut chosen = attempt(candidates.next().flatten())?;
@@ -88,17 +89,58 @@ pub(super) fn pose(
         }
         chosen = attempt(limit)?;
     }
-    let (synthesis, sensitivity_limit, scales, gamma) = chosen;
+    let (posed, sensitivity_limit, scales, gamma) = chosen;
     let problems = Problems {
-        specification: build(&written, None)?,
-        covered: build(&covered_modes, None)?,
-        synthesis,
+        specification: build(&written, None, Route::Direct)?,
+        covered: build(&covered_modes, None, Route::Direct)?,
+        synthesis: match settings.route {
+            Route::Direct => posed.clone(),
+            Route::Emulation { .. } => build(&covered_modes, sensitivity_limit, Route::Direct)?,
+        },
+        posed,
+        route: settings.route,
         sensitivity_limit,
         period_s: machine.spindle.electronics.sample_period_s(),
         covered_modes,
         split,
     };
     Ok((problems, scales, gamma))
+}
+
+/// The uncertain modes of the specification as written.
+pub(super) fn uncertain_modes(
+    machine: &Machine,
+    weights: &Weights,
+) -> Result<Vec<UncertainMode>, PipelineError> {
+    let split = gyroscopic_split(machine, 0.0, machine.spindle.flexible_modes)?;
+    let listed = split.iter().zip(&weights.mode_uncertainty).enumerate();
+    Ok(listed
+        .map(|(number, (s, relative))| UncertainMode {
+            number,
+            omega_rad_s: s.omega_rad_s,
+            relative: *relative,
+        })
+        .filter(|m| m.relative > 0.0)
+        .collect())
+}
+
+/// The generalized plant of one plane for a list of uncertain modes and a bound on T.
+pub(super) fn generalized(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    modes: &[UncertainMode],
+    sensitivity_limit: Option<f64>,
+    route: Route,
+) -> Result<GeneralizedPlant, PipelineError> {
+    let flexible = machine.spindle.flexible_modes + settings.guard_modes;
+    let numbers: Vec<usize> = modes.iter().map(|m| m.number).collect();
+    let plane = design_plane(machine, flexible, &numbers, route)?;
+    let weights = Weights {
+        complementary_sensitivity_limit: sensitivity_limit,
+        ..weights.clone()
+    };
+    generalized_plane(&plane, modes, &weights).map_err(PipelineError::numeric("generalized plant"))
 }
 
 /// Optimal γ with constant scales of the covered problem without a bound on T, the tool's specification tightened by
@@ -124,7 +166,7 @@ pub fn covered_gamma(
 }
 
 /// Largest factor on the tool's specification (displacements divided by it) for which [`covered_gamma`] is at most one,
-/// within 2 %, searched between 1/64 and 64.
+/// within 2 %, searched between 1/64 and 64. A bound on T in the weights is kept; without one, none is asked for.
 ///
 /// # Errors
 /// As [`covered_gamma`].

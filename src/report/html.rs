@@ -63,7 +63,7 @@ const STAGES: [Stage; 10] = [
         key: "design",
         title: "Controller",
         lead: "µ below 1: every specification holds for every plant within the stated uncertainty.",
-        stems: &["mu", "d-fit", "d-scale", "order", "reduction", "controller"],
+        stems: &["mu", "speed", "d-fit", "d-scale", "order", "reduction", "controller"],
     },
     Stage {
         key: "stiffness",
@@ -365,16 +365,24 @@ fn effects(summary: &Value) -> String {
 
 /// The run in sentences: those it wrote itself, and those its figures give.
 fn plain_words(summary: &Value) -> Vec<String> {
-    let own = at(summary, "plain_words").and_then(Value::as_array);
-    let mut sentences: Vec<String> = own
-        .into_iter()
-        .flatten()
+    let own = at(summary, "plain_words");
+    let listed = own.and_then(Value::as_array).into_iter().flatten();
+    let mut sentences: Vec<String> = listed
+        .chain(own)
         .filter_map(Value::as_str)
         .map(str::to_owned)
         .collect();
+    let proven = [
+        "design.speed_proof.sentence",
+        "design.controller_stability",
+    ]
+    .into_iter()
+    .filter_map(|path| word(summary, path).map(str::to_owned));
     if !sentences.is_empty() {
+        sentences.extend(proven);
         return sentences;
     }
+    sentences.extend(proven);
     if let Some(order) = figure(summary, "design.controller_order")
         && let Some(mu) = final_mu(summary)
     {

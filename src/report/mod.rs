@@ -7,6 +7,7 @@ pub mod controller_json;
 pub mod diagnosis;
 pub mod diagnosis_tables;
 pub mod diagnosis_words;
+pub mod design_summary;
 pub mod firmware;
 pub mod firmware_c;
 pub mod frequency_table;

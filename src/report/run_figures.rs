@@ -4,12 +4,13 @@ use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness
 use super::plot::robustness::{
     DFit, MuStep, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration,
 };
+use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
 use super::plot::{Curve, Figure, Role};
 use crate::linalg::c64;
 use crate::lti::{FrequencyGrid, Response};
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::design::Design;
+use crate::pipeline::design::{Design, OVERSPEED};
 use crate::rotor::modes::{PlanarModes, RIGID};
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 
@@ -190,6 +191,18 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
             fit: &d.used,
         })
         .collect();
+    let centres: Vec<Proven> = design
+        .speed_proof
+        .intervals
+        .iter()
+        .map(|i| Proven {
+            centre_rpm: i.centre_rpm,
+            radius_rpm: i.radius_rpm,
+            growth_rate_per_s: i.growth_rate_per_s,
+        })
+        .collect();
+    let speeds: Vec<f64> = design.speed_mu.iter().map(|s| s.speed_rpm).collect();
+    let at_speed: Vec<f64> = design.speed_mu.iter().map(|s| s.mu).collect();
     vec![
         (
             "d_scales".to_owned(),
@@ -198,6 +211,18 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
         (
             "mu".to_owned(),
             mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
+        ),
+        (
+            "speed_stability".to_owned(),
+            stability_over_speed(
+                "Stability over speed, proven between the computed speeds",
+                &centres,
+                design.speed_proof.to_rpm / OVERSPEED,
+            ),
+        ),
+        (
+            "mu_speed".to_owned(),
+            mu_over_speed("µ of the specification over speed", &speeds, &at_speed),
         ),
         (
             "mu_iterations".to_owned(),

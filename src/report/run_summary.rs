@@ -1,5 +1,8 @@
 //! Figures of a run as JSON: design with its certificates, stiffness, sensitivity. Keys as the format contract names them.
 
+use super::design_summary::{
+    alternatives_json, route_word, speed_intervals_json, speed_mu_json, speed_proof_json,
+};
 use super::summary::{number, numbers};
 use crate::controller::verification::Verification;
 use crate::pipeline::certificates::{PeakFigures, Stage};
@@ -44,7 +47,21 @@ pub fn design_json(design: &Design) -> Value {
         "mu_peak_reduced": number(design.reduced.covered.upper),
         "mu_peak_discrete": number(design.rounded.covered.upper),
         "mu_peak_discrete_lower": number(design.rounded.covered.lower),
-        "stable": design.verification.is_stable(),
+        "stable": design.is_stable(),
+        "route": route_word(design.problems.route),
+        "emulation": design.emulated.map(|e| json!({
+            "prewarp_hz": number(e.prewarp_hz),
+            "mu_continuous": number(e.mu_continuous),
+            "mu_sampled": number(e.mu_sampled),
+        })),
+        "speed_proof": speed_proof_json(&design.speed_proof),
+        "mu_over_speed": speed_mu_json(design),
+        "controller_stable": design.own_stability.is_stable() && design.controller_growth_rate_per_s < 0.0,
+        "controller_stability": design.own_stability.sentence(),
+        "stable_alternatives": alternatives_json(&design.own_stability),
+        "static_stiffness_tool_n_per_m": number(design.static_stiffness_n_per_m[0]),
+        "static_stiffness_front_n_per_m": number(design.static_stiffness_n_per_m[1]),
+        "static_stiffness_rear_n_per_m": number(design.static_stiffness_n_per_m[2]),
         "stable_speeds_rpm": numbers(&stable),
         "stable_at_20_percent_overspeed": design.overspeed.is_stable(),
         "controller_growth_rate_per_s": number(design.controller_growth_rate_per_s),
@@ -65,6 +82,7 @@ pub fn design_json(design: &Design) -> Value {
             "rounded": stage_json(&design.rounded),
             "verification": verification_json(&design.verification),
             "overspeed": verification_json(&design.overspeed),
+            "speed_proof": speed_intervals_json(&design.speed_proof),
         },
     })
 }

@@ -105,6 +105,24 @@ pub enum SynthesisError {
         /// Largest one.
         largest: f64,
     },
+    /// A synthesis failed, and D12 or D21 is almost without rank beside the rest of the plant.
+    #[error(
+        "{which} ({rows} x {cols}) is almost rank deficient: smallest singular value {smallest:.3e}, {relative:.1e} of the gain that its channels reach over frequency; with it: {source}"
+    )]
+    WeakFeedthrough {
+        /// "D12" or "D21".
+        which: &'static str,
+        /// Rows.
+        rows: usize,
+        /// Columns.
+        cols: usize,
+        /// Smallest singular value.
+        smallest: f64,
+        /// The same after division by the largest gain of each control (measurement) over frequency.
+        relative: f64,
+        /// How the synthesis failed.
+        source: Box<SynthesisError>,
+    },
     /// P12 or P21 has a zero on the imaginary axis.
     #[error("{which} has a zero on the imaginary axis at {omega_rad_s:.6e} rad/s")]
     AxisZero {
@@ -173,6 +191,12 @@ impl SynthesisError {
             }
             Self::MeasurementNoise { .. } => {
                 "add noise to every measurement: each y needs its own disturbance w with a direct term"
+            }
+            Self::WeakFeedthrough { which: "D12", .. } => {
+                "raise the weight on the control inputs: each u needs an error z with a direct term that counts beside the others"
+            }
+            Self::WeakFeedthrough { .. } => {
+                "raise the noise on the measurements: each y needs a disturbance w with a direct term that counts beside the others"
             }
             Self::AxisZero { .. } => {
                 "shift the zero off the axis: a small stable weight instead of an integrator, a little damping, or a small extra channel"

@@ -7,6 +7,7 @@
 
 use super::error::{Condition, SynthesisError};
 use super::hinf_controller::central;
+use super::hinf_feedthrough::blamed;
 use super::hinf_search::{LEVEL_TOL, Search};
 use crate::augment::GeneralizedPlant;
 use crate::linalg::riccati::Effort;
@@ -90,7 +91,9 @@ pub fn optimal_level(
     plant: &GeneralizedPlant,
     settings: &HinfSettings,
 ) -> Result<f64, SynthesisError> {
-    Search::new(plant)?.optimum(settings, &mut 0)
+    Search::new(plant)
+        .and_then(|search| search.optimum(settings, &mut 0))
+        .map_err(|error| blamed(plant, error))
 }
 
 /// Synthesis for a generalized plant.
@@ -98,6 +101,13 @@ pub fn optimal_level(
 /// # Errors
 /// [`SynthesisError`] names the assumption, the condition or the check that fails.
 pub fn synthesise(
+    plant: &GeneralizedPlant,
+    settings: &HinfSettings,
+) -> Result<HinfSolution, SynthesisError> {
+    attempt(plant, settings).map_err(|error| blamed(plant, error))
+}
+
+fn attempt(
     plant: &GeneralizedPlant,
     settings: &HinfSettings,
 ) -> Result<HinfSolution, SynthesisError> {

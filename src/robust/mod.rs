@@ -25,6 +25,7 @@ pub mod assumptions;
 pub mod error;
 pub mod hinf;
 pub mod hinf_controller;
+mod hinf_feedthrough;
 pub mod hinf_level;
 pub mod hinf_normal;
 mod hinf_pair;

@@ -33,6 +33,7 @@ mod solve_hinfnorm;
 mod solve_hinfsyn;
 mod solve_reduce;
 mod spindle_effects;
+mod speed_proof;
 mod spindle_plant;
 mod tools;
 mod uff;

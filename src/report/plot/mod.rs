@@ -18,6 +18,7 @@ pub mod machining;
 pub mod motion;
 pub mod robustness;
 pub mod shaft;
+pub mod speed;
 pub mod updating;
 pub mod worst;
 

@@ -1,0 +1,151 @@
+//! What else `muspin design` can be asked: tighten the tool's specification, or design by both routes.
+
+use super::Failure;
+use super::design::run_design_with;
+use super::progress::Progress;
+use crate::augment::plane::Route;
+use crate::augment::weights::Weights;
+use crate::pipeline::PipelineError;
+use crate::pipeline::comparison::{Prediction, predict};
+use crate::pipeline::design::{Design, DesignSettings};
+use crate::pipeline::problems::largest_tightening;
+use crate::report::design_summary::{route_word, variant_json};
+use crate::report::summary::number;
+use crate::spindle::Machine;
+use serde_json::{Value, json};
+use std::str::FromStr;
+
+/// Order of the Padé approximant of an emulated design: its phase is exact to 0.1° up to half the sample rate at 1.5 samples.
+const PADE_ORDER: usize = 4;
+
+/// `--route`.
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+pub enum RouteArgument {
+    /// Synthesis on the sampled plant in the w plane
+    #[default]
+    Direct,
+    /// Continuous synthesis with a Padé delay, then Tustin's rule
+    Emulation,
+}
+
+impl From<RouteArgument> for Route {
+    fn from(argument: RouteArgument) -> Self {
+        match argument {
+            RouteArgument::Direct => Self::Direct,
+            RouteArgument::Emulation => Self::Emulation {
+                pade_order: PADE_ORDER,
+            },
+        }
+    }
+}
+
+/// `--tighten`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tighten {
+    /// As far as μ ≤ 1 allows.
+    Auto,
+    /// By this factor.
+    By(f64),
+}
+
+impl FromStr for Tighten {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        match text.parse::<f64>() {
+            Ok(factor) if factor.is_finite() && factor > 0.0 => Ok(Self::By(factor)),
+            _ => Err("must be `auto` or a positive factor such as 1.5".to_owned()),
+        }
+    }
+}
+
+/// The weights with the tool's displacement limits divided by the factor, and that factor.
+pub fn tightened(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    tighten: Tighten,
+    progress: &Progress,
+) -> Result<(Weights, f64), Failure> {
+    let factor = match tighten {
+        Tighten::By(factor) => factor,
+        Tighten::Auto => {
+            progress.stage("largest tightening");
+            largest_tightening(machine, weights, settings)?
+        }
+    };
+    let tool_tightening = weights.tool_tightening * factor;
+    Ok((
+        Weights {
+            tool_tightening,
+            ..weights.clone()
+        },
+        factor,
+    ))
+}
+
+/// The design without tightening beside the tightened one.
+pub fn tightening_json(
+    machine: &Machine,
+    written: &Weights,
+    settings: &DesignSettings,
+    (tightened, rest): (&Design, &Prediction),
+    (factor, asked): (f64, Tighten),
+    progress: &Progress,
+) -> Result<Value, Failure> {
+    let before = run_design_with(machine, written, settings, progress)?;
+    let before_rest = predict(machine, &before.controller, 0.0)?;
+    let gain = |now: f64, then: f64| number(now / then);
+    Ok(json!({
+        "factor": number(factor),
+        "asked": match asked { Tighten::Auto => json!("auto"), Tighten::By(f) => number(f) },
+        "designs": [
+            variant_json("as written", &before, &before_rest),
+            variant_json("tightened", tightened, rest),
+        ],
+        "minimum_stiffness_gain": gain(rest.minimum.0, before_rest.minimum.0),
+        "stiffness_at_10_hz_gain": gain(rest.at_10_hz_n_per_m, before_rest.at_10_hz_n_per_m),
+        "stiffness_at_max_speed_gain": gain(rest.at_max_speed_n_per_m, before_rest.at_max_speed_n_per_m),
+    }))
+}
+
+/// Designs by both routes side by side, each judged on the sampled loop.
+pub fn routes_json(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    own: (&Design, &Prediction),
+    progress: &Progress,
+) -> Result<Value, Failure> {
+    let mut rows = vec![];
+    for argument in [RouteArgument::Direct, RouteArgument::Emulation] {
+        let route = Route::from(argument);
+        let name = route_word(route);
+        if name == route_word(settings.route) {
+            rows.push(variant_json(name, own.0, own.1));
+            continue;
+        }
+        let settings = DesignSettings {
+            route,
+            ..settings.clone()
+        };
+        rows.push(
+            match crate::pipeline::design::design(machine, weights, &settings, &mut |_| {}) {
+                Ok(other) => {
+                    let rest = predict(machine, &other.controller, 0.0)?;
+                    variant_json(name, &other, &rest)
+                }
+                // That it does not survive sampling is the answer of the comparison.
+                Err(error @ PipelineError::Emulated { .. }) => {
+                    json!({ "design": name, "stable": false, "failure": error.to_string() })
+                }
+                Err(error) => return Err(error.into()),
+            },
+        );
+    }
+    progress.line("both routes designed".to_owned());
+    Ok(Value::Array(rows))
+}

@@ -1,0 +1,63 @@
+//! Closed-loop aware reduction of the controller.
+
+use super::PipelineError;
+use super::certificates::{Stage, attained};
+use super::problems::Problems;
+use crate::lti::balance::frequency_weighted_balance;
+use crate::lti::connect::lower_lft;
+use crate::lti::{Continuous, StateSpace};
+use crate::robust::prescale::scaled;
+
+/// Lowest order whose μ on the synthesis problem stays within budget and whose loop is stable.
+///
+/// Balanced truncation of K weighted by what the loop makes of a change of K: F_l(P, K + ΔK) − F_l(P, K) =
+/// N₁₂ ΔK (I − N₂₂ ΔK)⁻¹ N₂₁ (Anderson and Liu 1989), with N the loop closed by K and opened again beside it.
+pub(super) fn reduce(
+    problems: &Problems,
+    scales: &[f64],
+    full: &StateSpace<Continuous>,
+    at_full: &Stage,
+    limit: f64,
+) -> Result<(StateSpace<Continuous>, Vec<(usize, f64)>), PipelineError> {
+    const STAGE: &str = "reduction";
+    let numeric = || PipelineError::numeric(STAGE);
+    let plant = scaled(&problems.synthesis, scales);
+    let (nw, nz) = (plant.disturbances(), plant.errors());
+    let twice = |first: usize, count: usize| -> Vec<usize> {
+        (0..first)
+            .chain(first..first + count)
+            .chain(first..first + count)
+            .collect()
+    };
+    let ports = plant
+        .system
+        .select(&twice(nz, plant.measurements), &twice(nw, plant.controls));
+    let opened = lower_lft(&ports, full).map_err(numeric())?;
+    let list = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
+    let output_weight = opened.select(&list(0, nz), &list(nw, plant.controls));
+    let input_weight = opened.select(&list(nz, plant.measurements), &list(0, nw));
+    let balancing = frequency_weighted_balance(full, Some(&input_weight), Some(&output_weight))
+        .map_err(numeric())?;
+    // A cut must not bring in an unstable pole.
+    let keep_stable = full.growth_rate().map_err(numeric())? < 0.0;
+    let mut tried = vec![];
+    for order in balancing.kept().max(1)..full.order() {
+        for candidate in [balancing.truncated(order), balancing.residualised(order)] {
+            // A cut that is singular at this order is no candidate.
+            let Ok(candidate) = candidate else { continue };
+            if keep_stable && candidate.growth_rate().map_err(numeric())? >= 0.0 {
+                continue;
+            }
+            let Some(mu) = attained(&problems.synthesis, &candidate)? else {
+                continue;
+            };
+            tried.push((order, mu));
+            if mu <= limit {
+                tried.push((full.order(), at_full.synthesis));
+                return Ok((candidate, tried));
+            }
+        }
+    }
+    tried.push((full.order(), at_full.synthesis));
+    Ok((full.clone(), tried))
+}

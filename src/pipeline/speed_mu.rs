@@ -1,0 +1,200 @@
+//! μ of the specification over speed, with the true gyroscopics in the plant instead of a wider uncertainty.
+//!
+//! The design covers the gyroscopic split by mode uncertainty at rest. Here the same specification is asked of the rotating
+//! plant with the controller as it runs. Two equal planes that gyroscopics couple are one plane in r = x + jy, with responses
+//! H(ω) at positive (forward) and negative (backward) frequencies: with a the x→x and b the x→y response, H(ω) = a + jb and
+//! conj H(−ω) = a − jb. In these coordinates the 4×4 loop is block diagonal, so its μ, with the same δ for both planes and
+//! any load in both, is the larger of the two. Weights act in the w plane as in the design; both are isotropic.
+//! The values are upper bounds on a grid that is dense round the closed-loop poles, not certified between its lines.
+
+use super::PipelineError;
+use super::design::DesignSettings;
+use super::problems::uncertain_modes;
+use crate::augment::Block;
+use crate::augment::assembly::{SIGNAL_SCALE_M, UncertainMode, input_weights, output_weights};
+use crate::augment::plane::{LOADS, LOOPS, isotropic};
+use crate::augment::weights::Weights;
+use crate::linalg::{Mat, c64, solve_complex};
+use crate::lti::responder::FrequencyResponder;
+use crate::lti::{Continuous, Discrete, FrequencyGrid, Response, StateSpace};
+use crate::predict::closed_loop::{close, equivalent_poles};
+use crate::robust::mu::upper_bound;
+use crate::spindle::plant::CHANNELS;
+use crate::spindle::{Machine, ModelDetail, Plant};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// μ at one speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedMu {
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Largest upper bound on the grid; infinite for an unstable loop.
+    pub mu: f64,
+    /// Its frequency, Hz; negative: backward whirl.
+    pub frequency_hz: f64,
+}
+
+/// Speeds over the top speed.
+const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
+/// Lines of the plain grid and on each side of a pole: three to each half-power width.
+const LINES: usize = 160;
+const LINES_A_SIDE: usize = 3;
+
+/// μ of the specification with a four-axis law, from rest to 20 % above the top speed.
+///
+/// # Errors
+/// [`PipelineError`] when a plant, a weight or a bound fails.
+pub fn mu_over_speed(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    law: &StateSpace<Discrete>,
+) -> Result<Vec<SpeedMu>, PipelineError> {
+    let machine = isotropic(machine);
+    // The bound on T is a means of the design, not part of the specification.
+    let weights = Weights {
+        complementary_sensitivity_limit: None,
+        ..weights.clone()
+    };
+    let modes = uncertain_modes(&machine, &weights)?;
+    SPEEDS
+        .iter()
+        .map(|share| {
+            let rpm = share * machine.spindle.max_rpm;
+            at_speed(&machine, &weights, settings, &modes, law, rpm)
+        })
+        .collect()
+}
+
+fn at_speed(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    modes: &[UncertainMode],
+    law: &StateSpace<Discrete>,
+    speed_rpm: f64,
+) -> Result<SpeedMu, PipelineError> {
+    const STAGE: &str = "μ over speed";
+    let numeric = || PipelineError::numeric(STAGE);
+    let detail = ModelDetail::Modes {
+        flexible: machine.spindle.flexible_modes + settings.guard_modes,
+        static_residual: true,
+    };
+    let plant = Plant::new(machine, speed_rpm * TAU / 60.0, detail)?;
+    let period = plant.sample_period_s();
+    let closed = close(&plant.sampled()?, law).map_err(numeric())?;
+    if closed.growth_rate().map_err(numeric())? >= 0.0 {
+        return Ok(SpeedMu {
+            speed_rpm,
+            mu: f64::INFINITY,
+            frequency_hz: f64::NAN,
+        });
+    }
+    let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
+    let sampled = plant.sampled_with_modal_ports(ports)?;
+    let x: Vec<usize> = modes
+        .iter()
+        .map(|m| CHANNELS + 2 * m.number)
+        .chain([4, 6, 8, 0, 2])
+        .collect();
+    let y: Vec<usize> = x.iter().map(|k| k + 1).collect();
+    let to = |rows: &[usize]| FrequencyResponder::new(&sampled.select(rows, &x));
+    let (along, across) = (to(&x), to(&y));
+    let (own, other) = (law.select(&[0, 2], &[0, 2]), law.select(&[1, 3], &[0, 2]));
+    let (own, other) = (FrequencyResponder::new(&own), FrequencyResponder::new(&other));
+    let frame = Frame {
+        modes: modes.len(),
+        integral: weights.integral_corner_hz.is_some(),
+        input: input_weights(modes, weights).map_err(numeric())?,
+        output: output_weights(modes, weights).map_err(numeric())?,
+    };
+    let poles = equivalent_poles(&closed).map_err(numeric())?;
+    let nyquist_hz = 0.5 / period;
+    let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES)
+        .refine_round_poles(&poles, LINES_A_SIDE);
+    let lines: Result<Vec<(f64, f64)>, PipelineError> = grid
+        .omega_rad_s()
+        .par_iter()
+        .map(|omega| {
+            let (a, b) = (along.at(*omega), across.at(*omega));
+            let (ka, kb) = (own.at(*omega), other.at(*omega));
+            let v = 2.0 / period * (0.5 * omega * period).tan();
+            let mut largest = (0.0, *omega);
+            for sign in [1.0, -1.0] {
+                let turn = c64::new(0.0, sign);
+                let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
+                    Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
+                };
+                let (m, blocks) = frame.closed(v, &whirl(&a, &b), &whirl(&ka, &kb));
+                let (upper, _) = upper_bound(&m, &blocks).map_err(PipelineError::mu(STAGE))?;
+                if upper > largest.0 {
+                    largest = (upper, sign * omega);
+                }
+            }
+            Ok(largest)
+        })
+        .collect();
+    let peak = lines?
+        .into_iter()
+        .max_by(|p, q| p.0.total_cmp(&q.0))
+        .unwrap_or((f64::NAN, f64::NAN));
+    Ok(SpeedMu {
+        speed_rpm,
+        mu: peak.0,
+        frequency_hz: peak.1 / TAU,
+    })
+}
+
+/// Weights round a plane's response at one frequency.
+struct Frame {
+    modes: usize,
+    integral: bool,
+    input: StateSpace<Continuous>,
+    output: StateSpace<Continuous>,
+}
+
+impl Frame {
+    /// The weighted loop z ← w at the w-plane frequency `v` for a plane (v, loads, u) → (q, x, y) and a controller y → u.
+    fn closed(&self, v: f64, plane: &Mat<c64>, controller: &Mat<c64>) -> (Mat<c64>, Vec<Block>) {
+        let nv = self.modes;
+        let (errors, wide) = (nv + LOADS, nv + LOADS + 2 * LOOPS);
+        let (zero, one) = (c64::new(0.0, 0.0), c64::new(1.0, 0.0));
+        // Column of `plane` that an input (v, loads, noise, u) of the frame is.
+        let column = |j: usize| match j {
+            j if j < errors => Some(j),
+            j if j < errors + LOOPS => None,
+            j => Some(j - LOOPS),
+        };
+        let unit = |here: bool| if here { one } else { zero };
+        let signal = |k: usize, j: usize| match column(j) {
+            Some(c) => plane[(errors + k, c)],
+            None => unit(j == errors + k),
+        };
+        let regulated = if self.integral { LOOPS } else { 0 };
+        let rows = errors + LOOPS + regulated + LOOPS;
+        let exposed = Mat::from_fn(rows, wide, |i, j| {
+            if i < errors {
+                column(j).map_or(zero, |c| plane[(i, c)])
+            } else if i < errors + LOOPS {
+                unit(j == errors + LOOPS + (i - errors))
+            } else {
+                signal((i - errors) % LOOPS, j)
+            }
+        });
+        let weighted = self.output.at(v) * exposed * self.input.at(v);
+        let (nz, nw) = (rows - LOOPS, wide - LOOPS);
+        let part = |r, c, h, w| weighted.submatrix(r, c, h, w).to_owned();
+        let k = Mat::from_fn(LOOPS, LOOPS, |i, j| controller[(i, j)] * SIGNAL_SCALE_M);
+        let loop_gain = part(nz, nw, LOOPS, LOOPS) * &k;
+        let difference = Mat::from_fn(LOOPS, LOOPS, |i, j| unit(i == j) - loop_gain[(i, j)]);
+        let inner = solve_complex(&difference, &part(nz, 0, LOOPS, nw));
+        let closed = part(0, 0, nz, nw) + part(0, nw, nz, LOOPS) * (&k * inner);
+        let mut blocks = vec![Block::ComplexScalar { n: 1 }; nv];
+        blocks.push(Block::ComplexFull {
+            rows: nw - nv,
+            cols: nz - nv,
+        });
+        (closed, blocks)
+    }
+}

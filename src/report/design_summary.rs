@@ -1,0 +1,126 @@
+//! What a design proves and what it was compared with, as JSON: speeds, stability of the controller, arithmetics, variants.
+
+use super::run_summary::{sensitivity_json, stiffness_json};
+use super::summary::number;
+use crate::augment::plane::Route;
+use crate::controller::speed_proof::SpeedProof;
+use crate::pipeline::comparison::Prediction;
+use crate::pipeline::design::Design;
+use crate::pipeline::stable::OwnStability;
+use serde_json::{Value, json};
+
+/// The proof over speed: how far it reaches, and in words.
+pub fn speed_proof_json(proof: &SpeedProof) -> Value {
+    json!({
+        "complete": proof.is_complete(),
+        "proven_to_rpm": number(proof.proven_to_rpm()),
+        "asked_to_rpm": number(proof.to_rpm),
+        "centres": proof.intervals.len(),
+        "narrowest_half_width_rpm": proof.narrowest().map(|i| number(i.radius_rpm)),
+        "slowest_growth_rate_per_s": proof.slowest().map(|i| number(i.growth_rate_per_s)),
+        "sentence": speed_sentence(proof),
+    })
+}
+
+/// The proof in a sentence.
+pub fn speed_sentence(proof: &SpeedProof) -> String {
+    let (to, centres) = (proof.proven_to_rpm(), proof.intervals.len());
+    if proof.is_complete() {
+        return format!(
+            "Stable at every speed from rest to {to:.0} rpm: computed at {centres} speeds, and proven between them by a small gain from a change of speed back to itself (sampled loop, full finite-element plant, exact delay, rounded coefficients)."
+        );
+    }
+    match proof.slowest() {
+        Some(worst) if worst.growth_rate_per_s >= 0.0 => format!(
+            "Stability is proven from rest to {to:.0} rpm; at {:.0} rpm the loop grows by {:.1} 1/s.",
+            worst.centre_rpm, worst.growth_rate_per_s
+        ),
+        _ => format!(
+            "Stability is proven from rest to {to:.0} rpm; beyond, the loop is stable at the speeds computed, with no proof between them."
+        ),
+    }
+}
+
+/// Every centre of the proof.
+pub fn speed_intervals_json(proof: &SpeedProof) -> Value {
+    let rows = proof.intervals.iter().map(|i| {
+        json!({
+            "speed_rpm": number(i.centre_rpm),
+            "proven_within_rpm": number(i.radius_rpm),
+            "growth_rate_per_s": number(i.growth_rate_per_s),
+        })
+    });
+    Value::Array(rows.collect())
+}
+
+/// μ of the specification over speed.
+pub fn speed_mu_json(design: &Design) -> Value {
+    let rows = design.speed_mu.iter().map(|s| {
+        json!({
+            "speed_rpm": number(s.speed_rpm),
+            "mu": number(s.mu),
+            "frequency_hz": number(s.frequency_hz.abs()),
+            "whirl": if s.frequency_hz < 0.0 { "backward" } else { "forward" },
+        })
+    });
+    Value::Array(rows.collect())
+}
+
+/// What was tried for the sake of a stable controller.
+pub fn alternatives_json(own: &OwnStability) -> Value {
+    let rows = own.alternatives.iter().enumerate().map(|(k, a)| {
+        json!({
+            "lever": a.lever,
+            "growth_rate_per_s": number(a.growth_rate_per_s),
+            "mu": number(a.mu),
+            "delivered": own.chosen == Some(k),
+        })
+    });
+    Value::Array(rows.collect())
+}
+
+/// The route in a word.
+pub fn route_word(route: Route) -> &'static str {
+    match route {
+        Route::Direct => "direct",
+        Route::Emulation { .. } => "emulation",
+    }
+}
+
+/// μ and tool stiffness at rest with the coefficients of each arithmetic; `predictions` in the order of the design's list.
+pub fn arithmetic_json(design: &Design, predictions: &[Prediction]) -> Value {
+    let rows = design.arithmetic.iter().zip(predictions).map(|(a, p)| {
+        json!({
+            "coefficients": a.name,
+            "mu_peak": number(a.stage.covered.upper),
+            "mu_table_as_written": number(a.stage.specification.upper),
+            "minimum_stiffness_n_per_m": number(p.minimum.0),
+            "minimum_stiffness_frequency_hz": number(p.minimum.1),
+            "stiffness_at_10_hz_n_per_m": number(p.at_10_hz_n_per_m),
+        })
+    });
+    Value::Array(rows.collect())
+}
+
+/// A design beside others: what it was asked, μ, stiffness and sensitivity at rest.
+pub fn variant_json(name: &str, design: &Design, rest: &Prediction) -> Value {
+    let (stiffness, sensitivity) = (stiffness_json(rest), sensitivity_json(rest));
+    json!({
+        "design": name,
+        "mu_synthesised": number(design.emulated.map_or(design.full.synthesis, |e| e.mu_continuous)),
+        "mu_sampled": number(design.full.synthesis),
+        "mu_peak_discrete": number(design.rounded.covered.upper),
+        "mu_table_as_written": number(design.rounded.specification.upper),
+        "controller_order": 2 * design.rounded.order,
+        "complementary_sensitivity_limit": design.problems.sensitivity_limit.map(number),
+        "minimum_n_per_m": stiffness["minimum_n_per_m"],
+        "minimum_frequency_hz": stiffness["minimum_frequency_hz"],
+        "at_10_hz_n_per_m": stiffness["at_10_hz_n_per_m"],
+        "at_max_speed_n_per_m": stiffness["at_max_speed_n_per_m"],
+        "static_tool_n_per_m": number(design.static_stiffness_n_per_m[0]),
+        "front_db": sensitivity["front_db"],
+        "rear_db": sensitivity["rear_db"],
+        "zone": sensitivity["zone"],
+        "stable": design.is_stable(),
+    })
+}

@@ -1,0 +1,96 @@
+//! Pictures over speed: decay with the intervals in which stability is proven, and μ of the rotating plant.
+
+use super::figure::{Axis, Figure, Level, Panel, Series, Shape};
+use super::style::{Color, Dash, Look, Marker};
+
+/// A proven interval: centre and half width, in rpm, and the growth rate at the centre.
+#[derive(Clone, Copy, Debug)]
+pub struct Proven {
+    /// Speed at which the loop was computed, rpm.
+    pub centre_rpm: f64,
+    /// Stable that far to both sides, rpm.
+    pub radius_rpm: f64,
+    /// Growth rate there, 1/s.
+    pub growth_rate_per_s: f64,
+}
+
+/// Above, how far each centre's proof reaches beyond a speed (every speed lies under a tent); below, the growth rate.
+pub fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64) -> Figure {
+    let speed = || Axis::linear("Speed", "rpm");
+    let mut reach = Panel::new("", speed(), Axis::linear("Proven beyond", "rpm"));
+    for (k, c) in centres.iter().filter(|c| c.radius_rpm > 0.0).enumerate() {
+        let x = [
+            c.centre_rpm - c.radius_rpm,
+            c.centre_rpm,
+            c.centre_rpm + c.radius_rpm,
+        ];
+        let tent = Series::curve(
+            "distance to the end of the proof",
+            &x,
+            &[0.0, c.radius_rpm, 0.0],
+            Look::line(Color::Blue, Dash::Solid),
+        )
+        .shaped(Shape::Band {
+            lower: vec![0.0; 3],
+        });
+        reach.series.push(if k == 0 { tent } else { tent.unlisted() });
+    }
+    let mut growth = Panel::new("", speed(), Axis::linear("Growth rate", "1/s"));
+    let x: Vec<f64> = centres.iter().map(|c| c.centre_rpm).collect();
+    let y: Vec<f64> = centres.iter().map(|c| c.growth_rate_per_s).collect();
+    growth.series.push(Series::curve(
+        "slowest closed-loop pole",
+        &x,
+        &y,
+        Look::line(Color::Vermillion, Dash::Solid).with_marker(Marker::Circle),
+    ));
+    growth.levels.push(Level {
+        value: 0.0,
+        label: "unstable above".to_owned(),
+        dash: Dash::Dashed,
+    });
+    let last = centres
+        .iter()
+        .map(|c| c.centre_rpm + c.radius_rpm)
+        .fold(max_rpm, f64::max);
+    for panel in [&mut reach, &mut growth] {
+        panel.height_px = 230;
+        panel.x.range = Some([0.0, last]);
+        panel.marks.push(super::figure::Mark {
+            value: max_rpm,
+            label: "top speed".to_owned(),
+            color: Color::Grey,
+            dash: Dash::Dotted,
+            legend: String::new(),
+        });
+    }
+    Figure::new(
+        title,
+        "Intervals of speed in which the sampled loop is proven stable, and the growth rate at their centres.",
+        vec![reach, growth],
+    )
+}
+
+/// μ of the specification over speed; values that are not finite (unstable loops) are gaps.
+pub fn mu_over_speed(title: &str, speed_rpm: &[f64], mu: &[f64]) -> Figure {
+    let mut panel = Panel::new("", Axis::linear("Speed", "rpm"), Axis::linear("Peak of µ", ""));
+    panel.series.push(Series::curve(
+        "specification as written, true gyroscopics",
+        speed_rpm,
+        mu,
+        Look::line(Color::Blue, Dash::Solid).with_marker(Marker::Disc),
+    ));
+    panel.levels.push(Level {
+        value: 1.0,
+        label: "µ = 1".to_owned(),
+        dash: Dash::Dashed,
+    });
+    let top = mu.iter().filter(|m| m.is_finite()).fold(1.0, |a: f64, b| a.max(*b));
+    panel.y.range = Some([0.0, (top * 1.1 * 5.0).ceil() / 5.0]);
+    panel.height_px = 260;
+    Figure::new(
+        title,
+        "Peak of µ of the specification over speed with the gyroscopic plant.",
+        vec![panel],
+    )
+}
