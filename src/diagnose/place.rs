@@ -91,20 +91,11 @@ impl Place {
         )
     }
 
-    /// Whether an effect of this kind may be what is missing here. Effects of the small parameters may be anywhere: localisation lets them
-    /// move as far as their priors.
+    /// Whether an effect of this kind may be what is missing here.
     pub fn hosts(&self, kind: EffectKind, location: &Location) -> bool {
         use EffectKind as K;
         let at = |b: usize| matches!(location, Location::Bearing(w) if w.includes(b));
         let both = at(0) && at(1);
-        match kind {
-            K::NegativeStiffness
-            | K::ForceConstant
-            | K::SensorGain
-            | K::ModalDamping
-            | K::RegionStiffness => return true,
-            _ => {}
-        }
         match self {
             Self::Nowhere | Self::Freed(_) => true,
             Self::Station(_) | Self::Apart(_) | Self::Circulating(_) => matches!(
@@ -115,16 +106,24 @@ impl Place {
                     | K::CrossCoupling
                     | K::InternalDamping
                     | K::Gyroscopic
+                    | K::NegativeStiffness
             ),
-            Self::Joint => matches!(kind, K::ToolJoint | K::ToolMass),
+            Self::Joint => matches!(kind, K::ToolJoint | K::ToolMass | K::RegionStiffness),
             Self::Housing => kind == K::HousingMode,
             Self::Loop => match kind {
                 K::LoopDelay => true,
-                K::AmplifierBandwidth | K::EddyCurrents | K::SensorLowpass => both,
+                K::AmplifierBandwidth
+                | K::EddyCurrents
+                | K::ForceConstant
+                | K::SensorLowpass
+                | K::SensorGain => both,
                 _ => false,
             },
-            Self::Sensors(b) => kind == K::SensorLowpass && at(*b),
-            Self::Currents(b) => matches!(kind, K::AmplifierBandwidth | K::EddyCurrents) && at(*b),
+            Self::Sensors(b) => matches!(kind, K::SensorLowpass | K::SensorGain) && at(*b),
+            Self::Currents(b) => {
+                let kinds = [K::AmplifierBandwidth, K::EddyCurrents, K::ForceConstant];
+                kinds.contains(&kind) && at(*b)
+            }
             Self::Turned(b) => kind == K::AxisMisalignment && at(*b),
             Self::Coupled(b) => kind == K::BearingCoupling && at(*b),
             Self::SensorPlane(b) => kind == K::SensorOffset && at(*b),
