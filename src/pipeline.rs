@@ -5,10 +5,10 @@ pub mod comparison;
 pub mod design;
 pub mod emulation;
 pub mod problems;
-pub mod worst;
 mod reduction;
 pub mod speed_mu;
 pub mod stable;
+pub mod worst;
 
 use crate::controller::ControllerError;
 use crate::controller::verification::VerificationError;

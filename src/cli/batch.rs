@@ -172,17 +172,12 @@ fn one(
         &format!("{tool}/pid.json"),
         controller_json(&pid.controller),
     )?;
-    let stable = design
-        .verification
-        .speeds
-        .iter()
-        .take_while(|s| s.growth_rate_per_s < 0.0);
     let [own, other] = &rest;
     Ok(Row {
         mu: design.rounded.specification.upper,
         covered: design.rounded.covered.upper,
         order: 2 * design.rounded.order,
-        stable_to_rpm: stable.last().map_or(f64::NAN, |s| s.speed_rpm),
+        stable_to_rpm: design.speed_proof.proven_to_rpm(),
         worst: [least(&worst[0]), least(&worst[1])],
         met,
         tightening,

@@ -180,14 +180,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let measured: Vec<Measured> = hammers
         .iter()
         .map(|h| Measured {
-            name: format!("measured ({})", h.name),
+            name: format!("measured ({})", stem(&h.name)),
             speed_rpm: h.frf.speed_rpm,
             frequency_hz: h.frf.frequency_hz.clone(),
             stiffness_n_per_m: h.frf.compliance.iter().map(|c| c.norm().recip()).collect(),
         })
         .collect();
     for (m, hammer) in measured.iter().zip(&hammers) {
-        let key = format!("tool_plane.{}", m.name.replace(['.', ' '], "_"));
+        let key = format!(
+            "tool_plane.measured_{}",
+            stem(&hammer.name).replace(['.', ' '], "_")
+        );
         let shown = lightly_damped(&hammer.frf);
         summary.set(&key, measured_json(m, &shown, &flexible_hz, top / 60.0));
     }
@@ -228,6 +231,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
 const LOBE_POINTS: usize = 1000;
+
+/// The name of a record's file without folders and extension.
+fn stem(name: &str) -> &str {
+    let path = std::path::Path::new(name);
+    path.file_stem().and_then(|s| s.to_str()).unwrap_or(name)
+}
 
 /// Resonances of a hammer record that a local fit resolves: those with a damping ratio of two percent at most.
 fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {

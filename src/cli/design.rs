@@ -86,7 +86,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     add_arithmetic(&mut summary, &machine, &found)?;
     if let Some(asked) = arguments.tighten {
         let own = (&found, &rest);
-        let json = tightening_json(&machine, &written, &settings, own, (factor, asked), &progress)?;
+        let json = tightening_json(
+            &machine,
+            &written,
+            &settings,
+            own,
+            (factor, asked),
+            &progress,
+        )?;
         summary.set("tightening", json);
     }
     if arguments.compare_routes {
@@ -141,24 +148,19 @@ pub(super) fn run_design_with(
     progress: &Progress,
 ) -> Result<Design, Failure> {
     progress.stage("design");
-    Ok(design(
-        machine,
-        weights,
-        settings,
-        &mut |step| {
-            progress.line(match &step.failure {
-                Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
-                None => format!(
-                    "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
-                    step.iteration + 1,
-                    step.gamma,
-                    step.mu_peak,
-                    step.controller_order,
-                    step.d_orders
-                ),
-            });
-        },
-    )?)
+    Ok(design(machine, weights, settings, &mut |step| {
+        progress.line(match &step.failure {
+            Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
+            None => format!(
+                "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
+                step.iteration + 1,
+                step.gamma,
+                step.mu_peak,
+                step.controller_order,
+                step.d_orders
+            ),
+        });
+    })?)
 }
 
 /// Exit of a design: done, or a target missed.

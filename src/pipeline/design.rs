@@ -17,18 +17,18 @@ use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::{scale_controller, unscale_controller};
 use crate::augment::plane::{LOADS, LOOPS, Route, connected_part};
 use crate::augment::weights::Weights;
+use crate::controller::arithmetic::q31;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled as scaled_realisation};
-use crate::controller::arithmetic::q31;
 use crate::controller::speed_proof::{SpeedProof, prove};
 use crate::controller::verification::{Verification, verify};
 use crate::controller::{ControlLaw, Controller};
 use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::predict::closed_loop::{both_planes, compliance};
+use crate::robust::MuError;
 use crate::robust::dk::{DkSettings, DkStep, iterate};
 use crate::robust::prescale::scaled;
-use crate::robust::MuError;
 use crate::spindle::{Machine, ModelDetail, Plant};
 
 /// What a designer may turn, with the defaults of the reference run.
@@ -175,7 +175,14 @@ pub fn design(
         looser,
         &|limit| {
             let modes = &problems.covered_modes;
-            generalized(machine, weights, settings, modes, Some(limit), settings.route)
+            generalized(
+                machine,
+                weights,
+                settings,
+                modes,
+                Some(limit),
+                settings.route,
+            )
         },
     )?;
     let (full, emulated) = match settings.route {

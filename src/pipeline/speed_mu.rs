@@ -102,7 +102,10 @@ fn at_speed(
     let to = |rows: &[usize]| FrequencyResponder::new(&sampled.select(rows, &x));
     let (along, across) = (to(&x), to(&y));
     let (own, other) = (law.select(&[0, 2], &[0, 2]), law.select(&[1, 3], &[0, 2]));
-    let (own, other) = (FrequencyResponder::new(&own), FrequencyResponder::new(&other));
+    let (own, other) = (
+        FrequencyResponder::new(&own),
+        FrequencyResponder::new(&other),
+    );
     let frame = Frame {
         modes: modes.len(),
         integral: weights.integral_corner_hz.is_some(),

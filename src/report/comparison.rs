@@ -114,6 +114,8 @@ fn curve_json(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> V
         })
         .collect();
     json!({
+        "from_hz": number(first),
+        "at_lowest_line_n_per_m": number(at(f, k, first)),
         "at_10_hz_n_per_m": number(at(f, k, LOW_HZ)),
         "at_max_speed_n_per_m": number(at(f, k, top_speed_hz)),
         "minimum_n_per_m": number(lowest.1),

@@ -63,7 +63,15 @@ const STAGES: [Stage; 10] = [
         key: "design",
         title: "Controller",
         lead: "µ below 1: every specification holds for every plant within the stated uncertainty.",
-        stems: &["mu", "speed", "d-fit", "d-scale", "order", "reduction", "controller"],
+        stems: &[
+            "mu",
+            "speed",
+            "d-fit",
+            "d-scale",
+            "order",
+            "reduction",
+            "controller",
+        ],
     },
     Stage {
         key: "stiffness",
@@ -372,12 +380,9 @@ fn plain_words(summary: &Value) -> Vec<String> {
         .filter_map(Value::as_str)
         .map(str::to_owned)
         .collect();
-    let proven = [
-        "design.speed_proof.sentence",
-        "design.controller_stability",
-    ]
-    .into_iter()
-    .filter_map(|path| word(summary, path).map(str::to_owned));
+    let proven = ["design.speed_proof.sentence", "design.controller_stability"]
+        .into_iter()
+        .filter_map(|path| word(summary, path).map(str::to_owned));
     if !sentences.is_empty() {
         sentences.extend(proven);
         return sentences;
