@@ -15,8 +15,8 @@ use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict};
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
 use crate::predict::chatter::{Engagement, Material};
 use crate::report::comparison::{
-    certificate_json, figure_9_words, measured_json, pid_json, ratio_json, statements_json,
-    worst_json,
+    certificate_json, figure_9_words, measured_json, measured_row, pid_json, ratio_json,
+    statements_json, statements_table, worst_json,
 };
 use crate::report::comparison_figures::worst_figures;
 use crate::report::plot::Curve;
@@ -195,10 +195,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         summary.set(&key, measured_json(m, &shown, &flexible_hz, top / 60.0));
     }
     add_ratios(&mut summary, &runs);
-    let words = figure_9_words(
-        &runs.iter().map(|(_, p)| p).collect::<Vec<_>>(),
-        &worst_least(&worst),
-    );
+    let every: Vec<&Prediction> = runs.iter().map(|(_, p)| p).collect();
+    let words = figure_9_words(&every, &worst_least(&worst));
+    let mut statements = statements_table(&every, &worst, &flexible_hz, top / 60.0);
+    let rows = measured.iter();
+    statements.extend(rows.map(|m| measured_row(m, &flexible_hz, top / 60.0)));
+    summary.set("statements", Value::Array(statements));
+    summary.set("verdict.met", result == Outcome::Done);
+    let sentence = match result {
+        Outcome::Done => "every loop is stable at every speed checked",
+        Outcome::TargetMissed => {
+            "a loop is not stable at every speed checked, or the design misses its specification"
+        }
+    };
+    summary.set("verdict.sentence", sentence);
     summary.set("plain_words", words);
     summary.set("speeds_rpm", crate::report::summary::numbers(&speeds));
     summary.set("top_speed_hz", number(machine.spindle.max_rpm / 60.0));
