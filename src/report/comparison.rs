@@ -6,8 +6,8 @@ use super::summary::{number, numbers};
 use crate::controller::pid_certificate::{PeakSensitivity, PidCertificate, ZONE_B_DB};
 use crate::controller::pid_tune::{TuneSettings, TunedPid};
 use crate::identify::peaks::Resonance;
-use crate::pipeline::comparison::Prediction;
-use crate::pipeline::worst::{Cover, LOW_HZ, WorstPrediction};
+use crate::pipeline::comparison::{LOW_HZ, Prediction};
+use crate::pipeline::worst::{Cover, WorstPrediction};
 use crate::predict::dips::{Dip, dips};
 use crate::predict::modes::{FLEXIBLE, LoopMode};
 use crate::predict::worst_case::WorstCurve;
@@ -128,14 +128,15 @@ fn curve_json(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> V
 
 /// The curve at a frequency, linear between lines in both logarithms; not a number outside.
 fn at(f: &[f64], k: &[f64], hz: f64) -> f64 {
+    // A line that differs by rounding of its unit is the line.
+    let same = |x: &f64| (x / hz - 1.0).abs() < 1e-9;
+    if let Some((_, k)) = f.iter().zip(k).find(|(x, _)| same(x)) {
+        return *k;
+    }
     let after = f.partition_point(|x| *x < hz);
-    match (
-        after
-            .checked_sub(1)
-            .and_then(|i| Some((f.get(i)?, k.get(i)?))),
-        f.get(after).zip(k.get(after)),
-    ) {
-        (_, Some((f1, k1))) if *f1 == hz => *k1,
+    let before = after.checked_sub(1);
+    let line = |i: usize| f.get(i).zip(k.get(i));
+    match (before.and_then(line), line(after)) {
         (Some((f0, k0)), Some((f1, k1))) => {
             let t = (hz / f0).ln() / (f1 / f0).ln();
             k0 * (k1 / k0).powf(t)
