@@ -45,6 +45,9 @@ pub struct Arguments {
     out: String,
 }
 
+/// Smallest factor on the tool's specification that the search tries.
+const SMALLEST_FACTOR: f64 = 1.0 / 64.0;
+
 /// One line of the table.
 struct Row {
     tool: String,
@@ -156,11 +159,15 @@ fn one(
         None
     } else {
         progress.stage(format!("{tool}: largest tightening"));
-        Some(largest_tightening(
-            machine,
-            weights,
-            &DesignSettings::default(),
-        )?)
+        {
+            let factor = largest_tightening(machine, weights, &DesignSettings::default())?;
+            // The end of the search's range: no factor was found that is met.
+            Some(if factor > SMALLEST_FACTOR {
+                factor
+            } else {
+                0.0
+            })
+        }
     };
     let mut own = ResultsFolder::new();
     add_controller(&mut own, machine, &design)?;
@@ -202,6 +209,7 @@ fn sentences(rows: &[Row]) -> Value {
         .iter()
         .filter(|r| !r.met)
         .map(|r| match r.tightening {
+            Some(0.0) => format!("{} (at no size of its tool specification)", r.tool),
             Some(t) => format!("{} (up to {t:.2} times its tool specification)", r.tool),
             None => r.tool.clone(),
         })
