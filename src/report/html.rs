@@ -31,7 +31,7 @@ struct Stage {
     stems: &'static [&'static str],
 }
 
-const STAGES: [Stage; 10] = [
+const STAGES: [Stage; 12] = [
     Stage {
         key: "model",
         title: "Rotor model",
@@ -72,6 +72,18 @@ const STAGES: [Stage; 10] = [
             "reduction",
             "controller",
         ],
+    },
+    Stage {
+        key: "table",
+        title: "Tools",
+        lead: "A design and a tuned PID for each tool, side by side.",
+        stems: &["tools"],
+    },
+    Stage {
+        key: "statements",
+        title: "At the tool plane",
+        lead: "The statements of the paper's figure 9 as numbers; worst: not undercut by any rotor within the uncertainty.",
+        stems: &[],
     },
     Stage {
         key: "stiffness",
