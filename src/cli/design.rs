@@ -68,17 +68,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         route: arguments.route.into(),
         ..DesignSettings::default()
     };
-    let (weights, factor) = match arguments.tighten {
-        None => (written.clone(), 1.0),
+    let (found, factor) = match arguments.tighten {
+        None => (
+            run_design_with(&machine, &written, &settings, &progress)?,
+            1.0,
+        ),
         Some(asked) => tightened(&machine, &written, &settings, asked, &progress)?,
     };
-    let found = run_design_with(&machine, &weights, &settings, &progress)?;
     let mut folder = ResultsFolder::new();
     let mut summary = Summary::new();
     summary.set("run", "design");
     summary.set("spindle", machine.spindle.name.as_str());
     summary.set("tool", machine.tool.name.as_str());
-    summary.set("weights", weights.name.as_str());
+    summary.set("weights", written.name.as_str());
     summary.set("design", design_json(&found));
     let runs = [0.0, machine.spindle.max_rpm].map(|rpm| predict(&machine, &found.controller, rpm));
     let [rest, speed] = runs;
@@ -86,10 +88,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     add_arithmetic(&mut summary, &machine, &found)?;
     if let Some(asked) = arguments.tighten {
         let own = (&found, &rest);
-        let json = tightening_json(&machine, &written, &settings, own, (factor, asked), &progress)?;
+        let json = tightening_json(
+            &machine,
+            &written,
+            &settings,
+            own,
+            (factor, asked),
+            &progress,
+        )?;
         summary.set("tightening", json);
     }
     if arguments.compare_routes {
+        let weights = Weights {
+            tool_tightening: written.tool_tightening * factor,
+            ..written.clone()
+        };
         let json = routes_json(&machine, &weights, &settings, (&found, &rest), &progress)?;
         summary.set("routes.designs", json);
     }
@@ -141,24 +154,19 @@ pub(super) fn run_design_with(
     progress: &Progress,
 ) -> Result<Design, Failure> {
     progress.stage("design");
-    Ok(design(
-        machine,
-        weights,
-        settings,
-        &mut |step| {
-            progress.line(match &step.failure {
-                Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
-                None => format!(
-                    "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
-                    step.iteration + 1,
-                    step.gamma,
-                    step.mu_peak,
-                    step.controller_order,
-                    step.d_orders
-                ),
-            });
-        },
-    )?)
+    Ok(design(machine, weights, settings, &mut |step| {
+        progress.line(match &step.failure {
+            Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
+            None => format!(
+                "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
+                step.iteration + 1,
+                step.gamma,
+                step.mu_peak,
+                step.controller_order,
+                step.d_orders
+            ),
+        });
+    })?)
 }
 
 /// Exit of a design: done, or a target missed.

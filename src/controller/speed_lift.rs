@@ -203,10 +203,7 @@ impl AffinePlant {
             let (moved, driven) = hold(a, &commands, late_s)?;
             start = stack_cols(&moved, &driven) * &before;
         }
-        seen += &energy(
-            &stack_rows(&start, &command(whole)),
-            self.period_s - late_s,
-        )?;
+        seen += &energy(&stack_rows(&start, &command(whole)), self.period_s - late_s)?;
         let reached = finite_gramian(&a.transpose().to_owned(), force, self.period_s)?;
         let (rows, drive) = (root(&seen)?, root(&reached)?);
         let (nz, nw) = (rows.nrows(), drive.nrows());

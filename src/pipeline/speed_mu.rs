@@ -37,6 +37,9 @@ pub struct SpeedMu {
 
 /// Speeds over the top speed.
 const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
+/// Rounds of so many lines round the largest value.
+const ROUNDS: usize = 2;
+const FINER: usize = 8;
 /// Lines of the plain grid and on each side of a pole: three to each half-power width.
 const LINES: usize = 160;
 const LINES_A_SIDE: usize = 3;
@@ -102,7 +105,10 @@ fn at_speed(
     let to = |rows: &[usize]| FrequencyResponder::new(&sampled.select(rows, &x));
     let (along, across) = (to(&x), to(&y));
     let (own, other) = (law.select(&[0, 2], &[0, 2]), law.select(&[1, 3], &[0, 2]));
-    let (own, other) = (FrequencyResponder::new(&own), FrequencyResponder::new(&other));
+    let (own, other) = (
+        FrequencyResponder::new(&own),
+        FrequencyResponder::new(&other),
+    );
     let frame = Frame {
         modes: modes.len(),
         integral: weights.integral_corner_hz.is_some(),
@@ -113,32 +119,50 @@ fn at_speed(
     let nyquist_hz = 0.5 / period;
     let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES)
         .refine_round_poles(&poles, LINES_A_SIDE);
-    let lines: Result<Vec<(f64, f64)>, PipelineError> = grid
-        .omega_rad_s()
-        .par_iter()
-        .map(|omega| {
-            let (a, b) = (along.at(*omega), across.at(*omega));
-            let (ka, kb) = (own.at(*omega), other.at(*omega));
-            let v = 2.0 / period * (0.5 * omega * period).tan();
-            let mut largest = (0.0, *omega);
-            for sign in [1.0, -1.0] {
-                let turn = c64::new(0.0, sign);
-                let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
-                    Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
-                };
-                let (m, blocks) = frame.closed(v, &whirl(&a, &b), &whirl(&ka, &kb));
-                let (upper, _) = upper_bound(&m, &blocks).map_err(PipelineError::mu(STAGE))?;
-                if upper > largest.0 {
-                    largest = (upper, sign * omega);
-                }
+    let at = |omega: f64| -> Result<(f64, f64), PipelineError> {
+        let (a, b) = (along.at(omega), across.at(omega));
+        let (ka, kb) = (own.at(omega), other.at(omega));
+        let v = 2.0 / period * (0.5 * omega * period).tan();
+        let mut largest = (0.0, omega);
+        for sign in [1.0, -1.0] {
+            let turn = c64::new(0.0, sign);
+            let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
+                Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
+            };
+            let (m, blocks) = frame.closed(v, &whirl(&a, &b), &whirl(&ka, &kb));
+            let (upper, _) = upper_bound(&m, &blocks).map_err(PipelineError::mu(STAGE))?;
+            if upper > largest.0 {
+                largest = (upper, sign * omega);
             }
-            Ok(largest)
-        })
-        .collect();
-    let peak = lines?
-        .into_iter()
-        .max_by(|p, q| p.0.total_cmp(&q.0))
-        .unwrap_or((f64::NAN, f64::NAN));
+        }
+        Ok(largest)
+    };
+    let mut peak = (0.0, f64::NAN);
+    let mut lines = grid.omega_rad_s().to_vec();
+    for _ in 0..=ROUNDS {
+        let values: Result<Vec<(f64, f64)>, PipelineError> =
+            lines.par_iter().map(|omega| at(*omega)).collect();
+        for value in values? {
+            if value.0 > peak.0 {
+                peak = value;
+            }
+        }
+        // Once more between the neighbours of the largest.
+        let top = peak.1.abs();
+        let below = lines
+            .iter()
+            .copied()
+            .filter(|w| *w < top)
+            .fold(0.9 * top, f64::max);
+        let above = lines
+            .iter()
+            .copied()
+            .filter(|w| *w > top)
+            .fold(1.1 * top, f64::min);
+        lines = (0..FINER)
+            .map(|k| below + (above - below) * (k as f64 + 0.5) / FINER as f64)
+            .collect();
+    }
     Ok(SpeedMu {
         speed_rpm,
         mu: peak.0,

@@ -131,7 +131,11 @@ pub(super) fn prefer_stable(
                 }
             }
         }
-        levers.push((format!("{factor} times the sensor noise"), plant, RELAXED[0]));
+        levers.push((
+            format!("{factor} times the sensor noise"),
+            plant,
+            RELAXED[0],
+        ));
     }
     for limit in limits {
         // A bound that cannot be posed is no lever.

@@ -30,7 +30,7 @@ struct Stage {
     stems: &'static [&'static str],
 }
 
-const STAGES: [Stage; 10] = [
+const STAGES: [Stage; 12] = [
     Stage {
         key: "model",
         title: "Rotor model",
@@ -62,7 +62,27 @@ const STAGES: [Stage; 10] = [
         key: "design",
         title: "Controller",
         lead: "µ below 1: every specification holds for every plant within the stated uncertainty.",
-        stems: &["mu", "speed", "d-fit", "d-scale", "order", "reduction", "controller"],
+        stems: &[
+            "mu",
+            "speed",
+            "d-fit",
+            "d-scale",
+            "order",
+            "reduction",
+            "controller",
+        ],
+    },
+    Stage {
+        key: "tightening",
+        title: "Tighter at the tool",
+        lead: "What the slack of the specification gives when it goes into the tool's displacement limits.",
+        stems: &[],
+    },
+    Stage {
+        key: "routes",
+        title: "Sampled design and emulation",
+        lead: "Both routes, each judged on the sampled loop: synthesis on the sampled plant, and continuous synthesis with a Padé delay followed by Tustin's rule.",
+        stems: &[],
     },
     Stage {
         key: "stiffness",
@@ -358,6 +378,7 @@ fn plain_words(summary: &Value) -> Vec<String> {
     let proven = [
         "design.speed_proof.sentence",
         "design.controller_stability",
+        "tightening.sentence",
     ]
     .into_iter()
     .filter_map(|path| word(summary, path).map(str::to_owned));

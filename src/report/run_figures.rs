@@ -4,8 +4,8 @@ use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness
 use super::plot::robustness::{
     DFit, MuStep, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration,
 };
-use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
+use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
 use super::plot::{Curve, Figure, Role};
 use crate::linalg::c64;
 use crate::lti::{FrequencyGrid, Response};

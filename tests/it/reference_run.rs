@@ -82,17 +82,34 @@ fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes() {
         assert!((n / o - 1.0).abs() < tolerance, "{key}: {n} against {o}");
     }
     assert!(figure(&new, "design.table_as_written.mu_peak_discrete") <= 1.0);
-    assert_eq!(new.pointer("/design/speed_proof/complete"), Some(&Value::Bool(true)));
+    assert_eq!(
+        new.pointer("/design/speed_proof/complete"),
+        Some(&Value::Bool(true))
+    );
     assert_eq!(figure(&new, "design.speed_proof.proven_to_rpm"), 60e3);
-    for row in new.pointer("/design/mu_over_speed").and_then(Value::as_array).unwrap() {
+    for row in new
+        .pointer("/design/mu_over_speed")
+        .and_then(Value::as_array)
+        .unwrap()
+    {
         assert!(figure(row, "mu") <= 1.0, "{row}");
     }
     // The three arithmetics agree: what the coefficients lose is far below what the specification leaves.
-    let rows = new.pointer("/design/arithmetic").and_then(Value::as_array).unwrap();
+    let rows = new
+        .pointer("/design/arithmetic")
+        .and_then(Value::as_array)
+        .unwrap();
     assert_eq!(rows.len(), 3);
     for row in rows {
-        for key in ["mu_peak", "mu_table_as_written", "minimum_stiffness_n_per_m"] {
-            assert!((figure(row, key) / figure(&rows[0], key) - 1.0).abs() < 2e-3, "{row}");
+        for key in [
+            "mu_peak",
+            "mu_table_as_written",
+            "minimum_stiffness_n_per_m",
+        ] {
+            assert!(
+                (figure(row, key) / figure(&rows[0], key) - 1.0).abs() < 2e-3,
+                "{row}"
+            );
         }
     }
     let list = new

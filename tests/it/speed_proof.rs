@@ -31,7 +31,10 @@ fn the_reference_controller_is_proven_at_every_speed() {
     let proof = prove(&machine, &law, 60e3).unwrap();
     eprintln!("{:?} {}", began.elapsed(), proof.intervals.len());
     for i in &proof.intervals {
-        eprintln!("{:.0} {:.0} {:.2}", i.centre_rpm, i.radius_rpm, i.growth_rate_per_s);
+        eprintln!(
+            "{:.0} {:.0} {:.2}",
+            i.centre_rpm, i.radius_rpm, i.growth_rate_per_s
+        );
     }
     assert!(proof.is_complete(), "{:?}", proof.open_rpm);
     assert!(proof.proven_to_rpm() == 60e3);
@@ -77,9 +80,18 @@ fn a_loop_that_loses_stability_is_open_from_there_on() {
     }
     let began = std::time::Instant::now();
     let proof = prove(&machine, &law, stable + 2e3).unwrap();
-    eprintln!("{stable} {:?} {} {:?}", began.elapsed(), proof.intervals.len(), proof.open_rpm);
+    eprintln!(
+        "{stable} {:?} {} {:?}",
+        began.elapsed(),
+        proof.intervals.len(),
+        proof.open_rpm
+    );
     assert!(!proof.is_complete());
     assert!(proof.proven_to_rpm() <= unstable, "{:?}", proof.open_rpm);
     // The proof comes within the resolution of its search to the edge: the small gain is not what limits it.
-    assert!(proof.proven_to_rpm() > 0.99 * stable, "{:?}", proof.open_rpm);
+    assert!(
+        proof.proven_to_rpm() > 0.99 * stable,
+        "{:?}",
+        proof.open_rpm
+    );
 }

@@ -33,7 +33,9 @@ pub fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64) -> Fi
         .shaped(Shape::Band {
             lower: vec![0.0; 3],
         });
-        reach.series.push(if k == 0 { tent } else { tent.unlisted() });
+        reach
+            .series
+            .push(if k == 0 { tent } else { tent.unlisted() });
     }
     let mut growth = Panel::new("", speed(), Axis::linear("Growth rate", "1/s"));
     let x: Vec<f64> = centres.iter().map(|c| c.centre_rpm).collect();
@@ -73,7 +75,11 @@ pub fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64) -> Fi
 
 /// μ of the specification over speed; values that are not finite (unstable loops) are gaps.
 pub fn mu_over_speed(title: &str, speed_rpm: &[f64], mu: &[f64]) -> Figure {
-    let mut panel = Panel::new("", Axis::linear("Speed", "rpm"), Axis::linear("Peak of µ", ""));
+    let mut panel = Panel::new(
+        "",
+        Axis::linear("Speed", "rpm"),
+        Axis::linear("Peak of µ", ""),
+    );
     panel.series.push(Series::curve(
         "specification as written, true gyroscopics",
         speed_rpm,
@@ -85,7 +91,10 @@ pub fn mu_over_speed(title: &str, speed_rpm: &[f64], mu: &[f64]) -> Figure {
         label: "µ = 1".to_owned(),
         dash: Dash::Dashed,
     });
-    let top = mu.iter().filter(|m| m.is_finite()).fold(1.0, |a: f64, b| a.max(*b));
+    let top = mu
+        .iter()
+        .filter(|m| m.is_finite())
+        .fold(1.0, |a: f64, b| a.max(*b));
     panel.y.range = Some([0.0, (top * 1.1 * 5.0).ceil() / 5.0]);
     panel.height_px = 260;
     Figure::new(
