@@ -1,18 +1,25 @@
 //! `muspin batch`: a design per tool and one table over all.
 
 use super::design::{add_controller, finish, run_design};
+use super::design_arguments::{PidArguments, PidEffort};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
-use crate::controller::pid_tune::{TuneSettings, tune};
+use crate::augment::weights::Weights;
+use crate::controller::pid_tune::tune;
 use crate::input::{load_machine, load_weights};
-use crate::pipeline::comparison::predict;
+use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::DesignSettings;
 use crate::pipeline::problems::largest_tightening;
-use crate::report::plot::machining::{ToolQuantity, tools};
+use crate::pipeline::worst::{Cover, WorstPrediction, uncertainties, worst_prediction};
+use crate::report::comparison::{pid_json, worst_json};
+use crate::report::controller_json::controller_json;
+use crate::report::plot::machining::{ToolQuantity, tool_stiffness, tools};
+use crate::report::plot::{Curve, Figure, Role};
 use crate::report::results::ResultsFolder;
 use crate::report::run_summary::{design_json, sensitivity_json, stiffness_json};
 use crate::report::summary::{Summary, number};
 use crate::report::tables::Table;
+use crate::spindle::Machine;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -28,6 +35,11 @@ pub struct Arguments {
     /// Weights file, or the name of a shipped one
     #[arg(long, default_value = "benchmark")]
     weights: String,
+    #[command(flatten)]
+    pid: PidArguments,
+    /// Also seek the largest tightening of tools that meet the specification
+    #[arg(long)]
+    tightening: bool,
     /// Folder for the table, a controller per tool, picture and report
     #[arg(long, default_value = "results/batch")]
     out: String,
@@ -40,12 +52,27 @@ struct Row {
     mu: f64,
     covered: f64,
     order: usize,
-    stiffness_mu: f64,
-    stiffness_pid: f64,
-    zone: &'static str,
+    rest: [Prediction; 2],
+    worst: [f64; 2],
     stable_to_rpm: f64,
     met: bool,
-    tightening: f64,
+    tightening: Option<f64>,
+}
+
+impl Row {
+    fn minimum(&self, k: usize) -> f64 {
+        self.rest[k].minimum.0
+    }
+
+    fn peak_db(&self, k: usize) -> f64 {
+        let sensitivity = &self.rest[k].sensitivity;
+        let peak = (0..4).map(|axis| sensitivity.peak(axis).0);
+        20.0 * peak.fold(0.0, f64::max).log10()
+    }
+
+    fn zone(&self, k: usize) -> &'static str {
+        self.rest[k].sensitivity.zone().letter()
+    }
 }
 
 /// Runs the command.
@@ -61,77 +88,33 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut folder = ResultsFolder::new();
     let mut rows = vec![];
     for machine in &machines {
-        let tool = machine.tool.name.clone();
-        progress.line(format!("tool {tool}"));
-        let design = run_design(machine, &weights, &progress)?;
-        progress.stage(format!("{tool}: PID and predictions"));
-        let pid = tune(machine, &TuneSettings::quick(), &mut |_, _| {})?;
-        let mu = predict(machine, &design.controller, 0.0)?;
-        let rival = predict(machine, &pid.controller, 0.0)?;
-        let tightening = largest_tightening(machine, &weights, &DesignSettings::default())?;
-        let mut own = ResultsFolder::new();
-        add_controller(&mut own, machine, &design)?;
-        for (path, bytes) in own.files() {
-            let name = path.strip_prefix("controller/").unwrap_or(path);
-            folder.add(&format!("{tool}/{name}"), bytes)?;
-        }
-        let stable = design
-            .verification
-            .speeds
-            .iter()
-            .take_while(|s| s.growth_rate_per_s < 0.0);
-        rows.push(Row {
-            mu: design.rounded.specification.upper,
-            covered: design.rounded.covered.upper,
-            order: 2 * design.rounded.order,
-            stiffness_mu: mu.minimum.0,
-            stiffness_pid: rival.minimum.0,
-            zone: mu.sensitivity.zone().letter(),
-            stable_to_rpm: stable.last().map_or(f64::NAN, |s| s.speed_rpm),
-            met: design.meets_targets(),
-            tightening,
-            summary: json!({
-                "tool": tool,
-                "design": design_json(&design),
-                "stiffness": { "mu": stiffness_json(&mu), "pid": stiffness_json(&rival) },
-                "sensitivity": { "mu": sensitivity_json(&mu), "pid": sensitivity_json(&rival) },
-                "largest_tool_tightening": number(tightening),
-            }),
-            tool,
-        });
+        progress.line(format!("tool {}", machine.tool.name));
+        rows.push(one(arguments, machine, &weights, &mut folder, &progress)?);
     }
     let mut summary = Summary::new();
     summary.set("run", "batch");
     summary.set("spindle", arguments.spindle.as_str());
     summary.set("weights", weights.name.as_str());
+    summary.set("plain_words", sentences(&rows));
+    summary.set("table", overview(&rows));
     summary.set(
         "tools",
         Value::Array(rows.iter().map(|r| r.summary.clone()).collect()),
     );
+    let met = rows.iter().filter(|r| r.met).count();
+    summary.set("verdict.met", met == rows.len());
+    summary.set(
+        "verdict.sentence",
+        format!("{met} of {} tools meet the specification", rows.len()),
+    );
     let table = table(&rows);
     folder.add_table("tools.csv", &table)?;
-    let names: Vec<String> = rows.iter().map(|r| r.tool.clone()).collect();
-    let column = |f: fn(&Row) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
-    let (mu, stiff, rival) = (
-        column(|r| r.mu),
-        column(|r| r.stiffness_mu * 1e-6),
-        column(|r| r.stiffness_pid * 1e-6),
-    );
-    let quantities = [
-        ToolQuantity {
-            label: "µ as specified",
-            unit: "",
-            reference: Some((1.0, "µ = 1")),
-            bars: vec![("µ controller", mu)],
-        },
-        ToolQuantity {
-            label: "Minimum stiffness",
-            unit: "N/µm",
-            reference: None,
-            bars: vec![("µ controller", stiff), ("tuned PID", rival)],
-        },
-    ];
-    folder.add_plot("tools", &tools("A design per tool", &names, &quantities))?;
+    let top_hz = machines
+        .first()
+        .map_or(f64::NAN, |m| m.spindle.max_rpm / 60.0);
+    for (stem, figure) in figures(&rows, top_hz) {
+        folder.add_plot(stem, &figure)?;
+    }
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
     stdout::data(|out| out.write_all(table.to_csv().as_bytes()))?;
@@ -142,6 +125,204 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     })
 }
 
+/// Design, rival and figures of one tool; its controller goes into the folder.
+fn one(
+    arguments: &Arguments,
+    machine: &Machine,
+    weights: &Weights,
+    folder: &mut ResultsFolder,
+    progress: &Progress,
+) -> Result<Row, Failure> {
+    let tool = machine.tool.name.clone();
+    let design = run_design(machine, weights, progress)?;
+    progress.stage(format!("{tool}: PID"));
+    let effort = arguments.pid.settings(PidEffort::Quick);
+    let pid = tune(machine, &effort, &mut |_, _| {})?;
+    progress.stage(format!("{tool}: predictions"));
+    let controllers = [&design.controller, &pid.controller];
+    let [mu, rival] = controllers.map(|c| predict(machine, c, 0.0));
+    let rest = [mu?, rival?];
+    let [_, every] = uncertainties(machine, &weights.mode_uncertainty)?;
+    let [mu, rival] =
+        controllers.map(|c| worst_prediction(machine, c, 0.0, Cover::EverySpeed, &every));
+    let worst = [mu?, rival?];
+    let least = |w: &WorstPrediction| {
+        let axes = w.worst.compliance.iter().filter_map(|c| c.peak());
+        axes.map(|(_, e)| 1.0 / e.upper)
+            .fold(f64::INFINITY, f64::min)
+    };
+    let met = design.meets_targets();
+    let tightening = if met && !arguments.tightening {
+        None
+    } else {
+        progress.stage(format!("{tool}: largest tightening"));
+        Some(largest_tightening(
+            machine,
+            weights,
+            &DesignSettings::default(),
+        )?)
+    };
+    let mut own = ResultsFolder::new();
+    add_controller(&mut own, machine, &design)?;
+    for (path, bytes) in own.files() {
+        let name = path.strip_prefix("controller/").unwrap_or(path);
+        folder.add(&format!("{tool}/{name}"), bytes)?;
+    }
+    folder.add(
+        &format!("{tool}/pid.json"),
+        controller_json(&pid.controller),
+    )?;
+    let stable = design
+        .verification
+        .speeds
+        .iter()
+        .take_while(|s| s.growth_rate_per_s < 0.0);
+    let [own, other] = &rest;
+    Ok(Row {
+        mu: design.rounded.specification.upper,
+        covered: design.rounded.covered.upper,
+        order: 2 * design.rounded.order,
+        stable_to_rpm: stable.last().map_or(f64::NAN, |s| s.speed_rpm),
+        worst: [least(&worst[0]), least(&worst[1])],
+        met,
+        tightening,
+        summary: json!({
+            "tool": tool,
+            "design": design_json(&design),
+            "stiffness": { "mu": stiffness_json(own), "pid": stiffness_json(other) },
+            "sensitivity": { "mu": sensitivity_json(own), "pid": sensitivity_json(other) },
+            "worst_case": { "mu": worst_json(&worst[..1]), "pid": worst_json(&worst[1..]) },
+            "pid": pid_json(&pid, &effort),
+            "largest_tool_tightening": tightening.map(number),
+        }),
+        rest,
+        tool,
+    })
+}
+
+/// The batch in sentences.
+fn sentences(rows: &[Row]) -> Value {
+    let mut words = vec![];
+    let missed: Vec<String> = rows
+        .iter()
+        .filter(|r| !r.met)
+        .map(|r| match r.tightening {
+            Some(t) => format!("{} (up to {t:.2} times its tool specification)", r.tool),
+            None => r.tool.clone(),
+        })
+        .collect();
+    if !missed.is_empty() {
+        words.push(format!("Specification missed by {}.", missed.join(", ")));
+    }
+    let stiffest = |k: usize| {
+        let all = rows.iter().map(|r| r.minimum(k));
+        let (low, high) = all.fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
+        format!("{:.2} to {:.2} N/µm", 1e-6 * low, 1e-6 * high)
+    };
+    let wins = rows.iter().filter(|r| r.minimum(0) > r.minimum(1)).count();
+    words.push(format!(
+        "Smallest tool stiffness: {} with the µ controllers, {} with PIDs tuned for it; the µ controller is the stiffer one for {wins} of {} tools.",
+        stiffest(0),
+        stiffest(1),
+        rows.len()
+    ));
+    words.into()
+}
+
+/// The table of the report: one record a tool.
+fn overview(rows: &[Row]) -> Value {
+    let record = |r: &Row| {
+        json!({
+            "tool": r.tool,
+            "mu_as_specified": number(r.mu),
+            "order": r.order,
+            "minimum_stiffness_mu_n_per_m": number(r.minimum(0)),
+            "minimum_stiffness_pid_n_per_m": number(r.minimum(1)),
+            "worst_stiffness_mu_n_per_m": number(r.worst[0]),
+            "worst_stiffness_pid_n_per_m": number(r.worst[1]),
+            "zone_mu": r.zone(0),
+            "zone_pid": r.zone(1),
+            "stable_to_rpm": number(r.stable_to_rpm),
+            "meets_specification": r.met,
+            "largest_tool_tightening": r.tightening.map(number),
+        })
+    };
+    Value::Array(rows.iter().map(record).collect())
+}
+
+fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
+    let names: Vec<String> = rows.iter().map(|r| r.tool.clone()).collect();
+    let column = |f: &dyn Fn(&Row) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
+    let both = |f: &dyn Fn(&Row, usize) -> f64| {
+        vec![
+            ("µ controller", column(&|r| f(r, 0))),
+            ("tuned PID", column(&|r| f(r, 1))),
+        ]
+    };
+    let mut quantities = vec![
+        ToolQuantity {
+            label: "µ of the specification as written",
+            unit: "",
+            references: vec![(1.0, "µ = 1")],
+            bars: vec![("µ controller", column(&|r| r.mu))],
+        },
+        ToolQuantity {
+            label: "Smallest tool stiffness, 1–4000 Hz",
+            unit: "N/µm",
+            references: vec![],
+            bars: both(&|r, k| 1e-6 * r.minimum(k)),
+        },
+        ToolQuantity {
+            label: "The same in the worst case over uncertain modes and every speed",
+            unit: "N/µm",
+            references: vec![],
+            bars: both(&|r, k| 1e-6 * r.worst[k]),
+        },
+        ToolQuantity {
+            label: "Sensitivity peak and the zones of ISO 14839-3",
+            unit: "dB",
+            references: vec![(9.5, "A | B"), (12.0, "B | C"), (14.0, "C | D")],
+            bars: both(&|r, k| r.peak_db(k)),
+        },
+        ToolQuantity {
+            label: "Order of the controller",
+            unit: "",
+            references: vec![],
+            bars: vec![("µ controller", column(&|r| r.order as f64))],
+        },
+    ];
+    if rows.iter().any(|r| r.tightening.is_some()) {
+        quantities.push(ToolQuantity {
+            label: "Largest factor on the tool's specification",
+            unit: "",
+            references: vec![(1.0, "as written")],
+            bars: vec![(
+                "µ controller",
+                column(&|r| r.tightening.unwrap_or(f64::NAN)),
+            )],
+        });
+    }
+    let curves = |k: usize| -> Vec<Curve> {
+        rows.iter()
+            .enumerate()
+            .map(|(n, r)| Curve {
+                name: &r.tool,
+                role: Role::Other(n),
+                x: &r.rest[k].stiffness[0].frequency_hz,
+                y: &r.rest[k].stiffness[0].magnitude_n_per_m,
+            })
+            .collect()
+    };
+    let panels = [("µ controllers", curves(0)), ("tuned PIDs", curves(1))];
+    vec![
+        ("tools", tools("A design per tool", &names, &quantities)),
+        (
+            "tools_stiffness",
+            tool_stiffness("Dynamic stiffness with each tool", &panels, top_speed_hz),
+        ),
+    ]
+}
+
 fn table(rows: &[Row]) -> Table {
     let mut table = Table::with_columns(&[
         "tool",
@@ -150,7 +331,10 @@ fn table(rows: &[Row]) -> Table {
         "order",
         "minimum_stiffness_mu_n_per_m",
         "minimum_stiffness_pid_n_per_m",
+        "worst_stiffness_mu_n_per_m",
+        "worst_stiffness_pid_n_per_m",
         "iso_zone",
+        "iso_zone_pid",
         "stable_to_rpm",
         "meets_specification",
         "largest_tool_tightening",
@@ -161,12 +345,15 @@ fn table(rows: &[Row]) -> Table {
             Table::number(r.mu),
             Table::number(r.covered),
             r.order.to_string(),
-            Table::number(r.stiffness_mu),
-            Table::number(r.stiffness_pid),
-            r.zone.to_owned(),
+            Table::number(r.minimum(0)),
+            Table::number(r.minimum(1)),
+            Table::number(r.worst[0]),
+            Table::number(r.worst[1]),
+            r.zone(0).to_owned(),
+            r.zone(1).to_owned(),
             Table::number(r.stable_to_rpm),
             r.met.to_string(),
-            Table::number(r.tightening),
+            r.tightening.map_or_else(String::new, Table::number),
         ]);
     }
     table

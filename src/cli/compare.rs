@@ -1,15 +1,24 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
 use super::design::{add_predictions, finish, outcome, run_design};
-use super::design_arguments::DesignArguments;
+use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
+use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::controller::pid_tune::{TuneSettings, textbook, tune};
 use crate::controller::verification::verify;
+use crate::identify::HammerFrf;
+use crate::identify::peaks::{Channel, Resonance, resonances};
 use crate::input::{load_controller, load_measurement};
 use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict};
+use crate::pipeline::worst::{WorstPrediction, worst_predictions};
 use crate::predict::chatter::{Engagement, Material};
+use crate::report::comparison::{
+    certificate_json, figure_9_words, measured_json, pid_json, ratio_json, statements_json,
+    worst_json,
+};
+use crate::report::comparison_figures::worst_figures;
 use crate::report::plot::Curve;
 use crate::report::plot::Role;
 use crate::report::plot::machining::chatter_lobes;
@@ -18,6 +27,7 @@ use crate::report::run_figures::{Measured, predictions};
 use crate::report::run_summary::{modal_damping_json, verification_json};
 use crate::report::summary::{Summary, number};
 use crate::rotor::modes::PlanarModes;
+use serde_json::Value;
 use std::f64::consts::TAU;
 
 /// Speeds checked for stability, evenly spaced from zero to the top speed.
@@ -37,6 +47,11 @@ pub struct Arguments {
     /// Speeds in rpm, separated by commas; default: standstill and the top speed
     #[arg(long, value_delimiter = ',')]
     speeds: Vec<f64>,
+    #[command(flatten)]
+    pid: PidArguments,
+    /// Uncertainty of the natural frequencies for the worst case in percent, mode by mode; default: that of the weights
+    #[arg(long, value_delimiter = ',')]
+    mode_uncertainty: Vec<f64>,
     /// Tangential cutting force coefficient of the workpiece for the stability lobes, Pa (aluminium 8e8, steel 2e9)
     #[arg(long, default_value_t = 8e8)]
     tangential_pa: f64,
@@ -58,6 +73,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (machine, weights) = arguments.machine.load()?;
     let speeds = speeds(arguments, machine.spindle.max_rpm)?;
+    let uncertainty = mode_uncertainty(arguments, &weights)?;
     let hammers = match &arguments.measurement {
         Some(source) => load_measurement(source)?.hammers,
         None => vec![],
@@ -68,24 +84,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let progress = Progress::start();
     let mut result = Outcome::Done;
-    if controllers.is_empty() {
-        let found = run_design(&machine, &weights, &progress)?;
-        result = outcome(&found);
-        progress.stage("PID");
-        let quick = TuneSettings::quick();
-        controllers = vec![
-            (Role::Mu, found.controller),
-            (
-                Role::Pid,
-                tune(&machine, &quick, &mut |_, _| {})?.controller,
-            ),
-            (Role::TextbookPid, textbook(&machine, &quick)?.controller),
-        ];
-    }
     let mut summary = Summary::new();
     summary.set("run", "compare");
     summary.set("spindle", machine.spindle.name.as_str());
     summary.set("tool", machine.tool.name.as_str());
+    if controllers.is_empty() {
+        let found = run_design(&machine, &weights, &progress)?;
+        result = outcome(&found);
+        progress.stage("PID");
+        let effort = arguments.pid.settings(PidEffort::Thorough);
+        let pid = tune(&machine, &effort, &mut |_, _| {})?;
+        let plain = textbook(&machine, &TuneSettings::quick())?;
+        summary.set("pid", pid_json(&pid, &effort));
+        summary.set("pid.textbook", certificate_json(&plain.certificate));
+        controllers = vec![
+            (Role::Mu, found.controller),
+            (Role::Pid, pid.controller),
+            (Role::TextbookPid, plain.controller),
+        ];
+    }
     let flexible: Vec<f64> = PlanarModes::new(&machine.rotor()?)?
         .omega_rad_s
         .iter()
@@ -94,7 +111,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .copied()
         .collect();
     let period = machine.spindle.electronics.sample_period_s();
+    let flexible_hz: Vec<f64> = flexible.iter().map(|w| w / TAU).collect();
     let mut runs: Vec<(Role, Prediction)> = vec![];
+    let mut worst: Vec<(Role, String, Vec<WorstPrediction>)> = vec![];
     let (material, cut) = cut(arguments)?;
     let top = machine.spindle.max_rpm;
     let lobe_speeds: Vec<f64> = (1..=LOBE_POINTS)
@@ -115,6 +134,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             &format!("damping_ratio.{name}"),
             modal_damping_json(first, &flexible),
         );
+        let spoken = each
+            .iter()
+            .map(|p| statements_json(p, &flexible_hz, top / 60.0));
+        summary.set(
+            &format!("tool_plane.{name}"),
+            Value::Array(spoken.collect()),
+        );
+        progress.stage(format!("worst case of {name}"));
+        let over = worst_predictions(&machine, controller, &speeds, &uncertainty)?;
+        summary.set(&format!("worst_case.{name}"), worst_json(&over));
+        worst.push((*role, name.clone(), over));
         let law = discrete(controller, period)?;
         let checked = verify(
             &machine,
@@ -156,11 +186,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             stiffness_n_per_m: h.frf.compliance.iter().map(|c| c.norm().recip()).collect(),
         })
         .collect();
+    for (m, hammer) in measured.iter().zip(&hammers) {
+        let key = format!("tool_plane.{}", m.name.replace(['.', ' '], "_"));
+        let shown = lightly_damped(&hammer.frf);
+        summary.set(&key, measured_json(m, &shown, &flexible_hz, top / 60.0));
+    }
+    add_ratios(&mut summary, &runs);
+    let words = figure_9_words(
+        &runs.iter().map(|(_, p)| p).collect::<Vec<_>>(),
+        &worst_least(&worst),
+    );
+    summary.set("plain_words", words);
     summary.set("speeds_rpm", crate::report::summary::numbers(&speeds));
     summary.set("top_speed_hz", number(machine.spindle.max_rpm / 60.0));
     let mut folder = ResultsFolder::new();
     let shown: Vec<(Role, &Prediction)> = runs.iter().map(|(r, p)| (*r, p)).collect();
     for (stem, figure) in predictions(&shown, &measured, machine.spindle.max_rpm / 60.0) {
+        folder.add_plot(&stem, &figure)?;
+    }
+    for (stem, figure) in worst_figures(&worst) {
         folder.add_plot(&stem, &figure)?;
     }
     let curves: Vec<Curve> = lobes
@@ -184,6 +228,79 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
 const LOBE_POINTS: usize = 1000;
+
+/// Resonances of a hammer record that a local fit resolves: those with a damping ratio of two percent at most.
+fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {
+    let lines = 0..frf.frequency_hz.len();
+    // A floor of half a percent: what repeated hammer tests differ by.
+    let channel = Channel {
+        name: "tool".to_owned(),
+        value: frf.compliance.clone(),
+        sigma: lines.map(|k| frf.sigma(k, 0.005)).collect(),
+    };
+    resonances(&frf.frequency_hz, &[channel])
+}
+
+/// Name and smallest stiffness over every speed and uncertainty of each controller, N/m.
+fn worst_least(worst: &[(Role, String, Vec<WorstPrediction>)]) -> Vec<(String, f64)> {
+    let least = |cases: &[WorstPrediction]| {
+        let curves = cases.iter().flat_map(|w| &w.worst.compliance);
+        curves
+            .filter_map(|c| c.peak())
+            .map(|(_, e)| 1.0 / e.upper)
+            .fold(f64::INFINITY, f64::min)
+    };
+    let each = worst.iter();
+    each.map(|(_, name, cases)| (name.clone(), least(cases)))
+        .collect()
+}
+
+/// Stiffness of the first controller over that of each other one, speed by speed.
+fn add_ratios(summary: &mut Summary, runs: &[(Role, Prediction)]) {
+    let Some(first) = runs.first().map(|(_, p)| p.name.clone()) else {
+        return;
+    };
+    let mut others: Vec<&str> = runs.iter().map(|(_, p)| p.name.as_str()).collect();
+    others.dedup();
+    for other in others.into_iter().filter(|name| **name != first) {
+        let of = |name: &str, rpm: f64| {
+            let mut all = runs.iter().map(|(_, p)| p);
+            all.find(|p| p.name == name && p.speed_rpm == rpm)
+        };
+        let ratios = runs
+            .iter()
+            .filter(|(_, p)| p.name == first)
+            .filter_map(|(_, p)| Some(ratio_json(p, of(other, p.speed_rpm)?)));
+        summary.set(
+            &format!("stiffness_ratio.{first}_over_{other}"),
+            Value::Array(ratios.collect()),
+        );
+    }
+}
+
+/// Relative uncertainty per mode: from the command line in percent, else from the weights.
+fn mode_uncertainty(arguments: &Arguments, weights: &Weights) -> Result<Vec<f64>, Failure> {
+    // Beyond a fifth of its frequency a mode is not uncertain but unknown.
+    if let Some(bad) = arguments
+        .mode_uncertainty
+        .iter()
+        .find(|r| !(0.0..=20.0).contains(*r))
+    {
+        return Err(Failure::new(format!(
+            "--mode-uncertainty: {bad} must lie between 0 and 20 percent"
+        ))
+        .with_hint("one number a mode, for example --mode-uncertainty 1,1,0"));
+    }
+    Ok(if arguments.mode_uncertainty.is_empty() {
+        weights.mode_uncertainty.clone()
+    } else {
+        arguments
+            .mode_uncertainty
+            .iter()
+            .map(|r| 0.01 * r)
+            .collect()
+    })
+}
 
 fn cut(arguments: &Arguments) -> Result<(Material, Engagement), Failure> {
     let width = arguments.radial_width;

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use crate::augment::weights::Weights;
+use crate::controller::pid_tune::TuneSettings;
 use crate::input::{load_machine, load_weights};
 use crate::spindle::Machine;
 
@@ -37,4 +38,38 @@ impl DesignArguments {
             load_weights(&self.weights)?,
         ))
     }
+}
+
+/// Arguments of the commands that tune a PID.
+#[derive(clap::Args, Debug, Clone, Copy)]
+pub struct PidArguments {
+    /// Effort of the PID search: a few seconds, or up to half a minute for the best that it finds
+    #[arg(long = "pid", value_enum)]
+    effort: Option<PidEffort>,
+    /// Seed of the PID search
+    #[arg(long = "pid-seed", default_value_t = 1)]
+    seed: u64,
+}
+
+impl PidArguments {
+    /// Settings of the search; `usual` is the effort unless one is given.
+    pub fn settings(&self, usual: PidEffort) -> TuneSettings {
+        let settings = match self.effort.unwrap_or(usual) {
+            PidEffort::Quick => TuneSettings::quick(),
+            PidEffort::Thorough => TuneSettings::thorough(),
+        };
+        TuneSettings {
+            seed: self.seed,
+            ..settings
+        }
+    }
+}
+
+/// How long the PID is tuned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum PidEffort {
+    /// A few seconds.
+    Quick,
+    /// Up to half a minute.
+    Thorough,
 }

@@ -9,15 +9,14 @@ use crate::controller::pid_tune::{TuneSettings, TunedPid, textbook, tune};
 use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::Design;
+use crate::report::comparison::pid_json;
 use crate::report::identification::identification_json;
 use crate::report::plot::Role;
 use crate::report::plot::loops::{MarkedFrequency, Peak};
 use crate::report::results::ResultsFolder;
 use crate::report::run_figures::{open_loop, predictions, robustness, shapes};
-use crate::report::run_summary::{
-    design_json, machine_json, modal_damping_json, verification_json,
-};
-use crate::report::summary::{Summary, number};
+use crate::report::run_summary::{design_json, machine_json, modal_damping_json};
+use crate::report::summary::Summary;
 use crate::report::updating::{figures as update_figures, updating_json};
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::Machine;
@@ -207,23 +206,7 @@ fn assemble(
             modal_damping_json(rest, &flexible),
         );
     }
-    summary.set("pid.stable", pid.certificate.is_stable());
-    summary.set(
-        "pid.certificates.nominal",
-        verification_json(&pid.certificate.nominal),
-    );
-    summary.set(
-        "pid.certificates.modes_lowered",
-        verification_json(&pid.certificate.lowered),
-    );
-    summary.set(
-        "pid.certificates.modes_raised",
-        verification_json(&pid.certificate.raised),
-    );
-    summary.set(
-        "pid.noise_current_a",
-        number(pid.certificate.noise_current_a),
-    );
+    summary.set("pid", pid_json(pid, &TuneSettings::quick()));
     summary.set("pid.textbook_stable", plain.certificate.nominal.is_stable());
     summary.set(
         "plain_words",

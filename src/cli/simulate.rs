@@ -1,6 +1,7 @@
 //! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on standard
 //! output, response and orbits as CSV and SVG in the folder.
 
+use super::design::finish;
 use super::export::{ready, signal_limits};
 use super::{Failure, Outcome, stdout};
 use crate::controller::ControlLaw;
@@ -9,15 +10,15 @@ use crate::controller::realise::modal_form;
 use crate::controller::scaling::scaled;
 use crate::input::{load_controller, load_machine};
 use crate::predict::time::{TimeError, TimeResponse, TimeSettings};
-use crate::predict::time_cases::{Case, TimeFigures, figures, run_case};
+use crate::predict::time_cases::{Case, figures, run_case};
 use crate::report::plot::motion::{TimePanel, orbits, time_responses};
 use crate::report::plot::{Curve, Role};
 use crate::report::results::{ResultsError, ResultsFolder};
+use crate::report::simulation::{Limits, motion, simulation_json};
+use crate::report::summary::{Summary, number};
 use crate::report::tables::Table;
 use crate::spindle::Machine;
-use serde_json::{Value, json};
 use std::f64::consts::TAU;
-use std::path::Path;
 
 /// Arguments of `muspin simulate`.
 #[derive(clap::Args, Debug)]
@@ -40,6 +41,12 @@ pub struct Arguments {
     /// Duration, s
     #[arg(long)]
     duration: Option<f64>,
+    /// Time over which the reference moves from the rest position to the centre at lift-off, s
+    #[arg(long, default_value_t = 0.1)]
+    ramp: f64,
+    /// Voltage of the amplifiers' bus, V
+    #[arg(long, default_value_t = 300.0)]
+    bus_voltage: f64,
     /// Adds the sensor noise of the spindle, with this seed
     #[arg(long)]
     noise_seed: Option<u64>,
@@ -87,34 +94,70 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (case, name, speed_rpm, duration_s) = scenario(arguments, &machine)?;
     let settings = TimeSettings {
         noise_seed: arguments.noise_seed,
+        bus_voltage_v: arguments.bus_voltage,
+        reference_ramp_s: match case {
+            Case::LiftOff => arguments.ramp,
+            _ => 0.0,
+        },
         ..TimeSettings::default()
     };
     let speed = speed_rpm * TAU / 60.0;
     let response = run_case(&machine, &program, case, speed, duration_s, &settings)?;
     let found = figures(&machine, &response);
-    let summary = json!({
-        "controller": discrete.name,
-        "case": name,
-        "speed_rpm": speed_rpm,
-        "duration_s": duration_s,
-        "simulation": summary(&machine, &response, &found),
-    });
-    let text = format!("{summary:#}\n");
-    staged(&machine, &response, name, &text)
-        .and_then(|folder| folder.write(Path::new(&arguments.out)))
-        .map_err(|e| Failure::new(e.to_string()))?;
-    stdout::data(|out| out.write_all(text.as_bytes()))?;
-    // Lift-off starts in contact; what counts is where it ends.
-    let last = response.samples.last();
-    let touches = match case {
-        Case::LiftOff => last.is_none_or(|s| s.contact_n.iter().any(|f| *f != 0.0)),
-        _ => response.in_contact > 0.0,
+    let limits = Limits {
+        current_a: signal_limits(&machine).output_a,
+        voltage_v: settings.bus_voltage_v,
     };
+    let mut summary = Summary::new();
+    summary.set("run", "simulate");
+    summary.set("spindle", machine.spindle.name.as_str());
+    summary.set("tool", machine.tool.name.as_str());
+    summary.set("controller", discrete.name.as_str());
+    summary.set("case", name);
+    summary.set("speed_rpm", number(speed_rpm));
+    summary.set("duration_s", number(duration_s));
+    let rows = simulation_json(&machine, &response, &found, &limits);
+    summary.set("simulation", rows);
+    let touches = touches(case, &response);
+    summary.set("verdict.met", !(response.diverged || touches));
+    let end = match (response.diverged, touches, case) {
+        (true, _, _) => "the rotor left every reasonable range",
+        (_, true, Case::LiftOff) => "the rotor does not leave the backup bearings",
+        (_, true, _) => "the rotor touches the backup bearings",
+        (_, _, Case::LiftOff) => "the rotor lifts off and stays free",
+        _ => "the rotor stays clear of the backup bearings",
+    };
+    summary.set("verdict.sentence", end);
+    let mut folder = staged(&machine, &response, name, &limits)?;
+    let moved = motion(
+        &machine,
+        &response,
+        &format!("Shaft in motion, {name}"),
+        speed,
+    )?;
+    let (picture, frames) = crate::report::plot::animation::animate(&moved);
+    folder.add("plots/animation.svg", picture)?;
+    folder.add("plots/animation.csv", frames)?;
+    finish(&mut folder, &mut summary, &arguments.out)?;
+    stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
     Ok(if response.diverged || touches {
         Outcome::TargetMissed
     } else {
         Outcome::Done
     })
+}
+
+/// Whether contact counts: lift-off starts in it, there only the last quarter matters.
+fn touches(case: Case, response: &TimeResponse) -> bool {
+    let samples = &response.samples;
+    let from = match case {
+        Case::LiftOff => samples.len() - samples.len() / 4,
+        _ => return response.in_contact > 0.0,
+    };
+    samples.is_empty()
+        || samples[from..]
+            .iter()
+            .any(|s| s.contact_n.iter().any(|f| *f != 0.0))
 }
 
 fn scenario(
@@ -169,33 +212,12 @@ fn scenario(
     Ok((case, name, speed, duration.unwrap_or(length)))
 }
 
-fn summary(machine: &Machine, response: &TimeResponse, found: &TimeFigures) -> Value {
-    let places = |v: &[f64; 3]| json!({"tool": v[0], "front": v[1], "rear": v[2]});
-    let sides = |v: &[f64; 2]| json!({"front": v[0], "rear": v[1]});
-    let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
-    json!({
-        "peak_displacement_m": places(&found.displacement_m),
-        "settled_displacement_m": places(&found.settled_displacement_m),
-        "backup_clearance_m": machine.spindle.backup_clearance_m,
-        "clearance_ratio": found.clearance_ratio,
-        "peak_current_a": sides(&found.current_a),
-        "current_limit_a": signal_limits(machine).output_a,
-        "peak_force_n": sides(&found.force_n),
-        "force_limit_n": sides(&[front.max_force_n, rear.max_force_n]),
-        "peak_contact_force_n": found.contact_force_n,
-        "share_current_limited": response.current_limited,
-        "share_voltage_limited": response.voltage_limited,
-        "share_in_contact": response.in_contact,
-        "diverged": response.diverged,
-    })
-}
-
 /// Everything that goes into the folder.
 fn staged(
     machine: &Machine,
     response: &TimeResponse,
     name: &str,
-    summary: &str,
+    limits: &Limits,
 ) -> Result<ResultsFolder, ResultsError> {
     let axes = ["front_x", "front_y", "rear_x", "rear_y"];
     let places = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "rear_y"];
@@ -203,6 +225,7 @@ fn staged(
     header.extend(axes.map(|a| format!("sensor_{a}_m")));
     header.extend(places.map(|p| format!("displacement_{p}_m")));
     header.extend(axes.map(|a| format!("current_{a}_a")));
+    header.extend(axes.map(|a| format!("voltage_{a}_v")));
     header.extend(axes.map(|a| format!("force_{a}_n")));
     header.extend(axes.map(|a| format!("contact_{a}_n")));
     let mut table = Table::new(header);
@@ -211,6 +234,7 @@ fn staged(
             .chain(s.sensors_m)
             .chain(s.displacements_m)
             .chain(s.currents_a)
+            .chain(s.voltages_v)
             .chain(s.forces_n)
             .chain(s.contact_n)
             .collect();
@@ -230,8 +254,17 @@ fn staged(
     let current =
         |k: usize| -> Vec<f64> { response.samples.iter().map(|s| s.currents_a[k]).collect() };
     let currents = [current(0), current(2)];
+    let voltage =
+        |k: usize| -> Vec<f64> { response.samples.iter().map(|s| s.voltages_v[k]).collect() };
+    let voltages = [voltage(0), voltage(2)];
+    let force = |k: usize| -> Vec<f64> { response.samples.iter().map(|s| s.forces_n[k]).collect() };
+    let forces = [force(0), force(2)];
+    let (front_n, rear_n) = (
+        machine.spindle.front.max_force_n,
+        machine.spindle.rear.max_force_n,
+    );
     let clearance = 1e6 * machine.spindle.backup_clearance_m;
-    let limit = signal_limits(machine).output_a;
+    let (limit, bus) = (limits.current_a, limits.voltage_v);
     let panels = [
         TimePanel {
             title: "Displacement x",
@@ -250,9 +283,22 @@ fn staged(
             curves: curves(&time, &["front", "rear"], &currents),
             limits: vec![(limit, "limit"), (-limit, "limit")],
         },
+        TimePanel {
+            title: "Coil voltage x",
+            label: "u",
+            unit: "V",
+            curves: curves(&time, &["front", "rear"], &voltages),
+            limits: vec![(bus, "bus"), (-bus, "bus")],
+        },
+        TimePanel {
+            title: "Magnetic force x",
+            label: "F",
+            unit: "N",
+            curves: curves(&time, &["front", "rear"], &forces),
+            limits: vec![(front_n, "front capacity"), (rear_n, "rear capacity")],
+        },
     ];
     let mut folder = ResultsFolder::new();
-    folder.add("summary.json", summary)?;
     folder.add_table("response.csv", &table)?;
     folder.add_plot(
         "response",

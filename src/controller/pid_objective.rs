@@ -1,14 +1,15 @@
-//! What a PID is worth on one machine: tool stiffness, sensitivity, noise current and stability over a set of plants
-//! (standstill and largest speed, flexible modes nominal and shifted), from tables of the sampled plant's response.
+//! What a PID is worth on one machine: tool stiffness, sensitivity, noise current, high-frequency gain and stability over a
+//! set of plants (standstill and largest speed, flexible modes nominal and shifted), from tables of the plant's response.
 //!
-//! In r = x + jy an isotropic plane has the responses a ± jb forwards and backwards (a: x→x, b: x→y), each with two loops;
 //! D = det(I + G C). Stability by the argument principle: the phase that D gathers from the first line to the Nyquist
-//! frequency equals that of a loop known to be stable. The lines are packed round every open-loop mode (64 within ±8 %).
+//! frequency equals that of a loop known to be stable. The shifted plants move six modes by ±r each, all at once, in the
+//! signs of a 2^(6−3) design: every combination of the three modes in the band, every pair of signs of any other two.
 
 use super::ControllerError;
 use super::pid::PidParameters;
+use super::pid_tables::{Loops, Ports, Scenario, Table, lines, reachable, scenario, x_plane};
 use crate::linalg::{Mat, c64};
-use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace, TimeBase};
+use crate::lti::{Discrete, StateSpace, TimeBase};
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -17,22 +18,12 @@ use std::f64::consts::{PI, TAU};
 const FLEXIBLE_MODES: usize = 6;
 /// Band of the dynamic stiffness, Hz.
 const STIFFNESS_BAND_HZ: (f64, f64) = (1.0, 4000.0);
-
-/// The two loops at one line: g₁₁, g₂₂, g₁₂·g₂₁ and det G = g₁₁g₂₂ − g₁₂g₂₁ (front 1, rear 2).
-type Loops = [c64; 4];
-/// What performance needs besides: g₁₂, g₂₁, g₁ₜ, g₂ₜ, gₜ₁, gₜ₂, gₜₜ (t: force and displacement at the tool).
-type Ports = [c64; 7];
-
-/// One direction of whirl of one plant over the lines; `ports` is empty where only stability counts.
-struct Table {
-    loops: Vec<Loops>,
-    ports: Vec<Ports>,
-}
-
-/// One plant: one table at standstill, two (forwards, backwards) at speed.
-struct Scenario {
-    tables: Vec<Table>,
-}
+/// From here on the gain of the controller counts as high-frequency gain, Hz: above the band of the specification.
+pub const HIGH_FREQUENCY_HZ: f64 = 4000.0;
+/// Sign patterns of the shifted plants.
+const PATTERNS: usize = 8;
+/// Plants of the set: nominal and shifted, each at standstill and at the largest speed.
+const PLANTS: usize = 2 + 2 * PATTERNS;
 
 /// Tables of a machine, ready to judge parameters.
 pub struct Objective {
@@ -57,22 +48,17 @@ pub struct Performance {
     pub shifted_sensitivity: f64,
     /// Largest rms current from sensor noise, A.
     pub noise_current_a: f64,
-    /// Phase of det(I + G C) gathered by each table, rad; plants in a fixed order.
-    pub phase_rad: [f64; 6],
+    /// Largest gain |C| above [`HIGH_FREQUENCY_HZ`], A/m.
+    pub high_frequency_gain_a_per_m: f64,
+    /// Phase of det(I + G C) gathered on each plant, rad; plants in a fixed order.
+    pub phase_rad: [f64; PLANTS],
 }
 
-/// Machine with every flexible frequency multiplied by `factor` (moduli by its square).
-pub fn with_shifted_modes(machine: &Machine, factor: f64) -> Machine {
-    let mut shifted = machine.clone();
-    for section in shifted
-        .spindle
-        .sections
-        .iter_mut()
-        .chain(&mut shifted.tool.sections)
-    {
-        section.modulus_scale *= factor * factor;
-    }
-    shifted
+/// Frequency factors of a sign pattern: the signs of modes 1–3 are the bits, those of 4–6 their products.
+fn factors(pattern: usize, shift: f64) -> [f64; FLEXIBLE_MODES] {
+    let sign = |bit: usize| if (pattern >> bit) & 1 == 0 { 1.0 } else { -1.0 };
+    let (a, b, c) = (sign(0), sign(1), sign(2));
+    [a, b, c, a * b * c, a * b, a * c].map(|s| 1.0 + s * shift)
 }
 
 impl Objective {
@@ -86,26 +72,32 @@ impl Objective {
             static_residual: true,
         };
         let fastest = machine.spindle.max_rpm * TAU / 60.0;
-        let cases: Vec<(f64, f64)> = [1.0, 1.0 + mode_shift, 1.0 - mode_shift]
-            .into_iter()
-            .flat_map(|factor| [(factor, 0.0), (factor, fastest)])
+        let (at_rest, at_speed) = (
+            Plant::new(machine, 0.0, detail)?,
+            Plant::new(machine, fastest, detail)?,
+        );
+        let cases: Vec<(Option<[f64; FLEXIBLE_MODES]>, &Plant)> = std::iter::once(None)
+            .chain((0..PATTERNS).map(|k| Some(factors(k, mode_shift))))
+            .flat_map(|shift| [(shift, &at_rest), (shift, &at_speed)])
             .collect();
         let plants: Result<Vec<StateSpace<Discrete>>, SpindleError> = cases
             .par_iter()
-            .map(|(factor, speed)| {
-                let shifted = with_shifted_modes(machine, *factor);
-                Plant::new(&shifted, *speed, detail)?.sampled()
+            .map(|(shift, plant)| match shift {
+                None => plant.sampled(),
+                Some(factors) => plant.with_scaled_modes(factors).sampled(),
             })
             .collect();
         let plants = plants?;
-        let modes: Vec<f64> = Plant::new(machine, 0.0, detail)?.flexible_rad_s().to_vec();
+        let modes: Vec<f64> = at_rest.flexible_rad_s().to_vec();
         let period = machine.spindle.electronics.sample_period_s();
         let nyquist = PI / period;
         let omega = lines(&modes, nyquist);
         let scenarios = plants
             .par_iter()
             .zip(&cases)
-            .map(|(plant, (factor, speed))| scenario(plant, &omega, *speed > 0.0, *factor == 1.0))
+            .map(|(sampled, (shift, plant))| {
+                scenario(sampled, &omega, plant.speed_rad_s() > 0.0, shift.is_none())
+            })
             .collect();
         let s = omega
             .iter()
@@ -166,8 +158,15 @@ impl Objective {
             sensitivity: 0.0,
             shifted_sensitivity: 0.0,
             noise_current_a: 0.0,
-            phase_rad: [0.0; 6],
+            high_frequency_gain_a_per_m: 0.0,
+            phase_rad: [0.0; PLANTS],
         };
+        for (omega, [front, rear]) in self.omega.iter().zip(&gains) {
+            if *omega >= TAU * HIGH_FREQUENCY_HZ {
+                let gain = front.norm().max(rear.norm());
+                result.high_frequency_gain_a_per_m = result.high_frequency_gain_a_per_m.max(gain);
+            }
+        }
         for (scenario, phase) in self.scenarios.iter().zip(&mut result.phase_rad) {
             let share = 1.0 / scenario.tables.len() as f64;
             *phase = scenario
@@ -286,97 +285,5 @@ fn close(g: &Loops, ports: &Ports, c: &[c64; 2]) -> LoopLine {
             c[0].norm_sqr() * (s11.norm_sqr() + s12.norm_sqr()),
             c[1].norm_sqr() * (s21.norm_sqr() + s22.norm_sqr()),
         ],
-    }
-}
-
-/// Lines: 4 % steps from 1 Hz to 30 Hz, 1.2 % steps to Nyquist, and f/400 within ±8 % of every mode.
-fn lines(modes_rad_s: &[f64], nyquist: f64) -> Vec<f64> {
-    let last = nyquist * 0.9999;
-    let steps = |from: f64, to: f64, ratio: f64| {
-        let count = ((to / from).ln() / ratio).ceil().max(2.0) as usize;
-        (0..=count).map(move |k| from * ((to / from).ln() * k as f64 / count as f64).exp())
-    };
-    let knee = (TAU * 30.0).min(0.5 * last);
-    let base = steps(TAU.min(0.5 * knee), knee, 0.04).chain(steps(knee, last, 0.012));
-    let packed = modes_rad_s
-        .iter()
-        .flat_map(|mode| (-32..=32).map(move |k| mode * (1.0 + f64::from(k) / 400.0)))
-        .filter(|w| *w < last);
-    FrequencyGrid::from_rad_s(base.chain(packed))
-        .omega_rad_s()
-        .to_vec()
-}
-
-/// Tables of a sampled plant over the lines.
-fn scenario(
-    plant: &StateSpace<Discrete>,
-    omega: &[f64],
-    rotating: bool,
-    nominal: bool,
-) -> Scenario {
-    // Outputs x then y of front, rear sensor and tool; inputs x of front, rear current and tool force.
-    let responder = FrequencyResponder::new(&plant.select(&[0, 2, 4, 1, 3, 5], &[0, 2, 4]));
-    let responses: Vec<Mat<c64>> = omega
-        .iter()
-        .map(|w| responder.transfer(plant.time.point(*w)))
-        .collect();
-    let j = c64::new(0.0, 1.0);
-    let table = |sign: f64| {
-        let at = |h: &Mat<c64>, row: usize, column: usize| {
-            h[(row, column)] + j * sign * h[(row + 3, column)]
-        };
-        Table {
-            loops: responses
-                .iter()
-                .map(|h| {
-                    let cross = at(h, 0, 1) * at(h, 1, 0);
-                    let (g11, g22) = (at(h, 0, 0), at(h, 1, 1));
-                    [g11, g22, cross, g11 * g22 - cross]
-                })
-                .collect(),
-            ports: responses
-                .iter()
-                .filter(|_| nominal)
-                .map(|h| {
-                    [(0, 1), (1, 0), (0, 2), (1, 2), (2, 0), (2, 1), (2, 2)]
-                        .map(|(row, column)| at(h, row, column))
-                })
-                .collect(),
-        }
-    };
-    Scenario {
-        tables: if rotating {
-            vec![table(1.0), table(-1.0)]
-        } else {
-            vec![table(0.0)]
-        },
-    }
-}
-
-/// Currents front_x, rear_x to signals front_x, rear_x, without the states of the other plane.
-fn x_plane(plant: &StateSpace<Discrete>) -> StateSpace<Discrete> {
-    reachable(&plant.select(&[0, 2], &[0, 2]))
-}
-
-/// The system without states that the pattern of A and B never reaches.
-fn reachable(system: &StateSpace<Discrete>) -> StateSpace<Discrete> {
-    let n = system.order();
-    let mut seen: Vec<bool> = (0..n)
-        .map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0))
-        .collect();
-    for _ in 0..n {
-        for i in 0..n {
-            if !seen[i] && (0..n).any(|j| seen[j] && system.a[(i, j)] != 0.0) {
-                seen[i] = true;
-            }
-        }
-    }
-    let keep: Vec<usize> = (0..n).filter(|i| seen[*i]).collect();
-    StateSpace {
-        a: Mat::from_fn(keep.len(), keep.len(), |i, j| system.a[(keep[i], keep[j])]),
-        b: Mat::from_fn(keep.len(), system.inputs(), |i, j| system.b[(keep[i], j)]),
-        c: Mat::from_fn(system.outputs(), keep.len(), |i, j| system.c[(i, keep[j])]),
-        d: system.d.clone(),
-        time: system.time,
     }
 }

@@ -1,18 +1,17 @@
 //! Automatic tuning of the PID: largest minimum of the tool's dynamic stiffness, subject to stability from standstill
-//! to the largest speed with shifted modes, a sensitivity peak within ISO 14839-3 zone B, and a noise current.
-//! Search: CMA-ES in the logarithms of 26 parameters, from the better of two starts. The result is judged again on the
-//! full plant, sampled with true delay, on lines packed round every closed-loop pole; those figures are the certificate.
+//! to the largest speed with shifted modes, a sensitivity peak within ISO 14839-3 zone B, and limits on the noise current
+//! and on the gain above the band.
+//! Search: CMA-ES in the logarithms of 26 parameters, from the better of two starts. The result is judged on the full plant
+//! ([`super::pid_certificate`]); where that finds a limit exceeded, the search goes on with the limit lowered by as much.
 
 use super::cma_es::{CmaSettings, minimise};
-use super::pid::{PidParameters, pid_controller, reference_start, textbook_gains};
-use super::pid_objective::{Objective, Performance, with_shifted_modes};
-use super::verification::{Verification, VerificationError, verify};
-use super::{ControlLaw, Controller, ControllerError, in_step};
-use crate::linalg::{Mat, c64, solve_complex};
-use crate::lti::connect::lower_lft;
-use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace, TimeBase};
-use crate::spindle::{Machine, ModelDetail, Plant};
-use std::f64::consts::{PI, TAU};
+use super::pid::{PidParameters, reference_start, textbook_gains};
+use super::pid_certificate::{PidCertificate, ZONE_B_DB, certify};
+use super::pid_objective::{Objective, Performance};
+use super::verification::VerificationError;
+use super::{Controller, ControllerError, in_step};
+use crate::spindle::Machine;
+use std::f64::consts::PI;
 
 /// Requirements and effort of a tuning.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +22,8 @@ pub struct TuneSettings {
     pub mode_shift: f64,
     /// Largest rms current from sensor noise, A.
     pub noise_current_a: f64,
+    /// Largest gain of the controller above the band, A/m.
+    pub high_frequency_gain_a_per_m: f64,
     /// Points per generation.
     pub population: usize,
     /// Generations at most.
@@ -40,8 +41,11 @@ impl TuneSettings {
             sensitivity_db: 11.5,
             mode_shift: 0.03,
             noise_current_a: 0.1,
+            // A micrometre of noise or of an unknown mode above the band asks for two amperes at most: what the µ controller
+            // of the reference spindle has there, so that neither is held shorter than the other.
+            high_frequency_gain_a_per_m: 2.0e6,
             population: 20,
-            generations: 220,
+            generations: 400,
             seed: 1,
             speeds: 6,
         }
@@ -51,44 +55,10 @@ impl TuneSettings {
     pub fn thorough() -> Self {
         Self {
             population: 28,
-            generations: 900,
+            generations: 800,
             speeds: 11,
             ..Self::quick()
         }
-    }
-}
-
-/// Figures of a PID on the full plant.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PidCertificate {
-    /// Stability over the speeds, nominal.
-    pub nominal: Verification,
-    /// Stability at standstill, half and largest speed with every flexible frequency lowered.
-    pub lowered: Verification,
-    /// The same with every flexible frequency raised.
-    pub raised: Verification,
-    /// Peak of |S| at standstill per bearing (front, rear), dB.
-    pub sensitivity_db: [f64; 2],
-    /// The same at the largest speed.
-    pub sensitivity_at_speed_db: [f64; 2],
-    /// Smallest dynamic stiffness of the tool at standstill, 1–4000 Hz, N/m.
-    pub stiffness_n_per_m: f64,
-    /// Where, Hz.
-    pub stiffness_hz: f64,
-    /// The same at the largest speed, N/m.
-    pub stiffness_at_speed_n_per_m: f64,
-    /// Largest rms current from sensor noise on the design tables, A.
-    pub noise_current_a: f64,
-    /// Parameter sets judged.
-    pub evaluations: usize,
-}
-
-impl PidCertificate {
-    /// True when the loop is stable at every speed checked, nominal and with shifted modes.
-    pub fn is_stable(&self) -> bool {
-        [&self.nominal, &self.lowered, &self.raised]
-            .iter()
-            .all(|v| v.is_stable())
     }
 }
 
@@ -112,31 +82,49 @@ pub fn tune(
     settings: &TuneSettings,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<TunedPid, VerificationError> {
-    let mut shift = settings.mode_shift;
-    let mut evaluations = 0;
+    let mut goal = *settings;
+    let mut objective = Objective::new(machine, goal.mode_shift)?;
+    let (mut start, mut evaluations) = stabilising_start(machine, &objective, settings)?;
     let mut best: Option<TunedPid> = None;
-    // The tables hold fewer modes than the plant and two speeds only; when the full check fails, ask for more margin.
-    for _ in 0..3 {
-        let objective = Objective::new(machine, shift)?;
-        let (start, used) = stabilising_start(machine, &objective, settings)?;
-        let (parameters, more) = search(&objective, &start, settings, progress)?;
-        evaluations += used + more;
-        let tuned = judge(
-            machine,
-            &objective,
-            parameters,
-            settings,
-            evaluations,
-            "PID",
-        )?;
-        if tuned.certificate.is_stable() {
-            return Ok(tuned);
+    for attempt in 0..=REPAIRS {
+        let (parameters, more) = search(&objective, &start, &goal, progress)?;
+        evaluations += more;
+        let tuned = certify(machine, parameters, settings, evaluations, "PID")?;
+        let found = &tuned.certificate;
+        let meets = found.meets(settings);
+        // What the tables did not see is taken off the limits, with a little to spare.
+        let over = |value: f64, limit: f64| (value - limit).max(0.0) * 1.2;
+        let seen = found.sensitivity_peak_db();
+        if seen >= ZONE_B_DB {
+            goal.sensitivity_db -= over(seen, ZONE_B_DB) + 0.1;
         }
-        best = best.or(Some(tuned));
-        shift *= 1.5;
+        if found.noise_current_a > settings.noise_current_a {
+            goal.noise_current_a -= over(found.noise_current_a, settings.noise_current_a);
+        }
+        let gain = found.high_frequency_gain_a_per_m;
+        if gain > settings.high_frequency_gain_a_per_m {
+            goal.high_frequency_gain_a_per_m -= over(gain, settings.high_frequency_gain_a_per_m);
+        }
+        if !found.is_stable() {
+            goal.mode_shift *= 1.3;
+            objective = Objective::new(machine, goal.mode_shift)?;
+        }
+        goal.generations = settings.generations / 3;
+        start = parameters;
+        let better =
+            |old: &TunedPid| found.violation(settings) < old.certificate.violation(settings);
+        if meets || best.as_ref().is_none_or(better) {
+            best = Some(tuned);
+        }
+        if meets || attempt == REPAIRS {
+            break;
+        }
     }
     best.ok_or_else(|| nothing_found("no attempt was made".to_owned()).into())
 }
+
+/// Times the search is taken up again when the full plant shows what the tables did not.
+const REPAIRS: usize = 3;
 
 /// The textbook PID made to levitate: gains from [`textbook_gains`] and untouched, only corner frequencies and biquads
 /// moved, until the loop is stable with some margin; nothing is tuned for the tool.
@@ -202,14 +190,7 @@ pub fn textbook(machine: &Machine, settings: &TuneSettings) -> Result<TunedPid, 
     )?;
     let parameters = filters(&second.point).unwrap_or(base);
     let evaluations = first.evaluations + second.evaluations;
-    judge(
-        machine,
-        &objective,
-        parameters,
-        settings,
-        evaluations,
-        "textbook PID",
-    )
+    certify(machine, parameters, settings, evaluations, "textbook PID")
 }
 
 fn nothing_found(reason: String) -> ControllerError {
@@ -327,6 +308,7 @@ fn stiffness_cost(figures: &Performance, settings: &TuneSettings) -> f64 {
         // Shifted by 3 % the loop may leave zone B, but keeps a margin.
         + over(decibel(figures.shifted_sensitivity), settings.sensitivity_db + 4.0, 2.0)
         + over(figures.noise_current_a / settings.noise_current_a, 1.0, 60.0)
+        + over(decibel(figures.high_frequency_gain_a_per_m), decibel(settings.high_frequency_gain_a_per_m), 6.0)
 }
 
 /// Above every cost of a stable loop.
@@ -385,101 +367,6 @@ fn run(
     minimise(cost, start, &cma, progress).map_err(in_step("PID tuning"))
 }
 
-fn decibel(x: f64) -> f64 {
+pub(super) fn decibel(x: f64) -> f64 {
     20.0 * x.log10()
-}
-
-/// Figures on the full plant.
-fn judge(
-    machine: &Machine,
-    objective: &Objective,
-    parameters: PidParameters,
-    settings: &TuneSettings,
-    evaluations: usize,
-    name: &str,
-) -> Result<TunedPid, VerificationError> {
-    let period = machine.spindle.electronics.sample_period_s();
-    let controller = pid_controller(&parameters, period, name)?;
-    let ControlLaw::Discrete(law) = &controller.law else {
-        return Err(nothing_found("the PID was not sampled".to_owned()).into());
-    };
-    let nominal = verify(machine, law, settings.speeds, "full plant, sampled")?;
-    let shifted =
-        |factor: f64, words: &str| verify(&with_shifted_modes(machine, factor), law, 3, words);
-    let lowered = shifted(1.0 - settings.mode_shift, "full plant, modes lowered")?;
-    let raised = shifted(1.0 + settings.mode_shift, "full plant, modes raised")?;
-    let rest = full_figures(machine, law, 0.0)?;
-    let fast = full_figures(machine, law, machine.spindle.max_rpm * TAU / 60.0)?;
-    Ok(TunedPid {
-        certificate: PidCertificate {
-            nominal,
-            lowered,
-            raised,
-            sensitivity_db: rest.sensitivity_db,
-            sensitivity_at_speed_db: fast.sensitivity_db,
-            stiffness_n_per_m: rest.stiffness.0,
-            stiffness_hz: rest.stiffness.1,
-            stiffness_at_speed_n_per_m: fast.stiffness.0,
-            noise_current_a: objective.performance(&parameters).noise_current_a,
-            evaluations,
-        },
-        parameters,
-        controller,
-    })
-}
-
-struct FullFigures {
-    sensitivity_db: [f64; 2],
-    stiffness: (f64, f64),
-}
-
-/// Sensitivity peaks and smallest tool stiffness on the full sampled plant at one speed.
-fn full_figures(
-    machine: &Machine,
-    law: &StateSpace<Discrete>,
-    speed_rad_s: f64,
-) -> Result<FullFigures, VerificationError> {
-    let numeric = in_step("PID on the full plant");
-    let plant = Plant::new(machine, speed_rad_s, ModelDetail::Full)?.sampled()?;
-    // Inputs: tool force x; currents. Outputs: tool x; sensors.
-    let open = plant.select(&[4, 0, 1, 2, 3], &[4, 0, 1, 2, 3]);
-    let closed = lower_lft(&open, law).map_err(&numeric)?;
-    let period = plant.time.period_s;
-    let poles: Vec<c64> = closed
-        .poles()
-        .map_err(&numeric)?
-        .into_iter()
-        .filter(|z| z.norm() > 1e-6)
-        .map(|z| z.ln() / period)
-        .collect();
-    let top = 0.99 * 0.5 / period;
-    let grid = FrequencyGrid::log_hz(1.0, top, 900).refine_round_poles(&poles, 24);
-    let (tool, loops) = (
-        FrequencyResponder::new(&closed),
-        FrequencyResponder::new(&plant.select(&[0, 1, 2, 3], &[0, 1, 2, 3])),
-    );
-    let controller = FrequencyResponder::new(law);
-    let mut figures = FullFigures {
-        sensitivity_db: [f64::NEG_INFINITY; 2],
-        stiffness: (f64::INFINITY, f64::NAN),
-    };
-    let one = |i: usize, j: usize| c64::new(if i == j { 1.0 } else { 0.0 }, 0.0);
-    let identity = Mat::from_fn(4, 4, one);
-    for omega in grid.omega_rad_s() {
-        let z = plant.time.point(*omega);
-        let hz = omega / TAU;
-        if hz <= 4000.0 {
-            let stiffness = 1.0 / tool.transfer(z)[(0, 0)].norm();
-            if stiffness < figures.stiffness.0 {
-                figures.stiffness = (stiffness, hz);
-            }
-        }
-        let difference = &identity - loops.transfer(z) * controller.transfer(z);
-        let s = solve_complex(&difference, &identity);
-        for axis in 0..4 {
-            let peak = &mut figures.sensitivity_db[axis / 2];
-            *peak = peak.max(decibel(s[(axis, axis)].norm()));
-        }
-    }
-    Ok(figures)
 }

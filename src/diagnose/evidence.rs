@@ -306,6 +306,11 @@ impl SweepEvidence {
         })
     }
 
+    /// σ of the gap for a channel at a line.
+    pub fn sigma(&self, line: usize, output: usize, input: usize) -> f64 {
+        self.gap_sigma[line][4 * output + input]
+    }
+
     /// Residual of a predicted F in σ of the gap, added to `gap` for the channels that `wanted(output, input)` picks.
     pub fn gap(
         &self,
@@ -329,6 +334,11 @@ impl TapEvidence {
     /// Standard deviation of a line with a model floor.
     pub fn sd(&self, line: usize, floor: f64) -> f64 {
         (self.noise[line] + floor * floor * self.size[line]).sqrt()
+    }
+
+    /// σ of the gap at a line.
+    pub fn sigma(&self, line: usize) -> f64 {
+        self.gap_sigma[line]
     }
 
     /// Closed-loop compliance of F, and the rows that turn ∂F into its derivative: ∂h = l ∂F r.

@@ -44,6 +44,11 @@ pub struct Linear {
 }
 
 impl Linear {
+    /// Residuals, their derivatives (of the prediction) and JᵀJ with priors.
+    pub fn parts(&self) -> (&[f64], &Mat<f64>, &Mat<f64>) {
+        (&self.residual, &self.jacobian, &self.normal)
+    }
+
     /// Number of real residuals.
     pub fn residuals(&self) -> usize {
         self.residual.len()
@@ -395,13 +400,24 @@ impl Problem<'_> {
         });
         let step = solve(&normal, &slope)?;
         let gain: f64 = (0..n + d).map(|k| step[(k, 0)] * slope[(k, 0)]).sum();
-        let mut there = from.clone();
-        for i in 0..d {
-            // Half way of a long step: the prediction is linear.
+        // The whole step where it is short, the same direction where it is long: the prediction is linear. The small parameters
+        // go along, as they have taken up what the new effect explains.
+        let share = (0..d).fold(1.0f64, |share, i| {
             let limit = 2.0 + theta[i].abs();
-            there.theta[last][i] += step[(n + i, 0)].clamp(-limit, limit);
+            share.min(limit / step[(n + i, 0)].abs().max(f64::MIN_POSITIVE))
+        });
+        let mut there = from.clone();
+        for (k, p) in there.p.iter_mut().enumerate() {
+            *p = (*p + share * step[(k, 0)]).clamp(-0.5, 3.0);
         }
-        hypothesis.clamp(&mut there.theta[last]);
+        let mut c = there.p.len();
+        for (h, theta) in self.effects.iter().zip(&mut there.theta) {
+            for t in theta.iter_mut() {
+                *t += share * step[(c, 0)];
+                c += 1;
+            }
+            h.clamp(theta);
+        }
         let data: f64 = here.iter().map(|r| r * r).sum();
         let chi2 = data + self.prior(&from.p) - gain;
         // The longer a step, the less a linear prediction is worth; a negative χ² is none.
@@ -434,7 +450,9 @@ impl Problem<'_> {
         let mut at = start.clone();
         let mut end = None;
         for (floor, iterations) in stages {
-            let mut damping = 1e-4;
+            // Next to none: a small parameter and an effect of the same kind are told apart by the prior alone, whose
+            // curvature is 10⁴ times below that of the data, and a larger damping would stop on the way.
+            let mut damping = 1e-10;
             let (mut r, mut j) = self.linearised(&at, *floor)?;
             for iteration in 0..=*iterations {
                 let data: f64 = r.iter().map(|r| r * r).sum();
@@ -470,7 +488,7 @@ impl Problem<'_> {
                         }
                     });
                     let Ok(step) = solve(&damped, &slope) else {
-                        damping = (damping * 10.0f64).max(1e-6);
+                        damping = (damping * 10.0f64).max(1e-7);
                         continue;
                     };
                     let mut there = at.clone();
@@ -488,11 +506,11 @@ impl Problem<'_> {
                     }
                     let value = self.chi2(&there, *floor).unwrap_or(f64::INFINITY);
                     if value < here {
-                        damping = (damping * 0.1).max(1e-10);
+                        damping = (damping * 0.01).max(1e-10);
                         accepted = Some((there, here - value));
                         break;
                     }
-                    damping = (damping * 10.0).max(1e-6);
+                    damping = (damping * 10.0).max(1e-7);
                 }
                 let Some((there, gain)) = accepted else { break };
                 at = there;

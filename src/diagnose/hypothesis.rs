@@ -118,6 +118,43 @@ impl Hypothesis {
         }
     }
 
+    /// Whether the effect is large enough to be worth a name: a fifth or less of the smallest that spindles have in practice.
+    /// What is smaller, the data may show and a mesh may cause.
+    pub fn matters(&self, theta: &[f64]) -> bool {
+        let size = self.size(theta).abs();
+        let at = |i: usize| theta.get(i).copied().unwrap_or_default();
+        match self.kind {
+            // 0.5 µs.
+            EffectKind::LoopDelay => size > 0.05,
+            // 2 % of the bandwidth.
+            EffectKind::AmplifierBandwidth => size * 1e-4 * self.nominal > 0.02,
+            // Corners below 1 MHz and 200 kHz.
+            EffectKind::EddyCurrents => size > 0.1,
+            EffectKind::SensorLowpass => size > 0.05,
+            // 0.2 mm.
+            EffectKind::SensorOffset | EffectKind::ActuatorOffset => size > 0.2,
+            EffectKind::NegativeStiffness | EffectKind::RegionStiffness => size > 0.03,
+            EffectKind::ForceConstant | EffectKind::SensorGain => size > 0.02,
+            EffectKind::ModalDamping => size > 0.2,
+            EffectKind::Gyroscopic => size > 0.03,
+            // 0.1 degree.
+            EffectKind::AxisMisalignment => size > 0.1,
+            // 0.1 % of the force constant.
+            EffectKind::BearingCoupling => size > 0.1,
+            EffectKind::InternalDamping => size > 0.02,
+            // 2000 N/m and 20 000 N/m.
+            EffectKind::CrossCoupling => size > 0.02,
+            EffectKind::AddedStiffness => size > 0.2,
+            // 2·10¹⁰ N/m and 2·10⁷ N m/rad: as stiff as solid steel.
+            EffectKind::ToolJoint => size > 0.05 || at(1) > 0.05,
+            // 0.3 g and 2 g.
+            EffectKind::ToolMass => size > 0.06,
+            EffectKind::AddedMass => size > 0.04,
+            // 5 t.
+            EffectKind::HousingMode => size > 0.02,
+        }
+    }
+
     /// Whether two hypotheses name the same effect at the same place; positions count as one place, as they are fitted.
     pub fn same_name(&self, other: &Self) -> bool {
         self.kind == other.kind

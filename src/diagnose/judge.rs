@@ -1,25 +1,29 @@
 //! From data to verdict: `adequate`, `named`, `tie` or `unexplained`, with the corrected machine and the gap before and after.
 //!
-//! Effects are added while the score falls and something is unexplained; each earlier one is then taken out and the catalogue searched
-//! again, so that the order does not matter. A name is given only when the whole then explains the data; else the verdict is
+//! [`super::choose`] finds the effects. A name is given only when the whole then explains the data; else the verdict is
 //! `unexplained`. Rivals of equal score are a tie. Held-out data (hammer tests, or the channels between the bearings) are predicted
 //! from a fit that has not seen them.
 
 use super::DiagnoseError;
+use super::choose::choose;
+use super::compare::{Channel, Fitted, channels, gaps};
+use super::correction::{Correction, correct};
+use super::coverage::{Detectable, detectable};
 use super::evidence::{Evidence, Gap, Use};
 use super::experiment::Measurement;
 use super::fit::{FINAL_FLOOR, Point};
 use super::hypothesis::{Hypothesis, Scope, catalogue};
 use super::localise::{Localisation, localise};
 use super::model::Model;
-use super::next::proposals;
-use super::search::{
-    ACCEPT, BLOCK_FAILS, Candidate, MOST_EFFECTS, Misfit, Round, Search, Standing, TIE,
-};
-use crate::spindle::{Effect, EffectKind, Machine};
+use super::next::{Proposal, proposals};
+use super::search::{BLOCK_FAILS, Candidate, Misfit, Search, TIE};
+use crate::spindle::{Effect, Machine};
 
 /// Model floor at which a named model must explain the data: what an independent simulation or a good test rig leaves, relative.
 const JUDGE_FLOOR: f64 = 2e-3;
+
+/// Gap of the given machine on held-out records below which there is nothing to predict: 1 is noise.
+const PREDICTED: f64 = 1.2;
 
 /// The four verdicts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,10 +79,14 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Named effects; of a tie, the best explanation.
     pub effects: Vec<NamedEffect>,
+    /// The best explanation, even where it is not good enough to be named.
+    pub nearest: Vec<Effect>,
     /// Members of a tie, the best first; empty otherwise.
     pub tie: Vec<Rival>,
     /// Best explanations at the last search, best first: names with score above the best.
     pub ranking: Vec<(Effect, f64)>,
+    /// Fall of the score by the best single effect; an effect is named from [`super::search::ACCEPT`] on.
+    pub strength: f64,
     /// The machine with effects and small parameters.
     pub corrected: Machine,
     /// Gap of the given machine over all records.
@@ -101,6 +109,21 @@ pub struct Diagnosis {
     pub axis_gains: Vec<[f64; 4]>,
     /// Small parameters of the fit.
     pub small: Vec<f64>,
+    /// Measured, model before and model after, channel by channel.
+    pub channels: Vec<Channel>,
+    /// What stands in for a name when the verdict is unexplained.
+    pub correction: Option<Correction>,
+    /// Measurements that would separate the members of a tie, the most separating first.
+    pub menu: Vec<Proposal>,
+    /// Smallest size of each effect of the catalogue that these data would show beside what was named; empty when unexplained.
+    pub detectable: Vec<Detectable>,
+}
+
+impl Diagnosis {
+    /// Gaps before and after of the records that were held out, or of those that were used, for the machine fitted to the used ones.
+    pub fn gaps(&self, held_out: bool) -> (f64, f64) {
+        gaps(&self.channels, |c| c.held_out == held_out)
+    }
 }
 
 /// Diagnoses a machine; `progress` is told what is being done.
@@ -132,11 +155,24 @@ pub fn diagnose(
     progress("the machine as it is");
     let null = search.stand(&[], &search.origin(), Use::ALL)?;
     let chosen = choose(&search, &null)?;
-    let localisation = localise(&search, &null)?;
+    progress("where it sits");
+    let localisation = localise(&search)?;
     let best = chosen.standing.candidate.clone();
     let misfit = search.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
     let explained = best.floor == FINAL_FLOOR && misfit.value < BLOCK_FAILS;
-    let mut verdict = match (explained, best.effects.is_empty()) {
+    progress("held-out records");
+    let held_out = HeldOut::new(&search);
+    let origin = search.origin();
+    let gap_before_held_out = gap(&search, &[], &origin, Some(true))?;
+    let start = Point {
+        p: vec![0.0; model.layout.len()],
+        theta: best.fit.at.theta.clone(),
+    };
+    let trained = search.finish(&best.effects, &start, 0.03, held_out.training)?;
+    let predicted = gap(&search, &best.effects, &trained.fit.at, Some(true))?;
+    // A name must also predict what it has not seen; where nothing is left to predict, it need not.
+    let predicts = gap_before_held_out < PREDICTED || predicted < gap_before_held_out;
+    let mut verdict = match (explained && predicts, best.effects.is_empty()) {
         (false, _) => Verdict::Unexplained,
         (true, true) => Verdict::Adequate,
         (true, false) => Verdict::Named,
@@ -177,36 +213,37 @@ pub fn diagnose(
     } else {
         &best.effects
     };
-    progress("held-out records");
-    let training = if evidence.taps.is_empty() {
-        Use {
-            off_diagonal: false,
-            ..Use::ALL
-        }
+    let gap_after_held_out = if verdict == Verdict::Unexplained {
+        gap(&search, &[], &null.from, Some(true))?
     } else {
-        Use {
-            taps: false,
-            ..Use::ALL
-        }
+        predicted
     };
-    let held_out = if evidence.taps.is_empty() {
-        "channels between the bearings"
+    let correction = match (verdict, localisation.named()) {
+        (Verdict::Unexplained, Some(port)) => Some(correct(&search, port, held_out.training)?),
+        _ => None,
+    };
+    let shown = if verdict == Verdict::Unexplained {
+        &null.from
     } else {
-        "hammer at the tool"
+        &trained.fit.at
     };
-    let trained = if verdict == Verdict::Unexplained {
-        null.from.clone()
-    } else {
-        let start = Point {
-            p: vec![0.0; model.layout.len()],
-            theta: final_point.theta.clone(),
-        };
-        search.finish(hypotheses, &start, 0.03, training)?.fit.at
+    let fitted = Fitted {
+        small: shown.p.clone(),
+        effects: hypotheses
+            .iter()
+            .zip(&shown.theta)
+            .map(|(h, t)| h.effect(t))
+            .collect(),
     };
-    let gap = |hypotheses: &[Hypothesis], at: &Point, out: Option<bool>| {
-        gap(&search, hypotheses, at, out)
+    let channels = channels(&search, &fitted, correction.as_ref())?;
+    let menu = match verdict {
+        Verdict::Tie => proposals(&search, &members)?,
+        _ => vec![],
     };
-    let origin = search.origin();
+    let detectable = match verdict {
+        Verdict::Unexplained => vec![],
+        _ => detectable(&search, hypotheses, &final_point)?,
+    };
     let axis_gains = (0..evidence.sweeps.len())
         .map(|s| std::array::from_fn(|i| final_point.p[model.layout.axis(s, i)]))
         .collect();
@@ -216,13 +253,22 @@ pub fn diagnose(
         .effects
         .extend(effects.iter().map(|e| e.effect.clone()));
     Ok(Diagnosis {
-        next_measurement: next_measurement(&search, verdict, &members)?,
-        gap_before: gap(&[], &origin, None)?,
-        gap_after: gap(hypotheses, &final_point, None)?,
-        gap_before_held_out: gap(&[], &origin, Some(true))?,
-        gap_after_held_out: gap(hypotheses, &trained, Some(true))?,
-        held_out: held_out.into(),
+        next_measurement: next_measurement(verdict, &menu),
+        menu,
+        detectable,
+        gap_before: gap(&search, &[], &origin, None)?,
+        gap_after: gap(&search, hypotheses, &final_point, None)?,
+        gap_before_held_out,
+        gap_after_held_out,
+        held_out: held_out.name.into(),
         ranking: chosen.ranking,
+        strength: chosen.strength,
+        nearest: best
+            .effects
+            .iter()
+            .zip(&best.fit.at.theta)
+            .map(|(h, theta)| h.effect(theta))
+            .collect(),
         verdict,
         effects,
         tie,
@@ -231,198 +277,42 @@ pub fn diagnose(
         localisation,
         axis_gains,
         small: final_point.p,
+        channels,
+        correction,
     })
 }
 
-struct Chosen {
-    standing: Standing,
-    rivals: Vec<Candidate>,
-    ranking: Vec<(Effect, f64)>,
+/// What a fit may not see.
+struct HeldOut {
+    training: Use,
+    name: &'static str,
 }
 
-/// First effects that are tried as the beginning of a pair.
-const BEAM: usize = 2;
-
-fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
-    let round = search.round(null)?;
-    let ranking = ranked(&round);
-    let Some(first) = better(search, null, &round)? else {
-        return Ok(Chosen {
-            standing: null.clone(),
-            rivals: vec![],
-            ranking,
-        });
-    };
-    if complete(search, &first)? || MOST_EFFECTS < 2 {
-        return Ok(Chosen {
-            standing: first,
-            rivals: round.finalists,
-            ranking,
-        });
-    }
-    // Something is left: pairs, begun with each of the best first effects.
-    let mut begins = vec![first.clone()];
-    for other in round.finalists.iter().skip(1).take(BEAM - 1) {
-        begins.push(settle(search, other)?);
-    }
-    let (mut best, mut rivals): (Option<Standing>, Vec<Candidate>) = (None, vec![]);
-    for begin in &begins {
-        let round = search.round(begin)?;
-        if let Some(pair) = better(search, begin, &round)? {
-            rivals.extend(round.finalists);
-            let rank = |s: &Standing| (s.candidate.floor, s.candidate.score());
-            let ahead = best.as_ref().is_none_or(|b| rank(&pair) < rank(b));
-            if ahead {
-                best = Some(pair);
+impl HeldOut {
+    /// The hammer tests, or without any the channels between the bearings.
+    fn new(search: &Search) -> Self {
+        if search.evidence.taps.is_empty() {
+            Self {
+                training: Use {
+                    off_diagonal: false,
+                    ..Use::ALL
+                },
+                name: "channels between the bearings",
+            }
+        } else {
+            Self {
+                training: Use {
+                    taps: false,
+                    ..Use::ALL
+                },
+                name: "hammer at the tool",
             }
         }
-        if let Some(best) = &best
-            && complete(search, best)?
-        {
-            break;
-        }
     }
-    let Some(mut standing) = best else {
-        return Ok(Chosen {
-            standing: first,
-            rivals: round.finalists,
-            ranking,
-        });
-    };
-    if complete(search, &standing)? {
-        // Was the first one the right choice, now that the second is known?
-        let mut effects = standing.candidate.effects.clone();
-        let mut at = standing.candidate.fit.at.clone();
-        effects.remove(0);
-        at.theta.remove(0);
-        at.p.fill(0.0);
-        let without = search.stand(&effects, &at, Use::ALL)?;
-        let again = search.round(&without)?;
-        if let Some(swapped) = again.finalists.first()
-            && swapped.score() < standing.candidate.score() - 1.0
-        {
-            standing = settle(search, swapped)?;
-        }
-        rivals.extend(again.finalists);
-    }
-    // A member that is not needed any more goes.
-    let mut i = 0;
-    while complete(search, &standing)?
-        && standing.candidate.effects.len() > 1
-        && i < standing.candidate.effects.len()
-    {
-        let mut effects = standing.candidate.effects.clone();
-        let mut at = standing.candidate.fit.at.clone();
-        effects.remove(i);
-        at.theta.remove(i);
-        let without = search.finish(&effects, &at, 0.01, Use::ALL)?;
-        if without.score() < standing.candidate.score() + ACCEPT {
-            standing = settle(search, &without)?;
-            rivals.clear();
-            i = 0;
-        } else {
-            i += 1;
-        }
-    }
-    Ok(Chosen {
-        standing,
-        rivals,
-        ranking,
-    })
-}
-
-/// Whether nothing significant is left.
-fn complete(search: &Search, standing: &Standing) -> Result<bool, DiagnoseError> {
-    let Candidate {
-        effects,
-        fit,
-        floor,
-    } = &standing.candidate;
-    Ok(*floor == FINAL_FLOOR && search.misfit(effects, &fit.at, FINAL_FLOOR)?.value < BLOCK_FAILS)
-}
-
-/// The best finalist as the new standing, if it explains so much more that chance cannot.
-fn better(
-    search: &Search,
-    standing: &Standing,
-    round: &Round,
-) -> Result<Option<Standing>, DiagnoseError> {
-    let Some(best) = round.finalists.first() else {
-        return Ok(None);
-    };
-    if best.floor > FINAL_FLOOR {
-        // It explains too little, but may be one of two.
-        return Ok(Some(settle(search, best)?));
-    }
-    let at_final = if standing.candidate.floor == FINAL_FLOOR {
-        standing.candidate.score()
-    } else {
-        search
-            .finish(
-                &standing.candidate.effects,
-                &standing.from,
-                standing.working_floor,
-                Use::ALL,
-            )?
-            .score()
-    };
-    if best.score() > at_final - ACCEPT {
-        return Ok(None);
-    }
-    let settled = settle(search, best)?;
-    // The number must also differ from nothing by itself.
-    let (Some(h), Some(theta)) = (best.effects.last(), settled.candidate.fit.at.theta.last())
-    else {
-        return Ok(None);
-    };
-    let covariance = settled.candidate.fit.covariance()?;
-    let column = covariance.ncols() - theta.len();
-    let significant = h.size(theta).abs() > 2.0 * covariance[(column, column)].max(0.0).sqrt();
-    Ok((significant || h.kind == EffectKind::ToolJoint).then_some(settled))
-}
-
-fn settle(search: &Search, best: &Candidate) -> Result<Standing, DiagnoseError> {
-    let fails = best.fit.data_chi2 > best.fit.residuals as f64;
-    if !fails {
-        return Ok(Standing {
-            candidate: best.clone(),
-            from: best.fit.at.clone(),
-            working_floor: FINAL_FLOOR,
-        });
-    }
-    // Where it begins to fail is where the next effect is looked for.
-    let start = Point {
-        p: vec![0.0; best.fit.at.p.len()],
-        theta: best.fit.at.theta.clone(),
-    };
-    let stood = search.stand(&best.effects, &start, Use::ALL)?;
-    Ok(Standing {
-        candidate: if stood.working_floor == FINAL_FLOOR {
-            stood.candidate
-        } else {
-            best.clone()
-        },
-        from: stood.from,
-        working_floor: stood.working_floor,
-    })
 }
 
 fn same_names(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
     a.len() == b.len() && a.iter().all(|x| b.iter().any(|y| x.same_name(y)))
-}
-
-fn ranked(round: &Round) -> Vec<(Effect, f64)> {
-    let Some(best) = round.finalists.first().map(Candidate::score) else {
-        return vec![];
-    };
-    round
-        .finalists
-        .iter()
-        .filter_map(|c| {
-            let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);
-            Some((h.effect(theta), c.score() - best))
-        })
-        .collect()
 }
 
 /// Effects of a candidate with standard deviations and 90 % intervals from the curvature.
@@ -508,21 +398,15 @@ fn gap(
     Ok(total.value())
 }
 
-/// The measurement that separates what ties most, with the expected separation.
-fn next_measurement(
-    search: &Search,
-    verdict: Verdict,
-    members: &[&Candidate],
-) -> Result<Option<String>, DiagnoseError> {
-    match (verdict, members) {
-        (Verdict::Unexplained, _) => Ok(Some(
+/// What to measure next: what separates the members of a tie most, or what tells kinds of the unexplained apart.
+fn next_measurement(verdict: Verdict, menu: &[Proposal]) -> Option<String> {
+    match verdict {
+        Verdict::Unexplained => Some(
             "repeat the sweep at half the amplitude, and with a second sensor at the place the localisation names: \
              that tells a nonlinear or a sensor effect from a mechanical one"
                 .into(),
-        )),
-        (Verdict::Tie, [a, b, ..]) => Ok(proposals(search, a, b)?
-            .first()
-            .map(|p| format!("{} (expected separation χ² ≈ {:.0} between the two best)", p.text, p.separation))),
-        _ => Ok(None),
+        ),
+        Verdict::Tie => menu.first().map(Proposal::words),
+        _ => None,
     }
 }

@@ -1,271 +1,420 @@
 //! Where the disagreement sits, without a hypothesis.
 //!
-//! A change Δ(jω) at a port k gives F_new = F + b c Δ/(1 − g_kk Δ) with b = ∂x/∂f_k and c = ∂x_k/∂u. Line by line X = Δ/(1 − g_kk Δ) is
-//! the weighted least squares fit ⟨B, R⟩/⟨B, B⟩ of the residual R by B = b c, and Δ = X/(1 + g_kk X) the impedance that is
-//! missing. B and g_kk come from two small springs at the port. Rows (a sensor), columns (a current), all columns (the loop)
-//! and the housing are ports of their own. Score: reduced χ² of what remains; shape: the simplest law that Δ follows.
+//! Every place gets a free complex law at every line; the small parameters are fitted with it by variable projection ([`super::projection`]).
+//! The place that explains most with fewest free numbers is the best: score = χ² + 2 × (real numbers of the laws), after Akaike. Only
+//! sweeps are looked at, so that hammer tests stay held out. All places are compared at a coarse floor on thinned lines; the
+//! better half and then the best few are followed down to the floor at which a named model is judged.
 
 use super::DiagnoseError;
-use super::evidence::whiten;
-use super::model::{Assembled, SIDE, Square, ZERO};
-use super::search::{Search, Standing};
+use super::evidence::Use;
+use super::impedance::Law;
+use super::model::Model;
+use super::place::{Place, Unit};
+use super::projection::{Settled, lines, settle};
+use super::search::Search;
 use crate::linalg::c64;
-use crate::spindle::{Effect, EffectKind, Location};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Model floor of the localisation: coarse, so that sharp resonances do not decide alone.
-const FLOOR: f64 = 3e-3;
-/// Springs that probe a port, N/m: small against any stiffness of a shaft, large against rounding.
-const PROBES_N_PER_M: [f64; 2] = [1e3, 1e6];
+/// Model floor of the comparison: what an independent simulation or a good test rig leaves, relative.
+pub const FLOOR: f64 = 2e-3;
+/// Floors with steps, and which lines are looked at (every n-th), of the three rounds: all places, the better half, the best few.
+type Round = (&'static [(f64, usize)], usize);
+const ROUNDS: [Round; 3] = [
+    (&[(0.1, 1), (0.03, 1)], 8),
+    (&[(0.01, 2)], 4),
+    (&[(FLOOR, 3)], 4),
+];
+/// Places that pass each round.
+const PASS: [usize; 2] = [20, 8];
+/// Steps by which the best station is moved: stations are a few centimetres apart.
+const STATION_STEPS_M: [f64; 3] = [0.016, 0.008, 0.004];
+/// A station closer than this to a named one has its name, m.
+const NEAR_M: f64 = 0.006;
+/// Small parameters further out than this many standard deviations are tried without their prior, the furthest few.
+const STRAINED: (f64, usize) = (2.5, 5);
 
-/// What a port explains.
+/// What a place explains.
 #[derive(Clone, Debug)]
 pub struct PortScore {
-    /// The port.
+    /// The place in words.
     pub port: String,
-    /// χ² per residual before, and with a free complex number per line at this port.
+    /// The place.
+    pub place: Place,
+    /// χ² per residual without a law, small parameters fitted.
     pub chi2_before: f64,
-    /// After.
+    /// χ² per degree of freedom with a free law at every line.
     pub chi2_after: f64,
-    /// Lines, Hz.
+    /// Score above the best place.
+    pub score_above_best: f64,
+    /// Free complex numbers at a line.
+    pub numbers: usize,
+    /// Lines of all sweeps, Hz.
     pub frequency_hz: Vec<f64>,
-    /// χ² per residual of every line after.
-    pub line_chi2: Vec<f64>,
-    /// Recovered law: impedance in N/m at mechanical ports, relative change at electrical ones.
-    pub law: Vec<c64>,
-    /// Its shape in words.
-    pub shape: &'static str,
-    /// Root mean square size of the law: N/m, or relative.
-    pub size: f64,
-    /// True for relative changes.
-    pub relative: bool,
+    /// χ² per residual of every line without a law.
+    pub line_before: Vec<f64>,
+    /// The same with the law, per degree of freedom.
+    pub line_after: Vec<f64>,
+    /// Recovered laws.
+    pub laws: Vec<Law>,
+    /// Small parameters with the law.
+    pub p: Vec<f64>,
 }
 
-/// Ports, best first.
+impl PortScore {
+    /// The law that matters most: the first.
+    pub fn law(&self) -> Option<&Law> {
+        self.laws.first()
+    }
+
+    /// Shape of the first law in words.
+    pub fn shape(&self) -> String {
+        self.law().map_or("nothing".into(), Law::words)
+    }
+}
+
+/// Places, best first.
 #[derive(Clone, Debug, Default)]
 pub struct Localisation {
     /// Scores.
     pub ports: Vec<PortScore>,
 }
 
-enum Port {
-    Station(f64),
-    Row(usize),
-    Column(usize),
-    Loop,
-    Housing,
-    Cross(usize),
+impl Localisation {
+    /// The best place at which something is, if any was followed to the end.
+    pub fn named(&self) -> Option<&PortScore> {
+        self.ports.iter().find(|p| p.place != Place::Nowhere)
+    }
 }
 
-/// Looks for the place at the point from which a standing starts to fail.
+/// All places of a machine that some sweep turns or not.
+fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
+    let machine = &model.machine;
+    let planes = &machine.spindle.planes;
+    let (from, to) = model.span_m();
+    let (front, rear) = (planes.front_actuator_m, planes.rear_actuator_m);
+    let between = |share: f64| front + share * (rear - front);
+    let mut all: Vec<(String, Place)> = vec![
+        ("nowhere".into(), Place::Nowhere),
+        ("loop (all currents or all sensors)".into(), Place::Loop),
+        ("housing".into(), Place::Housing),
+    ];
+    let jointed = machine
+        .of_kind(crate::spindle::EffectKind::ToolJoint)
+        .next()
+        .is_some();
+    if !jointed {
+        all.push(("tool joint".into(), Place::Joint));
+    }
+    let mut stations = vec![from, 0.0, front, rear, to];
+    stations.extend([0.2, 0.4, 0.6, 0.8].map(between));
+    let mut add = |place: Place| all.push((station_name(model, &place), place));
+    stations.into_iter().for_each(|z| add(Place::Station(z)));
+    if !turning {
+        [front, rear].into_iter().for_each(|z| add(Place::Apart(z)));
+        let apart = [from, front, between(0.5), rear];
+        apart.into_iter().for_each(|z| add(Place::Circulating(z)));
+    }
+    for (b, name) in ["front", "rear"].into_iter().enumerate() {
+        let other = ["rear", "front"][b];
+        all.extend([
+            (format!("{name} sensors"), Place::Sensors(b)),
+            (format!("{name} currents"), Place::Currents(b)),
+            (format!("{name} sensor axes, x to y"), Place::Turned(b)),
+            (format!("{name} currents, x to y"), Place::Coupled(b)),
+            (format!("{name} sensor plane"), Place::SensorPlane(b)),
+            (format!("{name} actuator plane"), Place::ActuatorPlane(b)),
+            (
+                format!("{name} currents into the {other} bearing"),
+                Place::Crosstalk(b),
+            ),
+        ]);
+        for (k, axis) in ["x", "y"].into_iter().enumerate() {
+            all.push((format!("{name} sensor {axis}"), Place::Sensor(2 * b + k)));
+            all.push((format!("{name} current {axis}"), Place::Current(2 * b + k)));
+        }
+    }
+    all
+}
+
+/// Looks for the place from the machine as it is.
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn localise(search: &Search, standing: &Standing) -> Result<Localisation, DiagnoseError> {
-    let (model, machine) = (search.model, &search.model.machine);
-    let planes = &machine.spindle.planes;
-    let (from, to) = model.span_m();
-    let ports = [
-        ("tool", Port::Station(machine.tool_plane_m())),
-        ("nose", Port::Station(0.0)),
-        ("front actuator", Port::Station(planes.front_actuator_m)),
-        (
-            "middle",
-            Port::Station(0.5 * (planes.front_actuator_m + planes.rear_actuator_m)),
-        ),
-        ("rear actuator", Port::Station(planes.rear_actuator_m)),
-        ("tail", Port::Station(to.max(from))),
-        ("front sensor", Port::Row(0)),
-        ("rear sensor", Port::Row(1)),
-        ("front current", Port::Column(0)),
-        ("rear current", Port::Column(1)),
-        ("loop (all currents)", Port::Loop),
-        ("housing", Port::Housing),
-        ("front axes (x to y)", Port::Cross(0)),
-        ("rear axes (x to y)", Port::Cross(1)),
-    ];
-    let at = &standing.from;
-    let named: Vec<Effect> = vec![];
-    let mut scores = vec![];
-    for (name, port) in ports {
-        let mut score = PortScore {
-            port: name.into(),
-            chi2_before: 0.0,
-            chi2_after: 0.0,
-            frequency_hz: vec![],
-            line_chi2: vec![],
-            law: vec![],
-            shape: "",
-            size: 0.0,
-            relative: !matches!(port, Port::Station(_) | Port::Housing),
+pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
+    let turning = search.evidence.sweeps.iter().any(|s| s.speed_rad_s != 0.0);
+    type Entry = (String, Place, Settled);
+    let mut field: Vec<Entry> = vec![];
+    let origin = search.origin().p;
+    let mut next: Vec<(String, Place, Vec<f64>)> = places(search.model, turning)
+        .into_iter()
+        .map(|(name, place)| (name, place, origin.clone()))
+        .collect();
+    // χ² + 2 k, k real numbers of laws; a freed parameter is one, and where it stood out of its prior costs nothing else.
+    let score = |f: &Entry| {
+        let free = 2.0 * f.2.numbers as f64 + f64::from(u8::from(matches!(f.1, Place::Freed(_))));
+        f.2.chi2 + 2.0 * free
+    };
+    for (round, (stages, stride)) in ROUNDS.iter().enumerate() {
+        let usage = Use {
+            stride: *stride,
+            ..Use::ALL
         };
-        let (mut before, mut after, mut count) = (0.0, 0.0, 0.0f64);
-        for (s, sweep) in search.evidence.sweeps.iter().enumerate() {
-            let assemble = |extra: Option<Effect>| -> Result<Assembled, DiagnoseError> {
-                let effects: Vec<Effect> = named.iter().cloned().chain(extra).collect();
-                model.assemble(&at.p, &effects, sweep.speed_rad_s, false)
-            };
-            let base = assemble(None)?;
-            let probes: Vec<Assembled> = match port {
-                Port::Station(z) => PROBES_N_PER_M
-                    .iter()
-                    .map(|k| {
-                        assemble(Some(Effect {
-                            kind: EffectKind::AddedStiffness,
-                            location: Location::Position(z),
-                            values: vec![*k],
-                        }))
-                    })
-                    .collect::<Result<_, _>>()?,
-                // A stator of 1e9 and 1e6 kg that hangs free: its flexibility −1/(mω²) is known at every line.
-                Port::Housing => [1e9, 1e6]
-                    .iter()
-                    .map(|m| {
-                        assemble(Some(Effect {
-                            kind: EffectKind::HousingMode,
-                            location: Location::None,
-                            values: vec![*m, 1e-3, 0.0],
-                        }))
-                    })
-                    .collect::<Result<_, _>>()?,
-                _ => vec![],
-            };
-            for (line, omega) in sweep.omega_rad_s.iter().enumerate() {
-                let f = base.line(*omega, None).response;
-                let rows = sweep.whitening(line, FLOOR, true);
-                let gain = |i: usize| 1.0 + at.p[model.layout.axis(s, i)];
-                let white = |value: &dyn Fn(usize, usize) -> c64| {
-                    let mut all = [ZERO; 16];
-                    for i in 0..4 {
-                        let mut d: [c64; 4] = std::array::from_fn(|j| value(i, j));
-                        whiten(&rows[i], &mut d);
-                        all[4 * i..4 * i + 4].copy_from_slice(&d);
-                    }
-                    all
+        let follow = |tried: Vec<(String, Place, Vec<f64>)>| -> Result<Vec<Entry>, DiagnoseError> {
+            tried
+                .into_par_iter()
+                .map(|(name, place, p)| {
+                    let settled = settle(search, &place, &p, stages, usage)?;
+                    Ok((name, place, settled))
+                })
+                .collect()
+        };
+        field = follow(next)?;
+        let order = |field: &mut Vec<Entry>| {
+            field.sort_by(|a, b| score(a).total_cmp(&score(b)));
+        };
+        order(&mut field);
+        if round + 1 == ROUNDS.len() {
+            // The best station moves along the shaft, and takes the place of its neighbours.
+            for step in STATION_STEPS_M {
+                let Some((_, place, s)) = field.first() else {
+                    break;
                 };
-                let residual =
-                    white(&|i, j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain(i));
-                let moved: Vec<Square> = probes
-                    .iter()
-                    .map(|p| p.line(*omega, None).response)
-                    .collect();
-                // Unit of the probe: force per displacement, or flexibility of the housing.
-                let unit = |k: usize| match port {
-                    Port::Housing => c64::new(-1.0 / ([1e9, 1e6][k] * omega * omega), 0.0),
-                    _ => c64::new(-PROBES_N_PER_M[k], 0.0),
-                };
-                let direction = white(&|i, j| {
-                    let own = f[SIDE * i + j];
-                    match port {
-                        Port::Row(b) if i / 2 == b => own,
-                        Port::Column(b) if j / 2 == b => own,
-                        Port::Loop => own,
-                        Port::Cross(b) if i / 2 == b => {
-                            if i % 2 == 0 {
-                                f[SIDE * (i + 1) + j]
-                            } else {
-                                -f[SIDE * (i - 1) + j]
-                            }
-                        }
-                        Port::Station(_) | Port::Housing => moved
-                            .first()
-                            .map_or(ZERO, |m| (m[SIDE * i + j] - own) / unit(0)),
-                        _ => ZERO,
-                    }
+                let Some(z) = place.position_m() else { break };
+                let (from, to) = search.model.span_m();
+                let beside = [z - step, z + step].map(|z| z.clamp(from, to));
+                let tried = beside.into_iter().filter(|b| *b != z).map(|z| {
+                    let moved = place.moved_to(z);
+                    (station_name(search.model, &moved), moved, s.p.clone())
                 });
-                let power: f64 = direction.iter().map(|b| b.norm_sqr()).sum();
-                let overlap = (0..16).fold(ZERO, |sum, n| sum + direction[n].conj() * residual[n]);
-                let total: f64 = residual.iter().map(|r| r.norm_sqr()).sum();
-                let x = if power > 0.0 { overlap / power } else { ZERO };
-                let rest = (total - x.norm_sqr() * power).max(0.0);
-                before += 2.0 * total;
-                after += 2.0 * rest;
-                count += 32.0;
-                // (F(Δ₂) − F)/Δ₂ = B/(1 − g Δ₂): g from the entry that moves most.
-                let own = match &moved[..] {
-                    [small, large] => {
-                        let best = (0..SIDE * SIDE)
-                            .max_by(|a, b| {
-                                (small[*a] - f[*a])
-                                    .norm()
-                                    .total_cmp(&(small[*b] - f[*b]).norm())
-                            })
-                            .unwrap_or_default();
-                        let (b, c) = (
-                            (small[best] - f[best]) / unit(0),
-                            (large[best] - f[best]) / unit(1),
-                        );
-                        if c.norm() > 0.0 {
-                            (c64::new(1.0, 0.0) - b / c) / unit(1)
-                        } else {
-                            ZERO
-                        }
-                    }
-                    _ => ZERO,
-                };
-                score.frequency_hz.push(omega / TAU);
-                score.line_chi2.push(2.0 * rest / 30.0);
-                score.law.push(x / (c64::new(1.0, 0.0) + own * x));
+                let tried = follow(tried.collect())?;
+                field.extend(tried);
+                order(&mut field);
+                let kind = field.first().map(|f| f.1.clone());
+                let mut first = true;
+                field.retain(|f| {
+                    let twin = kind.as_ref().is_some_and(|k| k.beside(&f.1));
+                    let keep = first || !twin;
+                    first = false;
+                    keep
+                });
             }
+            break;
         }
-        score.chi2_before = before / count.max(1.0);
-        // One complex number per line is fitted.
-        score.chi2_after = after / (count * 30.0 / 32.0).max(1.0);
-        score.shape = shape(&score);
-        let n = score.law.len().max(1) as f64;
-        score.size = (score.law.iter().map(|x| x.norm_sqr()).sum::<f64>() / n).sqrt();
-        scores.push(score);
+        if round == 0 {
+            let strained = field
+                .iter()
+                .find(|f| f.1 == Place::Nowhere)
+                .map_or(vec![], |f| strained(search.model, &f.2.p));
+            let most = PASS[0];
+            trim(&mut field, most);
+            next = field.iter().map(again).collect();
+            next.extend(strained);
+        } else {
+            trim(&mut field, PASS[1]);
+            next = field.iter().map(again).collect();
+        }
     }
-    scores.sort_by(|a, b| a.chi2_after.total_cmp(&b.chi2_after));
-    Ok(Localisation { ports: scores })
+    trim(&mut field, PASS[1]);
+    let best = field.first().map_or(0.0, score);
+    let before = field
+        .iter()
+        .find(|f| f.1 == Place::Nowhere)
+        .map(|f| f.2.p.clone())
+        .unwrap_or(origin);
+    let mut line_before = vec![];
+    lines(
+        search,
+        &Place::Nowhere,
+        &before,
+        FLOOR,
+        Use::ALL,
+        false,
+        |l| line_before.push(l.chi2.1 / 32.0),
+    )?;
+    let mean = line_before.iter().sum::<f64>() / line_before.len().max(1) as f64;
+    let ports: Result<Vec<PortScore>, DiagnoseError> = field
+        .into_par_iter()
+        .map(|entry| {
+            let above = score(&entry) - best;
+            let (port, place, settled) = entry;
+            let mut seen = Seen::new(search, &place, &settled.p, Use::ALL)?;
+            Ok(PortScore {
+                port,
+                chi2_before: mean,
+                chi2_after: seen.chi2 / seen.freedom.max(1.0),
+                score_above_best: above,
+                numbers: seen.numbers,
+                laws: match place {
+                    Place::Freed(k) => vec![seen.constant(settled.p[k])],
+                    _ => seen.laws(),
+                },
+                frequency_hz: std::mem::take(&mut seen.frequency_hz),
+                line_before: line_before.clone(),
+                line_after: std::mem::take(&mut seen.line_after),
+                p: settled.p,
+                place,
+            })
+        })
+        .collect();
+    Ok(Localisation { ports: ports? })
 }
 
-/// The law that leaves the least of Δ, relative to its size; weights fall with |Δ| so that one resonance does not decide.
-fn shape(score: &PortScore) -> &'static str {
-    let omega: Vec<f64> = score.frequency_hz.iter().map(|f| TAU * f).collect();
-    let laws: [(&str, &str, fn(f64) -> c64); 4] = [
-        ("constant stiffness", "constant gain", |_| {
-            c64::new(1.0, 0.0)
-        }),
-        ("mass (falls with −ω²)", "second order (ω²)", |w| {
-            c64::new(-w * w, 0.0)
-        }),
-        (
-            "damper (grows with jω)",
-            "pure delay or fast lag (jω)",
-            |w| c64::new(0.0, w),
-        ),
-        ("half-order loss (√jω)", "half order (√jω)", |w| {
-            c64::new(0.0, w).sqrt()
-        }),
+type Start = (String, Place, Vec<f64>);
+
+/// A place at a position by what is there, or by its distance from the nose.
+fn station_name(model: &Model, place: &Place) -> String {
+    let planes = &model.machine.spindle.planes;
+    let (from, to) = model.span_m();
+    let z = place.position_m().unwrap_or_default();
+    let known = [
+        ("tool", from),
+        ("nose", 0.0),
+        ("front bearing", planes.front_actuator_m),
+        ("rear bearing", planes.rear_actuator_m),
+        ("tail", to),
     ];
-    let norm: f64 = score.law.iter().map(|x| x.norm()).sum::<f64>() / score.law.len().max(1) as f64;
-    let weight = |x: c64| (x.norm_sqr() + norm * norm).recip();
-    let total: f64 = score.law.iter().map(|x| weight(*x) * x.norm_sqr()).sum();
-    let mut best = (
-        1.0,
-        if score.relative {
-            "a resonance, notch or step in frequency"
-        } else {
-            "a resonance"
-        },
-    );
-    for (stiff, relative, law) in laws {
-        let (mut top, mut bottom) = (0.0, f64::MIN_POSITIVE);
-        for (x, w) in score.law.iter().zip(&omega) {
-            let l = law(*w);
-            top += weight(*x) * (l.conj() * x).re;
-            bottom += weight(*x) * l.norm_sqr();
-        }
-        let left = if total > 0.0 {
-            1.0 - top * top / bottom / total
-        } else {
-            1.0
-        };
-        // A simple law must carry two thirds of Δ.
-        if left < 0.33 && left < best.0 {
-            best = (left, if score.relative { relative } else { stiff });
-        }
+    let name = known
+        .into_iter()
+        .find(|(_, at)| (at - z).abs() < NEAR_M)
+        .map_or_else(
+            || format!("shaft at {:.0} mm", 1e3 * z),
+            |(name, _)| name.to_owned(),
+        );
+    match place {
+        Place::Apart(_) => format!("{name}, x and y apart"),
+        Place::Circulating(_) => format!("{name}, x to y"),
+        _ => name,
     }
-    best.1
+}
+
+fn again((name, place, settled): &(String, Place, Settled)) -> Start {
+    (name.clone(), place.clone(), settled.p.clone())
+}
+
+/// Keeps the best places, and the machine without a law, with which they are compared.
+fn trim(field: &mut Vec<(String, Place, Settled)>, most: usize) {
+    let mut kept = 0;
+    field.retain(|(_, place, _)| {
+        kept += usize::from(*place != Place::Nowhere);
+        *place == Place::Nowhere || kept <= most
+    });
+}
+
+/// Small parameters that left their priors, as places of their own.
+fn strained(model: &Model, p: &[f64]) -> Vec<Start> {
+    let layout = &model.layout;
+    let mut far: Vec<(usize, f64)> = p
+        .iter()
+        .zip(&layout.sd)
+        .map(|(p, sd)| (p / sd).abs())
+        .enumerate()
+        .filter(|(_, away)| *away > STRAINED.0)
+        .collect();
+    far.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let name = |k: usize| -> String {
+        let bearing = |at: [usize; 2]| at.iter().position(|i| *i == k);
+        for (at, words) in [
+            ([0, 1].map(|b| layout.ki(b)), "force constant"),
+            ([0, 1].map(|b| layout.ks(b)), "negative stiffness"),
+            ([0, 1].map(|b| layout.gain(b)), "sensor gain"),
+        ] {
+            if let Some(b) = bearing(at) {
+                return format!("{} bearing, {words}", ["front", "rear"][b]);
+            }
+        }
+        let region = model
+            .machine
+            .regions()
+            .into_iter()
+            .find(|r| model.groups_of(r).contains(&k));
+        match region {
+            Some(region) => format!("modulus of {region}"),
+            None if k < layout.groups => format!("modulus of element group {}", k + 1),
+            None => format!("damping of flexible mode {}", k + 1 - layout.damping(0)),
+        }
+    };
+    far.into_iter()
+        // Axis gains belong to a record, not to the machine.
+        .filter(|(k, _)| *k < layout.axis(0, 0))
+        .take(STRAINED.1)
+        .map(|(k, _)| (name(k), Place::Freed(k), p.to_vec()))
+        .collect()
+}
+
+/// What a place shows line by line.
+pub(super) struct Seen {
+    chi2: f64,
+    freedom: f64,
+    numbers: usize,
+    frequency_hz: Vec<f64>,
+    line_after: Vec<f64>,
+    names: Vec<(&'static str, Unit)>,
+    laws: Vec<Vec<(c64, f64)>>,
+    /// X of every line, sweep by sweep.
+    pub x: Vec<Vec<Vec<c64>>>,
+}
+
+impl Seen {
+    pub(super) fn new(
+        search: &Search,
+        place: &Place,
+        p: &[f64],
+        usage: Use,
+    ) -> Result<Self, DiagnoseError> {
+        let sweeps = search.evidence.sweeps.len();
+        let mut seen = Self {
+            chi2: 0.0,
+            freedom: 0.0,
+            numbers: 0,
+            frequency_hz: vec![],
+            line_after: vec![],
+            names: vec![],
+            laws: vec![],
+            x: vec![vec![]; sweeps],
+        };
+        lines(search, place, p, FLOOR, usage, false, |line| {
+            let freedom = (32 - 2 * line.x.len()) as f64;
+            seen.chi2 += line.chi2.1;
+            seen.freedom += freedom;
+            seen.numbers = line.x.len();
+            seen.frequency_hz.push(line.omega_rad_s / TAU);
+            seen.line_after.push(line.chi2.1 / freedom);
+            seen.names = place.laws(line.view.split());
+            seen.laws.push(line.laws());
+            seen.x[line.sweep].push(line.x.clone());
+        })?;
+        Ok(seen)
+    }
+
+    /// A relative change that is the same at every line.
+    fn constant(&self, value: f64) -> Law {
+        let mut hz = self.frequency_hz.clone();
+        hz.sort_by(f64::total_cmp);
+        let values = vec![c64::new(value, 0.0); hz.len()];
+        // One per cent stands for what the prior would have allowed.
+        let sd = vec![0.01; hz.len()];
+        Law::new("", Unit::Relative, hz, values, sd)
+    }
+
+    /// Laws in order of frequency over all sweeps.
+    fn laws(&self) -> Vec<Law> {
+        let mut order: Vec<usize> = (0..self.frequency_hz.len()).collect();
+        order.sort_by(|a, b| self.frequency_hz[*a].total_cmp(&self.frequency_hz[*b]));
+        let pick = |k: usize| -> Vec<(c64, f64)> {
+            order
+                .iter()
+                .filter_map(|i| self.laws[*i].get(k).copied())
+                .collect()
+        };
+        self.names
+            .iter()
+            .enumerate()
+            .map(|(k, (name, unit))| {
+                let (values, sd) = pick(k).into_iter().unzip();
+                let hz = order.iter().map(|i| self.frequency_hz[*i]).collect();
+                Law::new(name, *unit, hz, values, sd)
+            })
+            .collect()
+    }
 }

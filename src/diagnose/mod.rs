@@ -6,17 +6,25 @@
 //! [`judge`] gives the verdict.
 
 pub mod chain;
+mod choose;
+pub mod compare;
+pub mod correction;
+pub mod coverage;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
 pub mod hypothesis;
+pub mod impedance;
 pub mod judge;
 pub mod localise;
 pub mod model;
 pub mod next;
 pub mod nuisance;
+pub mod place;
+pub mod projection;
 pub mod search;
 pub mod skeleton;
+pub mod view;
 
 pub use evidence::{Evidence, Gap};
 pub use judge::{Diagnosis, NamedEffect, Verdict, diagnose};

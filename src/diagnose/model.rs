@@ -3,7 +3,9 @@
 //! In r = x + jy:  Z = diag(ω_k² − ω² + jω c_k − circ_k) + ωΩG,  X = Z⁻¹Φᵀ,  H = ΦX + housing,  magnets and added parts as
 //! feedback at ports:  H_c = H + H_f κ (I − H_ff κ)⁻¹ H_f·.  With L = I + H_c κ the derivative to a stiffness is −(XLᵀ)ᵀ dK (XLᵀ).
 //! The response F is 6×6: sensor signals and tool displacement (x, y) from commanded currents and tool force (x, y).
-//! Modes far above the band answer as springs in the derivatives and do not feel the gyroscopic coupling.
+//! Modes far above the band answer as springs in the derivatives and in the gyroscopic coupling.
+
+pub mod port;
 
 use super::DiagnoseError;
 use super::chain::{Chain, eliminate};
@@ -13,6 +15,7 @@ use crate::linalg::{Mat, c64, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::spindle::machine::{Effective, Housing};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
+use port::Probe;
 use std::f64::consts::TAU;
 
 /// Outputs and inputs of a line: four axes, tool x, tool y.
@@ -21,7 +24,7 @@ pub const SIDE: usize = 6;
 pub type Square = [c64; SIDE * SIDE];
 /// The response of nothing.
 pub const ZERO: c64 = c64::new(0.0, 0.0);
-/// Modes up to here are dynamic in derivatives and gyroscopic coupling, Hz: six times the end of a 4 kHz sweep.
+/// Modes up to here are dynamic in derivatives and gyroscopic coupling, those above follow as springs, Hz: six times the end of a 4 kHz sweep.
 const DYNAMIC_BELOW_HZ: f64 = 24_000.0;
 
 const TOOL: usize = 0;
@@ -54,7 +57,7 @@ pub struct Assembled {
     turning: Vec<f64>,
     modal: Vec<f64>,
     dynamic: usize,
-    gyroscopic: Option<Vec<f64>>,
+    gyroscopic: Option<Gyroscopic>,
     /// Amplitudes, ports × coordinates.
     ports: Vec<Vec<f64>>,
     feedback: Vec<(usize, Law)>,
@@ -64,6 +67,17 @@ pub struct Assembled {
     /// Per modulus group: dynamic×dynamic, dynamic×ports, ports×ports.
     groups: Vec<[Vec<f64>; 3]>,
     coupled: bool,
+}
+
+/// ΩG between the dynamic coordinates d, and what it does through the higher ones h, which follow as springs Ω_h².
+#[derive(Clone, Debug)]
+struct Gyroscopic {
+    /// ΩG_dd, d×d.
+    own: Vec<f64>,
+    /// ΩG_dh Ω_h⁻² ΩG_hd, d×d.
+    through: Vec<f64>,
+    /// ΩG_dh Ω_h⁻² B_h, d×ports.
+    ports: Vec<f64>,
 }
 
 /// F of a line and its derivatives to moduli, ks front, ks rear, and ln ζ, in that order.
@@ -110,6 +124,21 @@ impl Model {
         effects: &[Effect],
         speed_rad_s: f64,
         derivatives: bool,
+    ) -> Result<Assembled, DiagnoseError> {
+        self.assemble_with(p, effects, speed_rad_s, derivatives, &[])
+    }
+
+    /// The same with further ports, for [`Assembled::ported`].
+    ///
+    /// # Errors
+    /// As [`Self::assemble`].
+    pub fn assemble_with(
+        &self,
+        p: &[f64],
+        effects: &[Effect],
+        speed_rad_s: f64,
+        derivatives: bool,
+        probes: &[Probe],
     ) -> Result<Assembled, DiagnoseError> {
         let layout = &self.layout;
         let mut machine = layout.bearings(&self.machine, p);
@@ -213,18 +242,35 @@ impl Model {
                 ports.push(turn(&rows[1]));
             }
         }
+        for probe in probes {
+            ports.push(turn(&probe.row(skeleton)?));
+        }
         let factor = speed_rad_s * effective.gyroscopic_factor;
         let gyroscopic = (factor != 0.0).then(|| {
-            let turned = Mat::from_fn(n, dynamic, |i, k| match (i < RIGID, k < RIGID) {
+            let turned = Mat::from_fn(n, n, |i, k| match (i < RIGID, k < RIGID) {
                 (true, _) | (_, true) => f64::from(u8::from(i == k)),
                 _ => vectors[(i - RIGID, k - RIGID)],
             });
-            let g = turned.transpose() * (&skeleton.gyroscopic * &turned);
-            let mut all = Vec::with_capacity(dynamic * dynamic);
-            for i in 0..dynamic {
-                all.extend((0..dynamic).map(|j| factor * g[(i, j)]));
+            let low = turned.submatrix(0, 0, n, dynamic);
+            let high = Mat::from_fn(n, n - dynamic, |i, k| {
+                turned[(i, dynamic + k)] / omega[dynamic + k]
+            });
+            let on_low = &skeleton.gyroscopic * low;
+            let across = on_low.transpose() * high;
+            let still = Mat::from_fn(n - dynamic, ports.len(), |k, p| {
+                ports[p][dynamic + k] / omega[dynamic + k]
+            });
+            let flat = |m: Mat<f64>, scale: f64| -> Vec<f64> {
+                (0..m.nrows())
+                    .flat_map(|i| (0..m.ncols()).map(move |j| (i, j)))
+                    .map(|(i, j)| scale * m[(i, j)])
+                    .collect()
+            };
+            Gyroscopic {
+                own: flat(low.transpose() * &on_low, factor),
+                through: flat(&across * across.transpose(), factor * factor),
+                ports: flat(&across * still, factor),
             }
-            all
         });
         let mut groups = vec![];
         if derivatives {
@@ -347,11 +393,14 @@ impl Assembled {
                 }
             }
             Some(g) => {
-                let mut z: Vec<c64> = g.iter().map(|g| c64::new(w * g, 0.0)).collect();
+                let both = g.own.iter().zip(&g.through);
+                let mut z: Vec<c64> = both
+                    .map(|(own, through)| c64::new(w * own - w * w * through, 0.0))
+                    .collect();
                 for k in 0..d {
                     z[k * d + k] += diagonal(k);
                     for j in 0..p {
-                        x[k * p + j] = c64::new(self.ports[j][k], 0.0);
+                        x[k * p + j] = c64::new(self.ports[j][k] - w * g.ports[k * p + j], 0.0);
                     }
                 }
                 eliminate(&mut z, &mut x, d, p);
@@ -363,6 +412,16 @@ impl Assembled {
                 let a = self.ports[i][k];
                 for j in 0..=i {
                     h[i * p + j] += x[k * p + j] * a;
+                }
+            }
+        }
+        if let Some(g) = &self.gyroscopic {
+            for k in 0..d {
+                for i in 0..p {
+                    let a = w * g.ports[k * p + i];
+                    for j in 0..=i {
+                        h[i * p + j] -= x[k * p + j] * a;
+                    }
                 }
             }
         }

@@ -1,90 +1,371 @@
 //! Which further measurement would separate the members of a tie, and by how much.
 //!
-//! Every experiment of a menu is predicted by the two best members; expected separation χ² = 2 Σ |F_a − F_b|²/σ² at σ = 0.5 % of the
-//! magnitude. Limits: small parameters are not refitted to the new data, so the figure is an upper bound.
+//! For each experiment of a menu and each pair a, b of members:  D = min_δ ‖d − J_b δ‖² + δᵀ N_b δ,  d = (F_a − F_b)/σ the difference of
+//! their predictions, J_b the derivatives of b's prediction to its own numbers, to the small parameters and to the axis gains of the new
+//! record, N_b the information that the present data and the priors hold about them. So the rival may use all its freedom, but
+//! must go on fitting what was measured. The experiment's figure is the least D over the pairs. Linear round the fits.
 
 use super::DiagnoseError;
 use super::evidence::GAP_FLOOR;
-use super::model::{Assembled, SIDE};
+use super::model::{SIDE, Square, ZERO};
+use super::place::Place;
 use super::search::{Candidate, Search};
-use crate::spindle::{Effect, EffectKind, Location};
+use crate::linalg::{Mat, c64, solve};
+use crate::spindle::{Bearings, Effect, EffectKind, Location};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
+
+/// Every so many lines of the present sweep are predicted.
+const STRIDE: usize = 4;
+/// Standard deviation of an axis gain of a new record: levitated anew.
+const AXIS_GAIN_SD: f64 = 1e-3;
+/// Separation below which two members stay tied (odds of 1 to 20).
+pub const SEPARATED: f64 = 6.0;
+/// Mass that is put on the tip of the tool, kg.
+const TIP_MASS_KG: f64 = 0.005;
 
 /// A proposed measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposal {
     /// What to do.
     pub text: String,
-    /// Expected χ² between the two best members.
+    /// Expected χ² between the two members that it separates least.
     pub separation: f64,
+}
+
+impl Proposal {
+    /// The proposal with its figure.
+    pub fn words(&self) -> String {
+        if self.separation < SEPARATED {
+            format!(
+                "none of the menu separates them (the best: {}, expected χ² {:.1}, 6 is needed)",
+                self.text, self.separation
+            )
+        } else {
+            format!(
+                "{} (expected separation χ² ≈ {:.0})",
+                self.text, self.separation
+            )
+        }
+    }
+}
+
+/// What is read, and from what.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    /// Sensors from commanded currents.
+    Sweep,
+    /// Sensors from measured coil currents.
+    CoilCurrent,
+    /// Sensors and tool from a hammer at the tool.
+    Hammer,
+    /// Acceleration of the stator from commanded currents.
+    Housing,
+}
+
+struct Experiment {
+    text: String,
+    speed_rad_s: f64,
+    extra: Vec<Effect>,
+    kind: Kind,
+}
+
+fn effect(kind: EffectKind, location: Location, value: f64) -> Effect {
+    Effect {
+        kind,
+        location,
+        values: vec![value],
+    }
+}
+
+fn menu(search: &Search, members: &[&Candidate]) -> Vec<Experiment> {
+    let machine = &search.model.machine;
+    let sweep = |text: String, speed_rad_s: f64, extra: Vec<Effect>| Experiment {
+        text,
+        speed_rad_s,
+        extra,
+        kind: Kind::Sweep,
+    };
+    let tip = effect(EffectKind::ToolMass, Location::None, TIP_MASS_KG);
+    let both = || Location::Bearing(Bearings::Both);
+    let mut all = vec![
+        Experiment {
+            text: "sweep with the coil currents measured: delay and amplifier of the command path drop out".into(),
+            kind: Kind::CoilCurrent,
+            ..sweep(String::new(), 0.0, vec![])
+        },
+        Experiment {
+            text: "hammer at the tool, read at the tool and by the bearing sensors: the command path drops out, the sensors stay".into(),
+            kind: Kind::Hammer,
+            ..sweep(String::new(), 0.0, vec![])
+        },
+        sweep(
+            "sweep with a known mass of 5 g on the tip of the tool".into(),
+            0.0,
+            vec![tip],
+        ),
+        sweep(
+            // ki grows with the bias, ks with its square.
+            "sweep at half the bias current".into(),
+            0.0,
+            vec![
+                effect(EffectKind::ForceConstant, both(), 0.5),
+                effect(EffectKind::NegativeStiffness, both(), 0.25),
+            ],
+        ),
+    ];
+    for share in [0.25, 0.5, 1.0] {
+        let rpm = share * machine.spindle.max_rpm;
+        let speed = rpm * TAU / 60.0;
+        let known = search.evidence.sweeps.iter();
+        // A speed that was measured adds nothing new.
+        if known
+            .into_iter()
+            .all(|s| (s.speed_rad_s - speed).abs() > 1.0)
+        {
+            all.push(sweep(format!("sweep at {rpm:.0} rpm"), speed, vec![]));
+        }
+    }
+    let housings = members
+        .iter()
+        .filter(|m| m.effects.iter().any(|h| h.kind == EffectKind::HousingMode));
+    if (1..members.len()).contains(&housings.count()) {
+        all.push(Experiment {
+            text: "sweep with an accelerometer on the housing".into(),
+            kind: Kind::Housing,
+            ..sweep(String::new(), 0.0, vec![])
+        });
+    }
+    all
+}
+
+/// Predictions of a member, whitened by the σ of the first of the pair, and their derivatives.
+struct Predicted {
+    values: Vec<c64>,
+    /// Small parameters, effects, axis gains.
+    columns: Vec<Vec<c64>>,
 }
 
 /// The menu, most separating first.
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn proposals(
-    search: &Search,
-    a: &Candidate,
-    b: &Candidate,
-) -> Result<Vec<Proposal>, DiagnoseError> {
-    let machine = &search.model.machine;
-    let full = machine.spindle.max_rpm * TAU / 60.0;
-    let tip = Effect {
-        kind: EffectKind::ToolMass,
-        location: Location::None,
-        values: vec![0.01],
-    };
-    let sweep = (0..4, 0..4);
-    let menu = [
-        (
-            "hammer at the tool, read at the tool and by the bearing sensors, with the coil currents measured: the delay of the command path drops out, a sensor filter stays"
-                .to_owned(),
-            0.0,
-            None,
-            (0..6, 4..5),
-        ),
-        (format!("repeat the sweep at {:.0} rpm", 0.5 * machine.spindle.max_rpm), 0.5 * full, None, sweep.clone()),
-        ("repeat the sweep with a known mass of 10 g at the tip of the tool".to_owned(), 0.0, Some(tip), sweep),
-    ];
-    let lines: Vec<f64> = search
-        .evidence
-        .sweeps
-        .first()
-        .map_or(vec![], |s| s.omega_rad_s.clone());
-    let mut all = vec![];
-    for (text, speed, extra, (outputs, inputs)) in menu {
-        let assemble = |c: &Candidate| -> Result<Assembled, DiagnoseError> {
-            let mut effects: Vec<Effect> = c
-                .effects
+pub fn proposals(search: &Search, members: &[&Candidate]) -> Result<Vec<Proposal>, DiagnoseError> {
+    let menu = menu(search, members);
+    let found: Result<Vec<Proposal>, DiagnoseError> = menu
+        .into_par_iter()
+        .map(|experiment| {
+            let all: Result<Vec<Predicted>, DiagnoseError> = members
                 .iter()
-                .zip(&c.fit.at.theta)
-                .map(|(h, t)| h.effect(t))
+                .map(|m| predicted(search, m, &experiment))
                 .collect();
-            effects.extend(extra.clone());
-            search.model.assemble(&c.fit.at.p, &effects, speed, false)
-        };
-        let (first, second) = (assemble(a)?, assemble(b)?);
-        let mut separation = 0.0;
-        for omega in &lines {
-            let (f, g) = (
-                first.line(*omega, None).response,
-                second.line(*omega, None).response,
-            );
-            for i in outputs.clone() {
-                let largest = inputs
-                    .clone()
-                    .map(|j| f[SIDE * i + j].norm())
-                    .fold(f64::MIN_POSITIVE, f64::max);
-                for j in inputs.clone() {
-                    let sigma = GAP_FLOOR * f[SIDE * i + j].norm().max(0.1 * largest);
-                    separation +=
-                        2.0 * (f[SIDE * i + j] - g[SIDE * i + j]).norm_sqr() / (sigma * sigma);
+            let all = all?;
+            let mut least = f64::INFINITY;
+            for (i, a) in all.iter().enumerate() {
+                for (j, b) in all.iter().enumerate() {
+                    if i != j {
+                        let separation = separation(a, b, members[j])?;
+                        least = least.min(separation);
+                    }
                 }
             }
+            Ok(Proposal {
+                text: experiment.text,
+                separation: if least.is_finite() { least } else { 0.0 },
+            })
+        })
+        .collect();
+    let mut found = found?;
+    found.sort_by(|a, b| b.separation.total_cmp(&a.separation));
+    Ok(found)
+}
+
+/// Entries of F that an experiment reads.
+fn read(kind: Kind) -> Vec<usize> {
+    let (rows, columns) = match kind {
+        Kind::Sweep | Kind::CoilCurrent | Kind::Housing => (0..4, 0..4),
+        Kind::Hammer => (0..6, 4..6),
+    };
+    rows.flat_map(|i| columns.clone().map(move |j| SIDE * i + j))
+        .collect()
+}
+
+fn effects_of(candidate: &Candidate, theta: &[Vec<f64>], experiment: &Experiment) -> Vec<Effect> {
+    let own = candidate.effects.iter().zip(theta);
+    own.map(|(h, t)| h.effect(t))
+        .chain(experiment.extra.iter().cloned())
+        .collect()
+}
+
+fn predicted(
+    search: &Search,
+    candidate: &Candidate,
+    experiment: &Experiment,
+) -> Result<Predicted, DiagnoseError> {
+    let (model, layout) = (search.model, &search.model.layout);
+    let at = &candidate.fit.at;
+    let entries = read(experiment.kind);
+    let lines: Vec<f64> = search.evidence.sweeps.first().map_or(vec![], |s| {
+        s.omega_rad_s.iter().step_by(STRIDE).copied().collect()
+    });
+    let speed = experiment.speed_rad_s;
+    let here = effects_of(candidate, &at.theta, experiment);
+    let scene = Place::Nowhere.scene(model, &at.p, &here, speed, true)?;
+    let transfer = |effects: &[Effect]| Transfer::new(search, effects, experiment.kind);
+    let own = transfer(&here);
+    let mut values = vec![];
+    let mut columns: Vec<Vec<c64>> = vec![];
+    for (line, omega) in lines.iter().enumerate() {
+        let view = scene.view(*omega, Some(layout));
+        let (f, slopes) = view.moved(&[], layout, &at.p);
+        let pick = |f: &Square| -> Vec<c64> {
+            let f = own.apply(f, *omega);
+            entries.iter().map(|n| f[*n]).collect()
+        };
+        values.extend(pick(&f));
+        if line == 0 {
+            columns = vec![vec![]; layout.len()];
         }
-        all.push(Proposal { text, separation });
+        let first = layout.axis(0, 0);
+        for (column, slope) in columns.iter_mut().zip(&slopes) {
+            column.extend(pick(slope));
+        }
+        for column in columns.iter_mut().skip(first) {
+            // Axis gains of the old records do not act on the new one.
+            column.extend(entries.iter().map(|_| ZERO));
+        }
     }
-    all.sort_by(|a, b| b.separation.total_cmp(&a.separation));
-    Ok(all)
+    for (e, hypothesis) in candidate.effects.iter().enumerate() {
+        for i in 0..at.theta[e].len() {
+            let mut theta = at.theta.clone();
+            theta[e][i] += hypothesis.step(i);
+            hypothesis.clamp(&mut theta[e]);
+            let mut taken = theta[e][i] - at.theta[e][i];
+            if taken.abs() < 0.5 * hypothesis.step(i) {
+                theta[e][i] = at.theta[e][i] - hypothesis.step(i);
+                taken = -hypothesis.step(i);
+            }
+            let there = effects_of(candidate, &theta, experiment);
+            let assembled = model.assemble(&at.p, &there, speed, false)?;
+            let moved = transfer(&there);
+            let mut column = Vec::with_capacity(values.len());
+            for omega in &lines {
+                let f = moved.apply(&assembled.line(*omega, None).response, *omega);
+                column.extend(entries.iter().map(|n| f[*n]));
+            }
+            for (c, v) in column.iter_mut().zip(&values) {
+                *c = (*c - v) / taken;
+            }
+            columns.push(column);
+        }
+    }
+    for axis in 0..4 {
+        let of = |k: usize| entries[k % entries.len()] / SIDE;
+        let column = values.iter().enumerate();
+        columns.push(
+            column
+                .map(|(k, v)| if of(k) == axis { *v } else { ZERO })
+                .collect(),
+        );
+    }
+    Ok(Predicted { values, columns })
+}
+
+/// What an experiment reads from F: of measured coil currents, without delay and amplifiers.
+struct Transfer {
+    kind: Kind,
+    delay_s: f64,
+    amplifier_hz: [f64; 2],
+    housing: Vec<crate::spindle::machine::Housing>,
+}
+
+impl Transfer {
+    fn new(search: &Search, effects: &[Effect], kind: Kind) -> Self {
+        let mut machine = search.model.machine.clone();
+        machine.spindle.effects.extend_from_slice(effects);
+        let effective = machine.effective();
+        Self {
+            kind,
+            delay_s: effective.delay_s,
+            amplifier_hz: [0, 1].map(|b| effective.bearings[b].amplifier_bandwidth_hz),
+            housing: effective.housings.clone(),
+        }
+    }
+
+    fn apply(&self, f: &Square, omega: f64) -> Square {
+        let s = c64::new(0.0, omega);
+        match self.kind {
+            Kind::Sweep | Kind::Hammer => *f,
+            Kind::CoilCurrent => std::array::from_fn(|n| {
+                if n % SIDE < 4 {
+                    let amplifier = 1.0 + s / (TAU * self.amplifier_hz[n % SIDE / 2]);
+                    f[n] * (s * self.delay_s).exp() * amplifier
+                } else {
+                    f[n]
+                }
+            }),
+            // The stator moves by its flexibility times the force, which is near 1 N/A times ki: its size against the shaft's response tells it from
+            // nothing; without a housing there is no motion at all.
+            Kind::Housing => {
+                let flexible = self.housing.iter().fold(ZERO, |sum, h| {
+                    let own = h.omega_rad_s;
+                    let z = c64::new(
+                        own * own - omega * omega,
+                        2.0 * h.damping_ratio * own * omega,
+                    );
+                    sum + (z * h.mass_kg).inv()
+                });
+                std::array::from_fn(|n| if n / SIDE == n % SIDE { flexible } else { ZERO })
+            }
+        }
+    }
+}
+
+/// D of a pair: data of `a`, refitted by `b`.
+fn separation(a: &Predicted, b: &Predicted, member: &Candidate) -> Result<f64, DiagnoseError> {
+    // Of the magnitude, with a floor of a tenth of the largest of the channel set, as repeats and drifts leave.
+    let largest = a.values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let sigma: Vec<f64> = a
+        .values
+        .iter()
+        .map(|v| (GAP_FLOOR * v.norm().max(1e-3 * largest)).max(f64::MIN_POSITIVE))
+        .collect();
+    // √2 and both parts: χ² = 2 Σ |w|²; thinned lines count for their neighbours.
+    let weight = (2.0 * STRIDE as f64).sqrt();
+    let real = |column: &[c64]| -> Vec<f64> {
+        column
+            .iter()
+            .zip(&sigma)
+            .flat_map(|(v, s)| [weight * v.re / s, weight * v.im / s])
+            .collect()
+    };
+    let difference: Vec<c64> = a.values.iter().zip(&b.values).map(|(a, b)| a - b).collect();
+    let d = real(&difference);
+    let columns: Vec<Vec<f64>> = b.columns.iter().map(|c| real(c)).collect();
+    let n = columns.len();
+    let known = member.fit.information.nrows();
+    let dot = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
+    let mut matrix = Mat::zeros(n, n);
+    for i in 0..n {
+        for j in 0..=i {
+            let value = dot(&columns[i], &columns[j]);
+            matrix[(i, j)] = value;
+            matrix[(j, i)] = value;
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            if i < known && j < known {
+                matrix[(i, j)] += member.fit.information[(i, j)];
+            }
+        }
+        if i >= known {
+            matrix[(i, i)] += AXIS_GAIN_SD.powi(-2);
+        }
+        matrix[(i, i)] *= 1.0 + 1e-12;
+    }
+    let right = Mat::from_fn(n, 1, |i, _| dot(&columns[i], &d));
+    let step = solve(&matrix, &right)?;
+    let gain: f64 = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
+    Ok((dot(&d, &d) - gain).max(0.0))
 }

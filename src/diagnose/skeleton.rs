@@ -15,6 +15,14 @@ use crate::spindle::{Effect, EffectKind, Location, Machine};
 const MODES: usize = 34;
 /// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept modes' range serves.
 const SHIFT_RAD_S: f64 = 2000.0;
+/// A joint as good as rigid, N/m and N m/rad: a hundred times the stiffest tool interface, far from the rounding of the shaft's own stiffness.
+const RIGID_JOINT: [f64; 3] = [1e12, 1e9, 0.0];
+/// Modes of the shaft with a rigid joint beside those of the loose one: a joint of any stiffness lies between the two.
+const RIGID_JOINT_MODES: usize = 20;
+/// Quasi-static directions kept: the ports of one shaft span few.
+const STATIC_DIRECTIONS: usize = 24;
+/// Modes below the end of a sweep, whose change with a modulus the coordinates must follow.
+const BENT_MODES: usize = 3;
 /// Ritz vectors whose independent part is smaller than this (squared, relative) repeat the others.
 const INDEPENDENT: f64 = 1e-10;
 
@@ -45,13 +53,18 @@ impl Skeleton {
         group_of_element: &[usize],
         movable_joint: bool,
     ) -> Result<Self, DiagnoseError> {
-        let mut machine = refined(machine);
+        let fine = refined(machine);
         // Only the shape of the coordinates depends on these stiffnesses, not what they can express.
         let joint_values = [2e8, 1e5, 0.0];
-        if movable_joint {
-            let joint = Effect::new(EffectKind::ToolJoint, Location::None, joint_values.to_vec())?;
-            machine = machine.with_effect(joint);
-        }
+        let jointed = |values: [f64; 3]| -> Result<Machine, DiagnoseError> {
+            let joint = Effect::new(EffectKind::ToolJoint, Location::None, values.to_vec())?;
+            Ok(fine.clone().with_effect(joint))
+        };
+        let machine = if movable_joint {
+            jointed(joint_values)?
+        } else {
+            fine.clone()
+        };
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
         let (n, kept) = (rotor.dofs(), (RIGID + MODES).min(modes.len()));
@@ -82,36 +95,70 @@ impl Skeleton {
         let shifted = Mat::from_fn(n, n, |i, j| {
             k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]
         });
-        let mut forces = Mat::zeros(n, rows.len());
+        let count = group_of_element.iter().max().map_or(0, |g| g + 1);
+        let bent = BENT_MODES.min(kept.saturating_sub(RIGID));
+        let mut forces = Mat::zeros(n, rows.len() + count * bent);
         for (c, row) in rows.iter().enumerate() {
             for (dof, a) in row {
                 forces[(*dof, c)] += a;
             }
         }
-        let statics = solve(&shifted, &forces)?;
+        // The forces by which a changed modulus bends the lowest modes.
+        let group = |element: usize| group_of_element.get(element / 2).copied();
+        for element in 0..rotor.sections().len() {
+            let Some(group) = group(element) else {
+                continue;
+            };
+            let (own, dofs) = rotor.element_stiffness(element);
+            for mode in 0..bent {
+                for r in 0..4 {
+                    let force: f64 = (0..4)
+                        .map(|c| own[(r, c)] * modes.shapes[(dofs[c], RIGID + mode)])
+                        .sum();
+                    forces[(dofs[r], rows.len() + group * bent + mode)] += force;
+                }
+            }
+        }
+        let mut statics = solve(&shifted, &forces)?;
+        let mut directions = STATIC_DIRECTIONS;
+        if movable_joint {
+            let stiff = PlanarModes::new(&jointed(RIGID_JOINT)?.rotor()?)?;
+            let count = RIGID_JOINT_MODES.min(stiff.len().saturating_sub(RIGID));
+            let columns = statics.ncols();
+            let own = statics;
+            statics = Mat::from_fn(n, columns + count, |i, j| {
+                if j < columns {
+                    own[(i, j)]
+                } else {
+                    stiff.shapes[(i, RIGID + j - columns)]
+                }
+            });
+            directions += count;
+        }
         // What the kept modes do not already express, mass-orthonormal.
         let modal = Mat::from_fn(n, kept, |i, j| modes.shapes[(i, j)]);
         let shared = modal.transpose() * (m * &statics);
         let rest = &statics - &modal * shared;
         let gram = rest.transpose() * (m * &rest);
-        let scale: Vec<f64> = (0..rows.len())
+        let candidates = statics.ncols();
+        let scale: Vec<f64> = (0..candidates)
             .map(|i| {
                 let own = gram[(i, i)].max(0.0).sqrt();
                 if own > 0.0 { own.recip() } else { 0.0 }
             })
             .collect();
-        let gram = Mat::from_fn(rows.len(), rows.len(), |i, j| {
+        let gram = Mat::from_fn(candidates, candidates, |i, j| {
             gram[(i, j)] * scale[i] * scale[j]
         });
         let (values, vectors) = symmetric_eigen(&gram)?;
         // The strongest directions: the grid of positions spans a smooth space of few dimensions.
         let largest = values.last().copied().unwrap_or(0.0);
-        let used: Vec<usize> = (0..rows.len())
+        let used: Vec<usize> = (0..candidates)
             .rev()
             .filter(|i| values[*i] > INDEPENDENT.sqrt() * 1e-1 * largest)
-            .take(14)
+            .take(directions)
             .collect();
-        let combine = Mat::from_fn(rows.len(), used.len(), |i, j| {
+        let combine = Mat::from_fn(candidates, used.len(), |i, j| {
             scale[i] * vectors[(i, used[j])] / values[used[j]].sqrt()
         });
         let extra = &rest * combine;
@@ -124,16 +171,15 @@ impl Skeleton {
             }
         });
         let reduce = |a: &Mat<f64>| shapes.transpose() * (a * &shapes);
-        let count = group_of_element.iter().max().map_or(0, |g| g + 1);
         let mut groups = vec![Mat::zeros(size, size); count];
         for element in 0..rotor.sections().len() {
-            let Some(group) = group_of_element.get(element / 2) else {
+            let Some(group) = group(element) else {
                 continue;
             };
             let (own, dofs) = rotor.element_stiffness(element);
             let rows = Mat::from_fn(4, size, |r, c| shapes[(dofs[r], c)]);
             let own = Mat::from_fn(4, 4, |r, c| own[(r, c)]);
-            groups[*group] += rows.transpose() * (own * &rows);
+            groups[group] += rows.transpose() * (own * &rows);
         }
         let clean = |a: Mat<f64>| {
             Mat::from_fn(size, size, |i, j| {

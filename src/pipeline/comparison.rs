@@ -7,6 +7,7 @@ use crate::lti::sample::tustin;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::predict::chatter::{Engagement, Material, StabilityLimit, milling};
 use crate::predict::closed_loop::{close, compliance, equivalent_poles};
+use crate::predict::modes::{LoopModes, loop_modes};
 use crate::predict::sensitivity::{AxisSensitivity, axis_sensitivity};
 use crate::predict::stiffness::{DynamicStiffness, dynamic_stiffness, stiffness_at};
 use crate::spindle::{Machine, ModelDetail, Plant};
@@ -39,6 +40,8 @@ pub struct Prediction {
     pub sensitivity: AxisSensitivity,
     /// Closed-loop poles as equivalent continuous ones, rad/s.
     pub poles_rad_s: Vec<c64>,
+    /// Flexible and rigid-body modes of the loop.
+    pub modes: LoopModes,
 }
 
 /// Predictions for a controller on the full plant at a speed.
@@ -51,6 +54,7 @@ pub fn predict(
     speed_rpm: f64,
 ) -> Result<Prediction, PipelineError> {
     let (plant, poles, grid) = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
+    let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
     let stiffness = [0, 1].map(|axis| dynamic_stiffness(&plant, controller, axis, &grid));
     let minimum = stiffness
         .iter()
@@ -65,12 +69,13 @@ pub fn predict(
         at_max_speed_n_per_m: stiffness_at(&plant, controller, 0, machine.spindle.max_rpm / 60.0),
         sensitivity: axis_sensitivity(&plant, controller, &grid),
         poles_rad_s: poles,
+        modes: loop_modes(&plant, &law)?,
         stiffness,
     })
 }
 
 /// The full plant at a speed, the poles of its sampled loop, and a grid over `band_hz` that is dense round them.
-fn closed_loop(
+pub(super) fn closed_loop(
     machine: &Machine,
     controller: &Controller,
     speed_rpm: f64,

@@ -2,8 +2,12 @@
 
 pub mod chatter;
 pub mod closed_loop;
+pub mod dips;
+pub mod modes;
 pub mod sensitivity;
+pub mod shaft_line;
 pub mod stiffness;
 pub mod time;
 pub mod time_cases;
 pub mod time_force;
+pub mod worst_case;

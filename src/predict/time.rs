@@ -30,6 +30,8 @@ pub struct TimeSettings {
     pub substeps: usize,
     /// Bus voltage of the amplifiers, V.
     pub bus_voltage_v: f64,
+    /// Time over which the reference moves from where the rotor rests to the centre after switching on, s; 0 for at once.
+    pub reference_ramp_s: f64,
     /// Smallest step of the digitised sensor signal, m; 0 for none. 16 bit over ±10 V at 20 V/mm: 15 nm.
     pub quantum_m: f64,
     /// White sensor noise of the spindle file, with this seed; `None` for none.
@@ -50,6 +52,7 @@ impl Default for TimeSettings {
             flexible_modes: 6,
             substeps: 20,
             bus_voltage_v: 300.0,
+            reference_ramp_s: 0.0,
             quantum_m: 20.0 / 65536.0 / 20.0e3,
             noise_seed: None,
             contact_stiffness_n_per_m: 3.0e7,
@@ -83,6 +86,8 @@ pub struct TimeSample {
     pub displacements_m: [f64; LOADS],
     /// Control currents, A.
     pub currents_a: [f64; AXES],
+    /// Coil voltages since the sample before, each where it was largest, V.
+    pub voltages_v: [f64; AXES],
     /// Magnetic forces, N.
     pub forces_n: [f64; AXES],
     /// Normal and friction forces of the backup bearings, front then rear (x, y each), N.
@@ -155,15 +160,23 @@ pub fn simulate(
     };
     let late = ((shaft.delay_s - 0.5 * period).max(0.0) / step).round() as usize;
     let mut tick = 0usize;
+    let mut rest: Option<[f64; AXES]> = None;
     for k in 0..before + after {
         let live = k >= before;
         let time = (k as f64 - before as f64) * period;
         let sample = shaft.observe(time, live);
+        shaft.voltages = [0.0; AXES];
         if live {
-            let y = sample.sensors_m.map(|clean| {
+            let start = *rest.get_or_insert(sample.sensors_m);
+            // What is left of the way of the reference; no ramp is none from the first sample on.
+            let left = (1.0 - time / settings.reference_ramp_s).max(0.0);
+            let left = if left.is_finite() { left } else { 0.0 };
+            let mut y = [0.0; AXES];
+            for ((y, clean), start) in y.iter_mut().zip(sample.sensors_m).zip(start) {
                 let deviation = noise.as_mut().map_or(0.0, normal) * shaft.noise_m;
-                quantised(clean + deviation, settings.quantum_m) as f32
-            });
+                let signal = quantised(clean + deviation, settings.quantum_m);
+                *y = (signal - left * start) as f32;
+            }
             let u = controller.step(&y);
             let mut wanted = [0.0; AXES];
             for (w, value) in wanted.iter_mut().zip(&u) {
@@ -233,6 +246,13 @@ fn check(scenario: &Scenario<'_>, settings: &TimeSettings) -> Result<(), TimeErr
             "a positive voltage",
         ),
         (
+            "reference_ramp_s",
+            settings.reference_ramp_s,
+            0.0,
+            60.0,
+            "between 0 and 60 s",
+        ),
+        (
             "quantum_m",
             settings.quantum_m,
             0.0,
@@ -256,6 +276,7 @@ struct Shaft {
     velocities: Mat<f64>,
     state: Mat<f64>,
     currents: [f64; AXES],
+    voltages: [f64; AXES],
     magnets: [Magnet; 2],
     force_matrices: [[[f64; 2]; 2]; 2],
     backup: BackupBearing,
@@ -316,6 +337,7 @@ impl Shaft {
             outputs: system.c,
             state: Mat::zeros(n, 1),
             currents: [0.0; AXES],
+            voltages: [0.0; AXES],
             magnets: [pair(Side::Front, 0), pair(Side::Rear, 1)],
             force_matrices: effective.bearings.each_ref().map(|b| {
                 let (direct, cross) = (1.0, b.coupling_ratio);
@@ -385,7 +407,12 @@ impl Shaft {
         let mut limited = false;
         if live {
             for (k, current) in self.currents.iter_mut().enumerate() {
-                let (next, held) = self.magnets[k / 2].advance(*current, command[k], self.step_s);
+                let magnet = &self.magnets[k / 2];
+                let (next, held) = magnet.advance(*current, command[k], self.step_s);
+                let voltage = magnet.voltage_v(next - *current, self.step_s);
+                if voltage.abs() > self.voltages[k].abs() {
+                    self.voltages[k] = voltage;
+                }
                 *current = next;
                 limited |= held;
             }
@@ -405,6 +432,7 @@ impl Shaft {
             sensors_m: std::array::from_fn(|k| x[(k, 0)]),
             displacements_m: std::array::from_fn(|k| x[(AXES + k, 0)]),
             currents_a: self.currents,
+            voltages_v: self.voltages,
             forces_n,
             contact_n,
         }

@@ -48,6 +48,8 @@ pub struct TimeFigures {
     pub clearance_ratio: f64,
     /// Largest control current front, rear, A.
     pub current_a: [f64; 2],
+    /// Largest coil voltage front, rear, V.
+    pub voltage_v: [f64; 2],
     /// Largest magnetic force front, rear, N.
     pub force_n: [f64; 2],
     /// Largest contact force, N.
@@ -142,6 +144,7 @@ pub fn figures(machine: &Machine, response: &TimeResponse) -> TimeFigures {
             .fold(0.0, f64::max)
     };
     let current = |k: usize| samples[k / AXES].currents_a[k % AXES].abs();
+    let voltage = |k: usize| samples[k / AXES].voltages_v[k % AXES].abs();
     let force = |k: usize| samples[k / AXES].forces_n[k % AXES].abs();
     let contact = |k: usize| samples[k / AXES].contact_n[k % AXES].abs();
     TimeFigures {
@@ -150,6 +153,7 @@ pub fn figures(machine: &Machine, response: &TimeResponse) -> TimeFigures {
             / machine.spindle.backup_clearance_m,
         displacement_m,
         current_a: [0, 1].map(|b| largest(&current, b)),
+        voltage_v: [0, 1].map(|b| largest(&voltage, b)),
         force_n: [0, 1].map(|b| largest(&force, b)),
         contact_force_n: largest(&contact, 0).max(largest(&contact, 1)),
     }

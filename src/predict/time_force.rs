@@ -24,6 +24,7 @@ pub struct Magnet {
     max_a: f64,
     corner_rad_s: f64,
     slew_a_per_s: f64,
+    inductance_h: f64,
 }
 
 impl Magnet {
@@ -39,6 +40,7 @@ impl Magnet {
             max_a: bearing.max_current_a,
             corner_rad_s: TAU * effective.amplifier_bandwidth_hz,
             slew_a_per_s: bus_voltage_v / inductance,
+            inductance_h: inductance,
         }
     }
 
@@ -51,6 +53,11 @@ impl Magnet {
         0.25 * self.ki_n_per_a
             * self.bias_a
             * ((plus / (1.0 - xi)).powi(2) - (minus / (1.0 + xi)).powi(2))
+    }
+
+    /// Voltage that drives the coil through a change of current in `step_s`, V: L·Δi/Δt; the resistance is left out.
+    pub fn voltage_v(&self, change_a: f64, step_s: f64) -> f64 {
+        self.inductance_h * change_a / step_s
     }
 
     /// The current after `step_s` towards `command_a`, and whether the voltage limited it.

@@ -4,6 +4,7 @@
 //! first, then plain words, key figures, a section a stage (absent stages are left out), certificates, all figures.
 //! No script, no font, no style from elsewhere.
 
+use super::diagnosis_tables;
 use super::frequency_table;
 use super::readable::{self, Grid, Row, words};
 use serde_json::Value;
@@ -26,7 +27,7 @@ struct Stage {
     title: &'static str,
     /// What the reader looks at.
     lead: &'static str,
-    /// Stems of its pictures start like one of these.
+    /// Stems of its pictures start like one of these, in the order in which they are shown.
     stems: &'static [&'static str],
 }
 
@@ -100,7 +101,16 @@ const STAGES: [Stage; 12] = [
         key: "simulation",
         title: "Time responses",
         lead: "True bearing force law, limits of current and voltage, backup bearings.",
-        stems: &["time", "orbit", "impulse", "step", "unbalance", "lift"],
+        stems: &[
+            "animation",
+            "response",
+            "time",
+            "orbit",
+            "impulse",
+            "step",
+            "unbalance",
+            "lift",
+        ],
     },
     Stage {
         key: "machining",
@@ -113,12 +123,13 @@ const STAGES: [Stage; 12] = [
         title: "Diagnosis",
         lead: "Where model and measurement disagree, and which effect explains it.",
         stems: &[
-            "residual",
             "locali",
             "impedance",
             "ranking",
-            "held-out",
-            "gap",
+            "coverage",
+            "residual",
+            "hammer",
+            "channel",
             "diagnosis",
         ],
     },
@@ -135,8 +146,8 @@ struct Section {
     anchor: String,
     title: String,
     lead: String,
-    /// The table a reader looks at first.
-    table: Option<Grid>,
+    /// The tables a reader looks at first.
+    tables: Vec<Grid>,
     rows: Vec<Row>,
     grids: Vec<Grid>,
     /// Whether rows and grids are folded away until asked for.
@@ -158,14 +169,15 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     let mut left: Vec<&(String, String)> = pictures.iter().collect();
     let mut sections: Vec<Section> = Vec::new();
     for stage in &STAGES {
-        let (mine, others): (Vec<_>, Vec<_>) = left
-            .into_iter()
-            .partition(|(stem, _)| stage.stems.iter().any(|s| stem.starts_with(s)));
+        let rank = |stem: &str| stage.stems.iter().position(|s| stem.starts_with(s));
+        let (mut mine, others): (Vec<_>, Vec<_>) =
+            left.into_iter().partition(|(stem, _)| rank(stem).is_some());
+        mine.sort_by_key(|(stem, _)| rank(stem));
         left = others;
-        let (table, rows, grids) = figures(stage.key, summary.get(stage.key));
-        if !(table.is_none() && rows.is_empty() && grids.is_empty() && mine.is_empty()) {
+        let (tables, rows, grids) = figures(stage.key, summary.get(stage.key));
+        if !(tables.is_empty() && rows.is_empty() && grids.is_empty() && mine.is_empty()) {
             sections.push(Section {
-                table,
+                tables,
                 long: is_long(&rows, &grids),
                 anchor: stage.key.to_owned(),
                 title: stage.title.to_owned(),
@@ -197,20 +209,25 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     Ok(page.replace("&#x2f;", "/"))
 }
 
-/// First table, rows and grids of a stage.
-fn figures(key: &str, stage: Option<&Value>) -> (Option<Grid>, Vec<Row>, Vec<Grid>) {
+/// First tables, rows and grids of a stage.
+fn figures(key: &str, stage: Option<&Value>) -> (Vec<Grid>, Vec<Row>, Vec<Grid>) {
     let Some(stage) = stage else {
-        return (None, Vec::new(), Vec::new());
+        return (Vec::new(), Vec::new(), Vec::new());
     };
-    let table = (key == "updating")
-        .then(|| frequency_table::frequencies(stage))
-        .flatten();
     let mut skip = vec!["certificates"];
-    if table.is_some() {
-        skip.extend(frequency_table::SHOWN);
+    let tables = match key {
+        "updating" => frequency_table::frequencies(stage).into_iter().collect(),
+        "diagnosis" => diagnosis_tables::tables(stage),
+        _ => Vec::new(),
+    };
+    if !tables.is_empty() {
+        skip.extend(match key {
+            "updating" => &frequency_table::SHOWN[..],
+            _ => &diagnosis_tables::SHOWN[..],
+        });
     }
     let (rows, grids) = readable::flatten(stage, &skip);
-    (table, rows, grids)
+    (tables, rows, grids)
 }
 
 /// More than about half a page of figures.
@@ -250,7 +267,7 @@ fn further(summary: &Value, pictures: &[&(String, String)]) -> Option<Section> {
     let (rows, grids) = readable::flatten(&rest.unwrap_or(Value::Null), &["certificates"]);
     let rows: Vec<Row> = rows.into_iter().filter(|r| !r.label.is_empty()).collect();
     (!(rows.is_empty() && grids.is_empty() && pictures.is_empty())).then(|| Section {
-        table: None,
+        tables: Vec::new(),
         long: is_long(&rows, &grids),
         anchor: "further".to_owned(),
         title: "Further figures".to_owned(),

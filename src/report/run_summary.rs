@@ -5,7 +5,6 @@ use super::design_summary::{
 };
 use super::summary::{number, numbers};
 use crate::controller::verification::Verification;
-use crate::linalg::c64;
 use crate::pipeline::certificates::{PeakFigures, Stage};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
@@ -137,21 +136,12 @@ pub fn sensitivity_json(prediction: &Prediction) -> Value {
     })
 }
 
-/// Closed-loop damping ratio near each flexible mode of the free rotor: the least damped pole within 15 %.
+/// Closed-loop damping ratio of each flexible mode: of the least damped pole among those that show in the mode.
 pub fn modal_damping_json(prediction: &Prediction, flexible_rad_s: &[f64]) -> Value {
-    let least = |omega: &f64| {
-        let near = |p: &&c64| (p.norm() / omega - 1.0).abs() < 0.15 && p.im > 0.0;
-        prediction
-            .poles_rad_s
-            .iter()
-            .filter(near)
-            .map(|p| -p.re / p.norm())
-            .min_by(f64::total_cmp)
-    };
+    let modes = prediction.modes.flexible.iter().take(flexible_rad_s.len());
     Value::Array(
-        flexible_rad_s
-            .iter()
-            .map(|w| least(w).map_or(Value::Null, number))
+        modes
+            .map(|m| m.map_or(Value::Null, |m| number(m.damping_ratio)))
             .collect(),
     )
 }

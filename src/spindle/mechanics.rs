@@ -198,6 +198,43 @@ impl Mechanics {
         self.flexible
     }
 
+    /// The same shaft with one more port for each of the first `modes` coordinates behind the two rigid ones, in their
+    /// order: a force on η̈ of the mode, read as its η.
+    #[must_use]
+    pub fn with_modal_ports(&self, modes: usize) -> Self {
+        let (p, n) = (self.ports.nrows(), self.omega_rad_s.len());
+        let m = modes.min(self.flexible);
+        let old = |i: usize, j: usize| i < p && j < p;
+        Self {
+            ports: Mat::from_fn(p + m, n, |i, k| match i < p {
+                true => self.ports[(i, k)],
+                false => f64::from(u8::from(k == RIGID + i - p)),
+            }),
+            residual: Mat::from_fn(p + m, p + m, |i, j| {
+                if old(i, j) {
+                    self.residual[(i, j)]
+                } else {
+                    0.0
+                }
+            }),
+            whirl: OnceLock::new(),
+            ..self.clone()
+        }
+    }
+
+    /// The same shaft with the natural frequencies of the first flexible modes multiplied by these factors: their modal
+    /// stiffness changes by the square, masses, shapes and dampers stay.
+    #[must_use]
+    pub fn with_scaled_modes(&self, factors: &[f64]) -> Self {
+        let mut scaled = self.clone();
+        scaled.whirl = OnceLock::new();
+        let flexible = scaled.omega_rad_s.iter_mut().skip(RIGID);
+        for (omega, factor) in flexible.take(self.flexible).zip(factors) {
+            *omega *= factor;
+        }
+        scaled
+    }
+
     /// True when the two planes do not couple, so that the response at −ω is the conjugate of that at ω.
     pub fn planes_are_decoupled(&self) -> bool {
         self.gyroscopic.is_none()

@@ -69,6 +69,8 @@ pub struct Plant {
     pub(super) sensor_bandwidth_hz: f64,
     pub(super) sample_period_s: f64,
     speed_rad_s: f64,
+    /// Modal ports behind the ten channels of the frequency response.
+    modal_ports: usize,
 }
 
 impl Plant {
@@ -89,6 +91,7 @@ impl Plant {
             sensor_bandwidth_hz: electronics.sensor_bandwidth_hz,
             sample_period_s: electronics.sample_period_s(),
             speed_rad_s,
+            modal_ports: 0,
         })
     }
 
@@ -102,6 +105,30 @@ impl Plant {
             static_residual: true,
         };
         Self::new(machine, speed_rad_s, detail)
+    }
+
+    /// The same plant whose frequency response has the ports of modal uncertainty behind the ten channels: for each of the
+    /// first `modes` flexible modes an input that adds to q̈ (x, then y) and the modal coordinate q (x, then y) as output.
+    /// For a state space see [`Plant::state_space_with_modal_ports`].
+    #[must_use]
+    pub fn with_modal_ports(&self, modes: usize) -> Self {
+        let modes = modes.min(self.mechanics.flexible());
+        Self {
+            mechanics: self.mechanics.with_modal_ports(modes),
+            modal_ports: modes,
+            ..self.clone()
+        }
+    }
+
+    /// The same plant with the natural frequencies of its first flexible modes multiplied by these factors; modal dampers
+    /// 2ζω keep their values. Without modal ports.
+    #[must_use]
+    pub fn with_scaled_modes(&self, factors: &[f64]) -> Self {
+        Self {
+            mechanics: self.mechanics.with_scaled_modes(factors),
+            modal_ports: 0,
+            ..self.clone()
+        }
     }
 
     /// Speed, rad/s.
@@ -181,10 +208,14 @@ impl Response for Plant {
             Some(self.mechanics.receptance(-omega_rad_s))
         };
         // Ports: 0, 1 control; 2 tool; 3, 4 actuators; 5, 6 sensors.
-        let (inputs, outputs) = ([0usize, 1, 2, 3, 4], [5usize, 6, 2, 3, 4]);
-        let mut h = Mat::<c64>::zeros(CHANNELS, CHANNELS);
-        for (o, out) in outputs.into_iter().enumerate() {
-            for (i, input) in inputs.into_iter().enumerate() {
+        let first = forward.nrows() - self.modal_ports;
+        let modal: Vec<usize> = (first..forward.nrows()).collect();
+        let inputs = [&[0usize, 1, 2, 3, 4], modal.as_slice()].concat();
+        let outputs = [&[5usize, 6, 2, 3, 4], modal.as_slice()].concat();
+        let channels = CHANNELS + 2 * self.modal_ports;
+        let mut h = Mat::<c64>::zeros(channels, channels);
+        for (o, out) in outputs.iter().copied().enumerate() {
+            for (i, input) in inputs.iter().copied().enumerate() {
                 let plus = forward[(out, input)];
                 let (a, b) = match &backward {
                     None => (plus, c64::new(0.0, 0.0)),
@@ -201,13 +232,13 @@ impl Response for Plant {
         }
         for (i, bearing) in self.effective.bearings.iter().enumerate() {
             let (gain, force) = (self.actuator(bearing, omega_rad_s), bearing.force_matrix());
-            for row in 0..CHANNELS {
+            for row in 0..channels {
                 let (x, y) = (h[(row, 2 * i)], h[(row, 2 * i + 1)]);
                 h[(row, 2 * i)] = gain * (x * force[0][0] + y * force[1][0]);
                 h[(row, 2 * i + 1)] = gain * (x * force[0][1] + y * force[1][1]);
             }
             let (gain, axes) = (self.sensor(bearing, omega_rad_s), bearing.axes_matrix());
-            for column in 0..CHANNELS {
+            for column in 0..channels {
                 let (x, y) = (h[(2 * i, column)], h[(2 * i + 1, column)]);
                 h[(2 * i, column)] = gain * (x * axes[0][0] + y * axes[0][1]);
                 h[(2 * i + 1, column)] = gain * (x * axes[1][0] + y * axes[1][1]);

@@ -49,9 +49,97 @@ fn compare_shows_what_the_reference_run_found() {
             .pointer(&format!("/chatter/{name}/minimum_depth_m"))
             .unwrap();
         assert!(depth.as_f64().unwrap() > 0.0);
+        // Worst cases: both speeds and every speed at once, bounds in order, the nominal value above them.
+        let cases = found.pointer(&format!("/worst_case/{name}")).unwrap();
+        let cases = cases.as_array().unwrap();
+        assert_eq!(cases.len(), 3);
+        for case in cases {
+            assert_eq!(case["stable_at_corners"], true);
+            for axis in ["x", "y"] {
+                let minimum = &case["stiffness"][axis]["minimum"];
+                let figure = |key: &str| minimum[key].as_f64().unwrap();
+                let (below, attained) = (figure("not_below_n_per_m"), figure("attained_n_per_m"));
+                assert!(below <= attained && attained < 1.005 * below, "{minimum}");
+                let nominal = a.as_f64().unwrap();
+                assert!(
+                    case["speed_rpm"] != 0.0 || below <= nominal * (1.0 + 1e-6),
+                    "{case}"
+                );
+            }
+        }
+        // The statements of figure 9.
+        let first = found.pointer(&format!("/tool_plane/{name}/0")).unwrap();
+        let ten = first["tool_stiffness"]["x"]["at_10_hz_n_per_m"]
+            .as_f64()
+            .unwrap();
+        let same = found
+            .pointer(&format!("/stiffness/{name}/at_10_hz_n_per_m"))
+            .unwrap();
+        assert!((ten / same.as_f64().unwrap() - 1.0).abs() < 1e-3);
+        assert_eq!(first["flexible_modes"].as_array().unwrap().len(), 3);
+        assert!(
+            first["flexible_modes"][0]["damping_ratio"]
+                .as_f64()
+                .unwrap()
+                > 0.0
+        );
     }
-    for file in ["report.html", "plots/stiffness.svg", "plots/chatter.csv"] {
+    let ratio = found
+        .pointer("/stiffness_ratio/mu_over_pid/0/minimum")
+        .unwrap();
+    assert!(ratio.as_f64().unwrap() > 0.0);
+    for file in [
+        "report.html",
+        "plots/stiffness.svg",
+        "plots/stiffness_worst.csv",
+        "plots/sensitivity_worst.svg",
+        "plots/chatter.csv",
+    ] {
         assert!(out.join(file).is_file(), "{file}");
+    }
+}
+
+#[test]
+fn a_hammer_record_stands_beside_the_prediction_of_its_loop() {
+    let temporary = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis/c01");
+    let output = muspin()
+        .arg("compare")
+        .arg("--spindle")
+        .arg(data.join("spindle.yaml"))
+        .arg("--tool")
+        .arg(data.join("tool.yaml"))
+        .arg("--controller")
+        .arg(data.join("pid.json"))
+        .arg("--measurement")
+        .arg(&data)
+        .args(["--speeds", "0", "--out"])
+        .arg(temporary.path().join("compare"))
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let found: Value = serde_json::from_slice(&output.stdout).expect(&errors);
+    let plane = found["tool_plane"].as_object().unwrap();
+    let (_, predicted) = plane
+        .iter()
+        .find(|(k, _)| !k.starts_with("measured"))
+        .unwrap();
+    let (_, measured) = plane
+        .iter()
+        .find(|(k, _)| k.starts_with("measured"))
+        .unwrap();
+    let at = |v: &Value, key: &str| {
+        v["tool_stiffness"].get("x").unwrap_or(&v["tool_stiffness"])[key].as_f64()
+    };
+    // The record has an effect that the model lacks: the same size, not the same number.
+    for key in ["at_max_speed_n_per_m", "minimum_n_per_m"] {
+        let ratio = at(measured, key).unwrap() / at(&predicted[0], key).unwrap();
+        assert!((0.2..5.0).contains(&ratio), "{key}: {ratio}");
+    }
+    // Resonances that the record resolves are near poles of the predicted loop.
+    let light = measured["lightly_damped_modes"].as_array().unwrap();
+    for mode in light {
+        assert!(mode["damping_ratio"].as_f64().unwrap() < 0.03);
     }
 }
 
@@ -91,4 +179,50 @@ fn batch_reads_every_tool_before_it_designs_and_writes_nothing_on_error() {
         "{message}"
     );
     assert!(!out.exists());
+}
+
+#[test]
+fn batch_of_one_tool_fills_table_picture_and_folder() {
+    let temporary = tempfile::tempdir().unwrap();
+    let out = temporary.path().join("batch");
+    let output = muspin()
+        .args(["batch", "--tools", "endmill-16", "--spindle"])
+        .arg(reference("spindle.yaml"))
+        .arg("--out")
+        .arg(&out)
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    let mut table = csv::Reader::from_reader(output.stdout.as_slice());
+    let header = table.headers().unwrap().clone();
+    let row = table.records().next().unwrap().unwrap();
+    let cell = |name: &str| {
+        let place = header.iter().position(|h| h == name).unwrap();
+        row.get(place).unwrap().to_owned()
+    };
+    let number = |name: &str| cell(name).parse::<f64>().unwrap();
+    assert_eq!(cell("tool"), "endmill-16");
+    assert_eq!(cell("meets_specification"), "true");
+    assert!(number("mu_as_specified") <= 1.0);
+    for name in ["mu", "pid"] {
+        let nominal = number(&format!("minimum_stiffness_{name}_n_per_m"));
+        let worst = number(&format!("worst_stiffness_{name}_n_per_m"));
+        assert!(
+            worst > 0.0 && worst < nominal * 1.001,
+            "{name}: {worst} {nominal}"
+        );
+    }
+    // A tool that meets the specification is asked for its slack only on demand.
+    assert_eq!(cell("largest_tool_tightening"), "");
+    for file in [
+        "tools.csv",
+        "report.html",
+        "plots/tools.svg",
+        "plots/tools_stiffness.svg",
+        "endmill-16/controller.c",
+        "endmill-16/pid.json",
+    ] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
 }

@@ -203,7 +203,7 @@ fn both_routes_are_judged_on_the_sampled_loop() {
             panic!("three arithmetics")
         };
         for other in [single, fixed] {
-            let (a, b) = (exact.stage.covered.upper, other.stage.covered.upper);
+            let (a, b) = (exact.covered, other.covered);
             assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
         }
     }

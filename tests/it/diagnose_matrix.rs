@@ -1,7 +1,7 @@
 //! Hidden effects from an independent simulator: the full matrix writes a table, a seeded subset runs with the suite.
 //!
 //! `MUSPIN_DRAWS=5 cargo test --release --test it diagnose_matrix::full -- --ignored --nocapture` writes
-//! `target/diagnosis-matrix.csv`; `MUSPIN_ONLY=tool_mass,null` restricts it.
+//! `target/diagnosis-matrix.csv`; `MUSPIN_ONLY=tool_mass,null,6003` restricts it to kinds and seeds.
 
 use super::diagnose_folder::read;
 use super::generator::{Draw, Outside, simulate};
@@ -205,6 +205,25 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
             seed: 6000 + i as u64,
         });
     }
+    let triples = [
+        [K::LoopDelay, K::ToolMass, K::BearingCoupling],
+        [K::AxisMisalignment, K::HousingMode, K::EddyCurrents],
+        [K::ToolJoint, K::SensorOffset, K::ModalDamping],
+    ];
+    for (i, kinds) in triples.into_iter().enumerate().take(draws as usize) {
+        let seed = 6100 + i as u64;
+        let mut draw = Draw::new(seed);
+        cases.push(Case {
+            label: "triple".into(),
+            effects: kinds
+                .into_iter()
+                .map(|kind| drawn(kind, machine, &mut draw))
+                .collect(),
+            outside: None,
+            speed_rpm: 0.0,
+            seed,
+        });
+    }
     let outside = [
         Outside::Notch(1, 1400.0, 0.2, 0.5),
         Outside::Absorber(0.2, 0.3, 900.0, 0.03),
@@ -228,9 +247,10 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
 
 fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
     let mut table = String::from(
-        "case,seed,truth,speed_rpm,verdict,result,found,gap_before,gap_after,held_out_before,held_out_after,covered,seconds\n",
+        "case,seed,truth,speed_rpm,verdict,result,found,gap_before,gap_after,held_out_before,held_out_after,covered,errors_in_sd,strength,seconds\n",
     );
     let mut results = vec![];
+    let only_one = cases.len() < 10;
     for case in cases {
         let started = std::time::Instant::now();
         let d = run(case, points);
@@ -257,8 +277,26 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
                     .collect::<Vec<_>>()
             })
             .collect();
+        let errors: Vec<String> = case
+            .effects
+            .iter()
+            .filter_map(|t| {
+                d.effects
+                    .iter()
+                    .find(|f| f.effect.kind == t.kind)
+                    .map(|f| (t, f))
+            })
+            .flat_map(|(t, f)| {
+                (0..t.values.len())
+                    .map(|i| {
+                        let error = f.effect.values[i] - t.values[i];
+                        format!("{:+.1}", error / f.standard_deviations[i])
+                    })
+                    .collect::<Vec<_>>()
+            })
+            .collect();
         let row = format!(
-            "{},{},{} {:?},{},{},{},{},{:.2},{:.2},{:.2},{:.2},{:?},{:.1}",
+            "{},{},{} {:?},{},{},{},{},{:.2},{:.2},{:.2},{:.2},{:?},{},{:.1},{:.1}",
             case.label,
             case.seed,
             truth.join(" + "),
@@ -275,12 +313,15 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
                 .iter()
                 .map(|c| u8::from(*c).to_string())
                 .collect::<String>(),
+            errors.join(" "),
+            d.strength,
             started.elapsed().as_secs_f64()
         );
         println!("{row}");
-        if result != "right" {
+        if result != "right" || only_one {
             println!(
-                "    tie {:?} misfit {:?}",
+                "    nearest {:?} tie {:?} misfit {:?}",
+                d.nearest.iter().map(show).collect::<Vec<_>>(),
                 d.tie
                     .iter()
                     .map(|r| r
@@ -312,7 +353,10 @@ fn full() {
     let machine = read("c03").machine;
     let mut cases = matrix(draws, &machine);
     if let Some(only) = &only {
-        cases.retain(|c| only.split(',').any(|o| o == c.label));
+        cases.retain(|c| {
+            only.split(',')
+                .any(|o| o == c.label || o == c.seed.to_string())
+        });
     }
     let (table, results) = report(&cases, 488);
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/diagnosis-matrix.csv");

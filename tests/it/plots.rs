@@ -559,13 +559,13 @@ fn gallery() -> Vec<(&'static str, Figure)> {
                     ToolQuantity {
                         label: "Minimum stiffness",
                         unit: "N/µm",
-                        reference: None,
+                        references: vec![],
                         bars: vec![("µ", vec![2.0, 1.4, 0.8]), ("PID", vec![0.7, 0.6, 0.3])],
                     },
                     ToolQuantity {
                         label: "Peak of µ",
                         unit: "",
-                        reference: Some((1.0, "1")),
+                        references: vec![(1.0, "1")],
                         bars: vec![("µ of the delivered controller", vec![0.8, 0.93, 1.1])],
                     },
                 ],

@@ -33,6 +33,81 @@ pub fn residual(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
     .with_columns(if panels.len() > 1 { 2 } else { 1 })
 }
 
+/// One channel: measured, before, after in magnitude and phase, and the residuals before and after in σ.
+pub fn channel(
+    title: &str,
+    quantity: &str,
+    unit: &str,
+    frequency_hz: &[f64],
+    [measured, before, after]: [&[c64]; 3],
+    residuals: [&[f64]; 2],
+) -> Figure {
+    let axis = || Axis::log("Frequency", "Hz");
+    let mut magnitude = Panel::new("", axis().unlabelled(), Axis::log(quantity, unit));
+    let angle = Axis::linear("Phase", "°")
+        .with_range(-180.0, 180.0)
+        .with_step(90.0);
+    let mut phase = Panel::new("", axis().unlabelled(), angle);
+    let mut sigma = Panel::new("", axis(), Axis::log("Residual", "σ"));
+    for (name, response, look) in [
+        ("model before", before, Role::Nominal.look()),
+        ("model after", after, Role::Updated.look()),
+        ("measured", measured, Role::Measured.look()),
+    ] {
+        let size: Vec<f64> = response.iter().map(|h| h.norm()).collect();
+        let angle: Vec<f64> = response.iter().map(|h| h.arg().to_degrees()).collect();
+        magnitude
+            .series
+            .push(Series::curve(name, frequency_hz, &size, look));
+        phase.series.push(Series {
+            break_at_jump: Some(180.0),
+            ..Series::curve(name, frequency_hz, &angle, look)
+        });
+    }
+    for (name, values, role) in [
+        ("model before", residuals[0], Role::Nominal),
+        ("model after", residuals[1], Role::Updated),
+    ] {
+        sigma
+            .series
+            .push(Series::curve(name, frequency_hz, values, role.look()));
+    }
+    sigma.levels.push(Level {
+        value: 1.0,
+        label: "1 σ".to_owned(),
+        dash: Dash::Dashed,
+    });
+    magnitude.height_px = 215;
+    phase.height_px = 130;
+    sigma.height_px = 190;
+    Figure::new(
+        title,
+        "Measured response with the model before and after the correction, magnitude and phase, and the residuals in standard deviations.",
+        vec![magnitude, phase, sigma],
+    )
+}
+
+/// Localisation map of what remains: dark is unexplained, light is explained. Rows from the top, the machine without a law first.
+pub fn localisation_left(
+    title: &str,
+    ports: &[String],
+    frequency_hz: &[f64],
+    left: &[Vec<f64>],
+    label: &str,
+) -> Figure {
+    // Categories count from the bottom.
+    let names: Vec<String> = ports.iter().rev().cloned().collect();
+    let rows: Vec<Vec<f64>> = left.iter().rev().cloned().collect();
+    let mut figure = localisation(title, &names, frequency_hz, &rows, label);
+    for panel in &mut figure.panels {
+        panel.series.clear();
+    }
+    figure.description =
+        "What a free law at each place leaves unexplained, over frequency; light is explained."
+            .to_owned();
+    figure
+}
+
 /// Localisation map: score of every port over frequency. `scores[port][line]` belong to `frequency_hz[line]`.
 /// The port and line with the largest score carry a diamond.
 pub fn localisation(

@@ -39,8 +39,8 @@ pub struct ToolQuantity<'a> {
     pub label: &'a str,
     /// Unit.
     pub unit: &'a str,
-    /// Reference line with its name.
-    pub reference: Option<(f64, &'a str)>,
+    /// Reference lines with their names.
+    pub references: Vec<(f64, &'a str)>,
     /// Name and values over the tools.
     pub bars: Vec<(&'a str, Vec<f64>)>,
 }
@@ -54,12 +54,11 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
             names.push(name);
         }
     }
-    let panels = quantities.iter().map(|q| {
-        let mut panel = Panel::new(
-            q.label,
-            Axis::categories("", tools.to_vec()),
-            Axis::linear(q.label, q.unit),
-        );
+    let last = quantities.len().saturating_sub(1);
+    let panels = quantities.iter().enumerate().map(|(row, q)| {
+        let x = Axis::categories("", tools.to_vec());
+        let x = if row == last { x } else { x.unlabelled() };
+        let mut panel = Panel::new(q.label, x, Axis::linear("", q.unit));
         let width = 0.76 / q.bars.len().max(1) as f64;
         for (k, (name, values)) in q.bars.iter().enumerate() {
             let place = names.iter().position(|n| n == name).unwrap_or(0) % COLORS.len();
@@ -72,7 +71,7 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
             );
         }
         panel.levels = q
-            .reference
+            .references
             .iter()
             .map(|(value, name)| Level {
                 value: *value,
@@ -80,12 +79,44 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
                 dash: Dash::Dashed,
             })
             .collect();
-        panel.height_px = 230;
+        panel.height_px = if row == last { 215 } else { 175 };
         panel
     });
     Figure::new(
         title,
         "Designs for each tool side by side.",
         panels.collect(),
+    )
+}
+
+/// Dynamic stiffness of every tool (N/m over Hz, drawn in N/µm), one panel a controller: heading and curves.
+pub fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: f64) -> Figure {
+    let every = panels.iter().flat_map(|(_, curves)| curves);
+    let values = every
+        .flat_map(|c| c.y.iter().copied())
+        .filter(|y| y.is_finite());
+    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(a, b), y| (a.min(y), b.max(y)));
+    let drawn = panels.iter().map(|(name, curves)| {
+        let mut y = Axis::log("Dynamic stiffness", "N/µm");
+        // One range, so that the controllers compare; far above the softest point nothing is decided.
+        if low > 0.0 && high > low {
+            y = y.with_range(0.7e-6 * low, 1e-6 * high.min(300.0 * low));
+        }
+        let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
+        panel.series = curves.iter().map(|c| c.scaled(1e-6)).collect();
+        panel.marks = vec![super::figure::Mark {
+            value: marked_hz,
+            label: "top speed".to_owned(),
+            color: Color::Grey,
+            dash: Dash::Dotted,
+            legend: String::new(),
+        }];
+        panel.height_px = 330;
+        panel
+    });
+    Figure::new(
+        title,
+        "Dynamic stiffness at the tool with each tool of the batch; higher is stiffer.",
+        drawn.collect(),
     )
 }

@@ -11,6 +11,7 @@ pub mod style;
 mod table;
 mod ticks;
 
+pub mod animation;
 pub mod diagnosis;
 pub mod loops;
 pub mod machining;
@@ -19,6 +20,7 @@ pub mod robustness;
 pub mod shaft;
 pub mod speed;
 pub mod updating;
+pub mod worst;
 
 pub use figure::{Axis, Figure, Panel, Series};
 pub use style::{Color, Dash, Look, Marker, Role};

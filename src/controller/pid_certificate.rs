@@ -1,0 +1,441 @@
+//! What a PID is worth on the full plant, sampled with true delay: the figures that its tuning is judged by.
+//!
+//! Stability: eigenvalues of the sampled loop, nominal at every speed checked, and with shifted modes (each of the first six
+//! alone, every combination of signs of the first four, all modes of the shaft together). Sensitivity: ‖S_jj‖∞ by level sets,
+//! which no grid can hide a peak from. Noise: rms of the current from white sensor noise, by a Lyapunov equation.
+//! Stiffness: on lines packed round every closed-loop pole, then refined at the lowest dip.
+
+use super::pid::{PidParameters, pid_controller};
+use super::pid_objective::HIGH_FREQUENCY_HZ;
+use super::pid_tune::{TuneSettings, TunedPid, decibel};
+use super::verification::{Verification, VerificationError, growth_rate, verify};
+use super::{ControlLaw, ControllerError, in_step};
+use crate::augment::plane::connected_part;
+use crate::linalg::lyapunov::discrete_lyapunov;
+use crate::linalg::{Mat, NumericError, c64};
+use crate::lti::connect::lower_lft;
+use crate::lti::norm::{HinfNorm, NormError, hinf_norm_discrete};
+use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace, TimeBase};
+use crate::spindle::{Machine, ModelDetail, Plant};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// End of zone B of ISO 14839-3, dB: a sensitivity of four.
+pub const ZONE_B_DB: f64 = 12.041_199_826_559_248;
+/// Modes that are shifted alone, and in every combination.
+const ALONE: usize = 6;
+const COMBINED: usize = 4;
+/// Speeds at which the shifted loops are checked: standstill, half and full speed at least.
+const SHIFTED_SPEEDS: usize = 3;
+/// Relative tolerance of a sensitivity peak: 0.0009 dB.
+const PEAK_TOLERANCE: f64 = 1e-4;
+/// Band of the dynamic stiffness, Hz.
+const BAND_HZ: (f64, f64) = (1.0, 4000.0);
+
+/// Stability of the loops with shifted modes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShiftedLoops {
+    /// Relative shift of the modes.
+    pub shift: f64,
+    /// Loops checked: combinations of shifts times speeds.
+    pub loops: usize,
+    /// Largest growth rate over all of them, 1/s.
+    pub worst_growth_rate_per_s: f64,
+    /// Frequency factors of the first modes where it occurs.
+    pub worst_factors: Vec<f64>,
+    /// Its speed, rpm.
+    pub worst_speed_rpm: f64,
+}
+
+/// A certified sensitivity peak of a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeakSensitivity {
+    /// |S_jj| attained, dB; infinite for an unstable loop.
+    pub db: f64,
+    /// Level that no frequency reaches, dB.
+    pub upper_db: f64,
+    /// Where, Hz.
+    pub frequency_hz: f64,
+}
+
+/// Figures of a PID on the full plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PidCertificate {
+    /// Stability over the speeds, nominal.
+    pub nominal: Verification,
+    /// Stability at standstill, half and largest speed with every flexible frequency of the shaft lowered.
+    pub lowered: Verification,
+    /// The same with every flexible frequency raised.
+    pub raised: Verification,
+    /// Stability with modes shifted alone and in combinations.
+    pub shifted: ShiftedLoops,
+    /// Peak of |S| at standstill per bearing (front, rear).
+    pub sensitivity: [PeakSensitivity; 2],
+    /// The same at the largest speed.
+    pub sensitivity_at_speed: [PeakSensitivity; 2],
+    /// Smallest dynamic stiffness of the tool at standstill, 1–4000 Hz, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Where, Hz.
+    pub stiffness_hz: f64,
+    /// The same at the largest speed, N/m.
+    pub stiffness_at_speed_n_per_m: f64,
+    /// Largest rms current from sensor noise, A.
+    pub noise_current_a: f64,
+    /// Largest gain above the band, A/m.
+    pub high_frequency_gain_a_per_m: f64,
+    /// Parameter sets judged.
+    pub evaluations: usize,
+}
+
+impl PidCertificate {
+    /// True when the loop is stable at every speed checked, nominal and with shifted modes.
+    pub fn is_stable(&self) -> bool {
+        self.shifted.worst_growth_rate_per_s < 0.0
+            && [&self.nominal, &self.lowered, &self.raised]
+                .iter()
+                .all(|v| v.is_stable())
+    }
+
+    /// Largest sensitivity that no frequency exceeds, over bearings, at standstill and largest speed, dB.
+    pub fn sensitivity_peak_db(&self) -> f64 {
+        self.sensitivity
+            .iter()
+            .chain(&self.sensitivity_at_speed)
+            .map(|p| p.upper_db)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// True when stability, zone B, noise and gain are all within what was asked.
+    pub fn meets(&self, settings: &TuneSettings) -> bool {
+        self.violation(settings) == 0.0
+    }
+
+    /// How far the figures are outside what was asked: zero inside; an unstable loop counts most.
+    pub fn violation(&self, settings: &TuneSettings) -> f64 {
+        let over = |value: f64, limit: f64| (value - limit).max(0.0);
+        let stable = if self.is_stable() { 0.0 } else { 1e3 };
+        stable
+            + over(self.sensitivity_peak_db(), ZONE_B_DB).min(1e2)
+            + 10.0 * over(self.noise_current_a / settings.noise_current_a, 1.0)
+            + 10.0
+                * over(
+                    self.high_frequency_gain_a_per_m / settings.high_frequency_gain_a_per_m,
+                    1.0,
+                )
+    }
+}
+
+/// The PID of these parameters with its figures on the full plant.
+///
+/// # Errors
+/// [`VerificationError`] from the plants, the eigenvalues or the norms.
+pub fn certify(
+    machine: &Machine,
+    parameters: PidParameters,
+    settings: &TuneSettings,
+    evaluations: usize,
+    name: &str,
+) -> Result<TunedPid, VerificationError> {
+    let period = machine.spindle.electronics.sample_period_s();
+    let controller = pid_controller(&parameters, period, name)?;
+    let ControlLaw::Discrete(law) = &controller.law else {
+        return Err(ControllerError::Infeasible {
+            step: "PID",
+            reason: "it was not sampled".to_owned(),
+            advice: "check the sample rate of the spindle",
+        }
+        .into());
+    };
+    let nominal = verify(machine, law, settings.speeds, "full plant, sampled")?;
+    let whole = |factor: f64, words: &str| {
+        verify(
+            &with_shifted_modes(machine, factor),
+            law,
+            SHIFTED_SPEEDS,
+            words,
+        )
+    };
+    let lowered = whole(1.0 - settings.mode_shift, "full plant, all modes lowered")?;
+    let raised = whole(1.0 + settings.mode_shift, "full plant, all modes raised")?;
+    let shifted = shifted_loops(machine, law, settings)?;
+    let stable = nominal.is_stable();
+    let fastest = machine.spindle.max_rpm * TAU / 60.0;
+    let rest = full_figures(machine, law, 0.0, stable)?;
+    let fast = full_figures(machine, law, fastest, stable)?;
+    let top = std::f64::consts::PI / period;
+    let high = FrequencyGrid::log_hz(HIGH_FREQUENCY_HZ.min(0.4 / period), 0.5 / period, 2000);
+    let gain = |omega: &f64| {
+        let s = c64::new(
+            0.0,
+            2.0 / period * (0.5 * omega.min(0.9999 * top) * period).tan(),
+        );
+        parameters
+            .front
+            .response(s)
+            .norm()
+            .max(parameters.rear.response(s).norm())
+    };
+    Ok(TunedPid {
+        certificate: PidCertificate {
+            nominal,
+            lowered,
+            raised,
+            shifted,
+            sensitivity: rest.sensitivity,
+            sensitivity_at_speed: fast.sensitivity,
+            stiffness_n_per_m: rest.stiffness.0,
+            stiffness_hz: rest.stiffness.1,
+            stiffness_at_speed_n_per_m: fast.stiffness.0,
+            noise_current_a: rest.noise_current_a.max(fast.noise_current_a),
+            high_frequency_gain_a_per_m: high.omega_rad_s().iter().map(gain).fold(0.0, f64::max),
+            evaluations,
+        },
+        parameters,
+        controller,
+    })
+}
+
+/// Machine with every flexible frequency multiplied by `factor` (moduli by its square).
+pub fn with_shifted_modes(machine: &Machine, factor: f64) -> Machine {
+    let mut shifted = machine.clone();
+    for section in shifted
+        .spindle
+        .sections
+        .iter_mut()
+        .chain(&mut shifted.tool.sections)
+    {
+        section.modulus_scale *= factor * factor;
+    }
+    shifted
+}
+
+/// Growth rates of the loops with modes shifted alone and combined.
+fn shifted_loops(
+    machine: &Machine,
+    law: &StateSpace<Discrete>,
+    settings: &TuneSettings,
+) -> Result<ShiftedLoops, VerificationError> {
+    let r = settings.mode_shift;
+    let alone = (0..ALONE).flat_map(|k| {
+        [1.0 - r, 1.0 + r].map(|f| (0..ALONE).map(|i| if i == k { f } else { 1.0 }).collect())
+    });
+    let combined = (0..1usize << COMBINED).map(|signs| {
+        (0..COMBINED)
+            .map(|k| {
+                if (signs >> k) & 1 == 0 {
+                    1.0 - r
+                } else {
+                    1.0 + r
+                }
+            })
+            .collect()
+    });
+    let factors: Vec<Vec<f64>> = alone.chain(combined).collect();
+    let speeds = settings.speeds.div_ceil(2).max(SHIFTED_SPEEDS);
+    let plants: Result<Vec<(f64, Plant)>, VerificationError> = (0..speeds)
+        .into_par_iter()
+        .map(|k| {
+            let rpm = machine.spindle.max_rpm * k as f64 / (speeds - 1) as f64;
+            Ok((
+                rpm,
+                Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full)?,
+            ))
+        })
+        .collect();
+    let plants = plants?;
+    let pairs: Vec<(&(f64, Plant), &Vec<f64>)> = plants
+        .iter()
+        .flat_map(|p| factors.iter().map(move |f| (p, f)))
+        .collect();
+    let rates: Result<Vec<f64>, VerificationError> = pairs
+        .par_iter()
+        .map(|((rpm, plant), factors)| {
+            let sampled = plant.with_scaled_modes(factors).sampled()?;
+            // At rest the planes are equal and apart: one of them has all the poles.
+            let rate = if *rpm == 0.0 && plant.mechanics().planes_are_decoupled() {
+                let plane = connected_part(&sampled.select(&[0, 2], &[0, 2]));
+                plane_growth_rate(&plane, &connected_part(&law.select(&[0, 2], &[0, 2])))
+            } else {
+                growth_rate(&sampled, law)
+            };
+            Ok(rate.map_err(in_step("PID with shifted modes"))?)
+        })
+        .collect();
+    let rates = rates?;
+    let worst = (0..rates.len())
+        .reduce(|a, b| if rates[b] > rates[a] { b } else { a })
+        .unwrap_or(0);
+    Ok(ShiftedLoops {
+        shift: r,
+        loops: rates.len(),
+        worst_growth_rate_per_s: rates.get(worst).copied().unwrap_or(f64::NAN),
+        worst_factors: pairs.get(worst).map_or(vec![], |p| p.1.clone()),
+        worst_speed_rpm: pairs.get(worst).map_or(f64::NAN, |p| p.0.0),
+    })
+}
+
+fn plane_growth_rate(
+    plane: &StateSpace<Discrete>,
+    law: &StateSpace<Discrete>,
+) -> Result<f64, NumericError> {
+    let poles = lower_lft(plane, law)?.poles()?;
+    Ok(poles
+        .into_iter()
+        .map(|z| plane.time.growth_rate(z))
+        .fold(f64::NEG_INFINITY, f64::max))
+}
+
+struct FullFigures {
+    sensitivity: [PeakSensitivity; 2],
+    noise_current_a: f64,
+    stiffness: (f64, f64),
+}
+
+/// Sensitivity peaks, noise current and smallest tool stiffness on the full sampled plant at one speed.
+fn full_figures(
+    machine: &Machine,
+    law: &StateSpace<Discrete>,
+    speed_rad_s: f64,
+    stable: bool,
+) -> Result<FullFigures, VerificationError> {
+    let plant = Plant::new(machine, speed_rad_s, ModelDetail::Full)?;
+    let sampled = plant.sampled()?;
+    let numeric = in_step("PID on the full plant");
+    // One plane where the planes are apart, else both; x axes come first in pairs.
+    let apart = speed_rad_s == 0.0 && plant.mechanics().planes_are_decoupled();
+    let axes: &[usize] = if apart { &[0, 2] } else { &[0, 1, 2, 3] };
+    let tool: Vec<usize> = [4].iter().chain(axes).copied().collect();
+    let open = connected_part(&sampled.select(&tool, &tool));
+    let own = connected_part(&law.select(axes, axes));
+    let closed = lower_lft(&open, &own).map_err(&numeric)?;
+    let loops =
+        noisy_loops(&connected_part(&sampled.select(axes, axes)), &own).map_err(&numeric)?;
+    let n = axes.len();
+    let bearing = |j: usize| j * n / 2;
+    let peaks: Result<Vec<PeakSensitivity>, VerificationError> = [0, 1]
+        .into_par_iter()
+        .map(|j| {
+            if !stable {
+                return Ok(UNBOUNDED);
+            }
+            match hinf_norm_discrete(
+                &loops.select(&[n + bearing(j)], &[bearing(j)]),
+                PEAK_TOLERANCE,
+            ) {
+                Ok(found) => Ok(peak(&found)),
+                Err(NormError::Unstable { .. }) => Ok(UNBOUNDED),
+                Err(NormError::Numeric(e)) => Err(in_step("sensitivity peak of the PID")(e).into()),
+            }
+        })
+        .collect();
+    let peaks = peaks?;
+    let noise: Result<Vec<f64>, NumericError> = [0, 1]
+        .into_par_iter()
+        .map(|j| {
+            if stable {
+                h2_norm(&loops, bearing(j), n)
+            } else {
+                Ok(f64::INFINITY)
+            }
+        })
+        .collect();
+    let noise = noise.map_err(&numeric)?.into_iter().fold(0.0, f64::max);
+    Ok(FullFigures {
+        sensitivity: [0, 1].map(|j| peaks.get(j).copied().unwrap_or(UNBOUNDED)),
+        noise_current_a: noise * machine.spindle.electronics.sensor_noise_m,
+        stiffness: softest(&closed).map_err(&numeric)?,
+    })
+}
+
+const UNBOUNDED: PeakSensitivity = PeakSensitivity {
+    db: f64::INFINITY,
+    upper_db: f64::INFINITY,
+    frequency_hz: f64::NAN,
+};
+
+fn peak(found: &HinfNorm) -> PeakSensitivity {
+    PeakSensitivity {
+        db: decibel(found.norm),
+        upper_db: decibel(found.upper),
+        frequency_hz: found.peak_omega_rad_s / TAU,
+    }
+}
+
+/// Noise at the sensors → (currents u, signals y): S and K S of the loop u = K y, y = G u + n.
+fn noisy_loops(
+    plant: &StateSpace<Discrete>,
+    law: &StateSpace<Discrete>,
+) -> Result<StateSpace<Discrete>, NumericError> {
+    let (n, states) = (plant.inputs(), plant.order());
+    let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
+    let b = Mat::from_fn(
+        states,
+        2 * n,
+        |i, j| if j < n { 0.0 } else { plant.b[(i, j - n)] },
+    );
+    let c = Mat::from_fn(
+        3 * n,
+        states,
+        |i, j| if i < n { 0.0 } else { plant.c[(i % n, j)] },
+    );
+    let d = Mat::from_fn(3 * n, 2 * n, |i, j| match (i < n, j < n) {
+        (true, true) => 0.0,
+        (true, false) => unit(i, j - n),
+        (false, true) => unit(i % n, j),
+        (false, false) => plant.d[(i % n, j - n)],
+    });
+    let open = StateSpace::new(plant.a.clone(), b, c, d, plant.time)?;
+    lower_lft(&open, law)
+}
+
+/// ‖row‖₂ of output `row` from the first `inputs` inputs: rms of the output for unit white noise.
+fn h2_norm(system: &StateSpace<Discrete>, row: usize, inputs: usize) -> Result<f64, NumericError> {
+    let c = system.c.submatrix(row, 0, 1, system.order()).to_owned();
+    let x = discrete_lyapunov(&system.a, &(c.transpose() * &c))?;
+    let square = (0..inputs).map(|j| {
+        let b = system.b.submatrix(0, j, system.order(), 1).to_owned();
+        (b.transpose() * &x * &b)[(0, 0)] + system.d[(row, j)].powi(2)
+    });
+    Ok(square.sum::<f64>().max(0.0).sqrt())
+}
+
+/// Smallest stiffness of the first channel in the band and its frequency, Hz.
+fn softest(closed: &StateSpace<Discrete>) -> Result<(f64, f64), NumericError> {
+    let period = closed.time.period_s;
+    let poles: Vec<c64> = closed
+        .poles()?
+        .into_iter()
+        .filter(|z| z.norm() > 1e-6)
+        .map(|z| z.ln() / period)
+        .collect();
+    let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / period), 300)
+        .refine_round_poles(&poles, 12);
+    let tool = FrequencyResponder::new(closed);
+    let stiffness = |omega: f64| {
+        tool.transfer(closed.time.point(omega))[(0, 0)]
+            .norm()
+            .recip()
+    };
+    let lines = grid.omega_rad_s();
+    let values: Vec<f64> = lines.par_iter().map(|w| stiffness(*w)).collect();
+    let Some(k) = (0..values.len()).reduce(|a, b| if values[b] < values[a] { b } else { a }) else {
+        return Ok((f64::NAN, f64::NAN));
+    };
+    let (mut lo, mut hi) = (
+        lines[k.saturating_sub(1)],
+        lines[(k + 1).min(lines.len() - 1)],
+    );
+    let mut best = (values[k], lines[k]);
+    // Thirds: 40 steps narrow the bracket by 1e7; the value is quadratic in what is left.
+    for _ in 0..40 {
+        let (a, b) = (lo + (hi - lo) / 3.0, hi - (hi - lo) / 3.0);
+        let (x, y) = (stiffness(a), stiffness(b));
+        for found in [(x, a), (y, b)] {
+            if found.0 < best.0 {
+                best = found;
+            }
+        }
+        if x < y { hi = b } else { lo = a }
+    }
+    Ok((best.0, best.1 / TAU))
+}

@@ -1,0 +1,250 @@
+//! Which set of effects stands: one, and more while each one lowers the score and brings the data nearer.
+//!
+//! When the best single effect leaves something, pairs are begun with each of the best single effects. Further ones are added one
+//! by one. Each member is then taken out and the catalogue searched again in
+//! its place, so that the order does not matter, and members that are not needed any more go.
+
+use super::DiagnoseError;
+use super::evidence::Use;
+use super::fit::{FINAL_FLOOR, Point};
+use super::search::{ACCEPT, BLOCK_FAILS, Candidate, Round, Search, Standing};
+use crate::spindle::{Effect, EffectKind};
+
+/// Most effects at once: what domain practice separates in one set of sweeps.
+const MOST_EFFECTS: usize = 4;
+/// First effects that are tried as the beginning of a pair.
+const BEAM: usize = 2;
+
+/// What was chosen.
+pub(super) struct Chosen {
+    /// The set, fitted.
+    pub standing: Standing,
+    /// Other sets of the last searches.
+    pub rivals: Vec<Candidate>,
+    /// Single effects by score above the best.
+    pub ranking: Vec<(Effect, f64)>,
+    /// Fall of the score by the best single effect.
+    pub strength: f64,
+}
+
+/// Chooses the effects beyond the machine as it is.
+///
+/// # Errors
+/// [`DiagnoseError`] when a model cannot be assembled.
+pub(super) fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
+    let round = search.round(null)?;
+    let ranking = ranked(&round);
+    let strength = match round.finalists.first() {
+        Some(best) if best.floor == FINAL_FLOOR => final_score(search, null)? - best.score(),
+        Some(_) => f64::INFINITY,
+        None => 0.0,
+    };
+    let chosen = |standing, rivals| Chosen {
+        standing,
+        rivals,
+        ranking,
+        strength,
+    };
+    let Some(first) = better(search, null, &round)? else {
+        return Ok(chosen(null.clone(), vec![]));
+    };
+    // What looks explained may hide a second effect behind the small parameters; what does not, has more for certain.
+    let mut begins = vec![first.clone()];
+    if !complete(search, &first)? {
+        for other in round.finalists.iter().skip(1).take(BEAM - 1) {
+            begins.push(settle(search, other)?);
+        }
+    }
+    let (mut standing, mut rivals) = (first, round.finalists);
+    while let Some((next, others)) = extend(search, &begins)? {
+        let fruitless = !complete(search, &next)? && !next.nearer_than(&standing);
+        (standing, rivals) = (next, others);
+        if fruitless || standing.candidate.effects.len() >= MOST_EFFECTS {
+            break;
+        }
+        begins = vec![standing.clone()];
+    }
+    if standing.candidate.effects.len() > 1 && complete(search, &standing)? {
+        standing = swapped(search, standing, &mut rivals)?;
+        standing = thinned(search, standing, &mut rivals)?;
+    }
+    Ok(chosen(standing, rivals))
+}
+
+/// The best set with one more effect than one of `begins`, and all that were in the race.
+fn extend(
+    search: &Search,
+    begins: &[Standing],
+) -> Result<Option<(Standing, Vec<Candidate>)>, DiagnoseError> {
+    let (mut best, mut rivals): (Option<Standing>, Vec<Candidate>) = (None, vec![]);
+    for begin in begins {
+        let round = search.round(begin)?;
+        if let Some(longer) = better(search, begin, &round)? {
+            rivals.extend(round.finalists);
+            let rank = |s: &Standing| (s.candidate.floor, s.candidate.score());
+            let ahead = best.as_ref().is_none_or(|b| rank(&longer) < rank(b));
+            if ahead {
+                best = Some(longer);
+            }
+        }
+        if let Some(best) = &best
+            && complete(search, best)?
+        {
+            break;
+        }
+    }
+    Ok(best.map(|best| (best, rivals)))
+}
+
+/// Were the earlier members the right choice, now that the others are known?
+fn swapped(
+    search: &Search,
+    mut standing: Standing,
+    rivals: &mut Vec<Candidate>,
+) -> Result<Standing, DiagnoseError> {
+    for _ in 1..standing.candidate.effects.len() {
+        let mut effects = standing.candidate.effects.clone();
+        let mut at = standing.candidate.fit.at.clone();
+        effects.remove(0);
+        at.theta.remove(0);
+        at.p.fill(0.0);
+        let without = search.stand(&effects, &at, Use::ALL)?;
+        let again = search.round(&without)?;
+        // One unit of score is a likelihood ratio that means nothing; it keeps equal fits where they are.
+        match again.finalists.first() {
+            Some(other) if other.score() < standing.candidate.score() - 1.0 => {
+                standing = settle(search, other)?;
+            }
+            _ => {
+                // The same member again: it goes to the end, so that the next one is first.
+                let candidate = &mut standing.candidate;
+                candidate.effects.rotate_left(1);
+                candidate.fit.at.theta.rotate_left(1);
+                candidate.fit = search
+                    .finish(&candidate.effects, &candidate.fit.at, FINAL_FLOOR, Use::ALL)?
+                    .fit;
+                standing.from.theta.rotate_left(1);
+            }
+        }
+        rivals.extend(again.finalists);
+    }
+    Ok(standing)
+}
+
+/// The set without members that are not needed any more.
+fn thinned(
+    search: &Search,
+    mut standing: Standing,
+    rivals: &mut Vec<Candidate>,
+) -> Result<Standing, DiagnoseError> {
+    let mut i = 0;
+    while complete(search, &standing)?
+        && standing.candidate.effects.len() > 1
+        && i < standing.candidate.effects.len()
+    {
+        let mut effects = standing.candidate.effects.clone();
+        let mut at = standing.candidate.fit.at.clone();
+        effects.remove(i);
+        at.theta.remove(i);
+        let without = search.finish(&effects, &at, 0.01, Use::ALL)?;
+        if without.score() < standing.candidate.score() + ACCEPT {
+            standing = settle(search, &without)?;
+            rivals.clear();
+            i = 0;
+        } else {
+            i += 1;
+        }
+    }
+    Ok(standing)
+}
+
+/// Score of a standing at the final floor.
+fn final_score(search: &Search, standing: &Standing) -> Result<f64, DiagnoseError> {
+    if standing.candidate.floor == FINAL_FLOOR {
+        return Ok(standing.candidate.score());
+    }
+    let Candidate { effects, .. } = &standing.candidate;
+    let (from, top) = (&standing.from, standing.working_floor);
+    Ok(search.finish(effects, from, top, Use::ALL)?.score())
+}
+
+/// Whether nothing significant is left.
+fn complete(search: &Search, standing: &Standing) -> Result<bool, DiagnoseError> {
+    let Candidate {
+        effects,
+        fit,
+        floor,
+    } = &standing.candidate;
+    Ok(*floor == FINAL_FLOOR && search.misfit(effects, &fit.at, FINAL_FLOOR)?.value < BLOCK_FAILS)
+}
+
+/// The best finalist as the new standing, if it explains so much more that chance cannot.
+fn better(
+    search: &Search,
+    standing: &Standing,
+    round: &Round,
+) -> Result<Option<Standing>, DiagnoseError> {
+    let Some(best) = round.finalists.first() else {
+        return Ok(None);
+    };
+    if best.floor > FINAL_FLOOR {
+        // It explains too little, but may be one of two.
+        return Ok(Some(settle(search, best)?));
+    }
+    if best.score() > final_score(search, standing)? - ACCEPT {
+        return Ok(None);
+    }
+    let settled = settle(search, best)?;
+    // The number must also differ from nothing by itself.
+    let (Some(h), Some(theta)) = (best.effects.last(), settled.candidate.fit.at.theta.last())
+    else {
+        return Ok(None);
+    };
+    let covariance = settled.candidate.fit.covariance()?;
+    let column = covariance.ncols() - theta.len();
+    let significant = h.size(theta).abs() > 2.0 * covariance[(column, column)].max(0.0).sqrt();
+    let joint = h.kind == EffectKind::ToolJoint;
+    Ok((significant || joint).then_some(settled))
+}
+
+fn settle(search: &Search, best: &Candidate) -> Result<Standing, DiagnoseError> {
+    let fails = best.fit.data_chi2 > best.fit.residuals as f64;
+    if !fails {
+        return Ok(Standing {
+            candidate: best.clone(),
+            from: best.fit.at.clone(),
+            working_floor: FINAL_FLOOR,
+            failure: best.fit.data_chi2 / best.fit.residuals.max(1) as f64,
+        });
+    }
+    // Where it begins to fail is where the next effect is looked for.
+    let start = Point {
+        p: vec![0.0; best.fit.at.p.len()],
+        theta: best.fit.at.theta.clone(),
+    };
+    let stood = search.stand(&best.effects, &start, Use::ALL)?;
+    Ok(Standing {
+        candidate: if stood.working_floor == FINAL_FLOOR {
+            stood.candidate
+        } else {
+            best.clone()
+        },
+        from: stood.from,
+        working_floor: stood.working_floor,
+        failure: stood.failure,
+    })
+}
+
+fn ranked(round: &Round) -> Vec<(Effect, f64)> {
+    let Some(best) = round.finalists.first().map(Candidate::score) else {
+        return vec![];
+    };
+    round
+        .finalists
+        .iter()
+        .filter_map(|c| {
+            let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);
+            Some((h.effect(theta), c.score() - best))
+        })
+        .collect()
+}

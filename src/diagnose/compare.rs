@@ -1,0 +1,149 @@
+//! Measured, model before, model after, channel by channel, for what a fit has used and for what it has not seen.
+//!
+//! "After" is the machine that was fitted without the held-out records (or, where nothing has a name, its response with the correction of
+//! [`super::correction`]), so that both kinds of channel are shown with one model.
+
+use super::DiagnoseError;
+use super::correction::Correction;
+use super::evidence::Gap;
+use super::model::{SIDE, Square};
+use super::search::Search;
+use crate::linalg::c64;
+use crate::spindle::Effect;
+
+/// A machine as fitted.
+#[derive(Clone, Debug, Default)]
+pub struct Fitted {
+    /// Small parameters.
+    pub small: Vec<f64>,
+    /// Effects.
+    pub effects: Vec<Effect>,
+}
+
+/// Kind of record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Record {
+    /// Sweep: output and input axis.
+    Sweep(usize, usize),
+    /// Hammer: axis.
+    Hammer(usize),
+}
+
+/// One measured response with the model's.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    /// Which record.
+    pub record: Record,
+    /// Speed, rad/s.
+    pub speed_rad_s: f64,
+    /// Whether the fit has not seen it.
+    pub held_out: bool,
+    /// Lines, rad/s.
+    pub omega_rad_s: Vec<f64>,
+    /// Measured.
+    pub measured: Vec<c64>,
+    /// The machine as given.
+    pub before: Vec<c64>,
+    /// The machine as fitted without the held-out records.
+    pub after: Vec<c64>,
+    /// σ of the gap.
+    pub sigma: Vec<f64>,
+}
+
+impl Channel {
+    /// |measured − model|/σ, before and after.
+    pub fn residual(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |model: &[c64]| {
+            let both = self.measured.iter().zip(model).zip(&self.sigma);
+            both.map(|((m, f), s)| (m - f).norm() / s).collect()
+        };
+        (of(&self.before), of(&self.after))
+    }
+}
+
+/// Gaps before and after over channels of a kind.
+pub fn gaps(channels: &[Channel], wanted: impl Fn(&Channel) -> bool) -> (f64, f64) {
+    let (mut before, mut after) = (Gap::default(), Gap::default());
+    for channel in channels.iter().filter(|c| wanted(c)) {
+        let (b, a) = channel.residual();
+        b.into_iter().for_each(|r| before.add(r));
+        a.into_iter().for_each(|r| after.add(r));
+    }
+    (before.value(), after.value())
+}
+
+/// All channels; `correction` replaces the fitted response where there is one.
+///
+/// # Errors
+/// [`DiagnoseError`] when a model cannot be assembled.
+pub fn channels(
+    search: &Search,
+    fitted: &Fitted,
+    correction: Option<&Correction>,
+) -> Result<Vec<Channel>, DiagnoseError> {
+    let evidence = search.evidence;
+    let origin = search.origin();
+    let held_taps = !evidence.taps.is_empty();
+    let mut all = vec![];
+    let models = |speed: f64| -> Result<_, DiagnoseError> {
+        Ok((
+            search.model.assemble(&origin.p, &[], speed, false)?,
+            search
+                .model
+                .assemble(&fitted.small, &fitted.effects, speed, false)?,
+        ))
+    };
+    for (s, sweep) in evidence.sweeps.iter().enumerate() {
+        let (before, after) = models(sweep.speed_rad_s)?;
+        let own = correction.and_then(|c| c.sweeps.get(s));
+        let pairs: Vec<(Square, Square)> = sweep
+            .omega_rad_s
+            .iter()
+            .enumerate()
+            .map(|(line, w)| {
+                let corrected = own.and_then(|c| c.get(line).copied());
+                (
+                    before.line(*w, None).response,
+                    corrected.unwrap_or_else(|| after.line(*w, None).response),
+                )
+            })
+            .collect();
+        for n in 0..16 {
+            let (i, j) = (n / 4, n % 4);
+            all.push(Channel {
+                record: Record::Sweep(i, j),
+                speed_rad_s: sweep.speed_rad_s,
+                held_out: !held_taps && i / 2 != j / 2,
+                omega_rad_s: sweep.omega_rad_s.clone(),
+                measured: sweep.response.iter().map(|g| g[n]).collect(),
+                before: pairs.iter().map(|p| p.0[SIDE * i + j]).collect(),
+                after: pairs.iter().map(|p| p.1[SIDE * i + j]).collect(),
+                sigma: (0..sweep.omega_rad_s.len())
+                    .map(|line| sweep.sigma(line, i, j))
+                    .collect(),
+            });
+        }
+    }
+    for (t, tap) in evidence.taps.iter().enumerate() {
+        let (before, after) = models(tap.speed_rad_s)?;
+        let own = correction.and_then(|c| c.taps.get(t));
+        let (mut without, mut with) = (vec![], vec![]);
+        for (line, w) in tap.omega_rad_s.iter().enumerate() {
+            let corrected = own.and_then(|c| c.get(line).copied());
+            let f = corrected.unwrap_or_else(|| after.line(*w, None).response);
+            without.push(tap.close(line, &before.line(*w, None).response).0);
+            with.push(tap.close(line, &f).0);
+        }
+        all.push(Channel {
+            record: Record::Hammer(tap.axis),
+            speed_rad_s: tap.speed_rad_s,
+            held_out: true,
+            omega_rad_s: tap.omega_rad_s.clone(),
+            measured: tap.compliance.clone(),
+            before: without,
+            after: with,
+            sigma: (0..tap.omega_rad_s.len()).map(|l| tap.sigma(l)).collect(),
+        });
+    }
+    Ok(all)
+}

@@ -1,0 +1,117 @@
+//! What a set of records can show: the smallest size of every effect of the catalogue that would be found.
+//!
+//! With v the derivative of the whitened residuals to an effect, J those of the small parameters and of what was named, N = JᵀJ with priors:
+//! what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the score falls by [`ACCEPT`]; it is found nine
+//! times in ten when √λ exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are.
+
+use super::DiagnoseError;
+use super::evidence::Use;
+use super::fit::{FINAL_FLOOR, Point, Problem};
+use super::hypothesis::Hypothesis;
+use super::search::{ACCEPT, Search};
+use crate::linalg::{Mat, solve};
+use crate::spindle::{Effect, EffectKind, Location};
+use rayon::prelude::*;
+
+/// Every so many lines are looked at.
+const STRIDE: usize = 6;
+/// Quantile of the normal distribution for nine in ten.
+const NINE_IN_TEN: f64 = 1.28;
+
+/// Smallest size of an effect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detectable {
+    /// The effect at its smallest size.
+    pub effect: Effect,
+}
+
+/// Smallest sizes beside `named` effects at `at`, in the order of the catalogue.
+///
+/// # Errors
+/// [`DiagnoseError`] when a model cannot be assembled.
+pub fn detectable(
+    search: &Search,
+    named: &[Hypothesis],
+    at: &Point,
+) -> Result<Vec<Detectable>, DiagnoseError> {
+    let base = problem(search, named).linear(at, FINAL_FLOOR)?;
+    let (here, jacobian, normal) = base.parts();
+    let residuals = (here.len() * STRIDE).max(2) as f64;
+    let needed = (ACCEPT + residuals.ln()).sqrt() + NINE_IN_TEN;
+    let wanted: Vec<&Hypothesis> = search
+        .catalogue
+        .iter()
+        .enumerate()
+        // One start of a name is enough where the start does not say what is meant.
+        .filter(|(i, h)| {
+            let before = &search.catalogue[..*i];
+            h.kind == EffectKind::HousingMode
+                || matches!(h.place, Location::Position(_))
+                || !before.iter().any(|b| b.same_name(h))
+        })
+        .map(|(_, h)| h)
+        .filter(|h| !named.iter().any(|n| n.same_name(h)))
+        .collect();
+    let sizes: Result<Vec<Option<Effect>>, DiagnoseError> = wanted
+        .into_par_iter()
+        .map(|h| {
+            let mut theta = h.start.clone();
+            // No effect, or as little as the coordinate allows.
+            if let Some(t) = theta.first_mut() {
+                *t -= h.size(&h.start);
+            }
+            h.clamp(&mut theta);
+            let with: Vec<Hypothesis> = named.iter().chain([h]).cloned().collect();
+            let problem = problem(search, &with);
+            let residual = |first: f64| {
+                let mut there = at.clone();
+                let mut moved = theta.clone();
+                if let Some(t) = moved.first_mut() {
+                    *t = first;
+                }
+                there.theta.push(moved);
+                problem.residual(&there, FINAL_FLOOR)
+            };
+            let start = theta.first().copied().unwrap_or_default();
+            let step = h.step(0).max(1e-3);
+            let (a, b) = (residual(start)?, residual(start + step)?);
+            let n = a.len();
+            let v = Mat::from_fn(n, 1, |i, _| (a[i] - b[i]) / step);
+            let own: f64 = (0..n).map(|i| v[(i, 0)] * v[(i, 0)]).sum();
+            let shared = jacobian.transpose() * &v;
+            let absorbed = solve(normal, &shared)?;
+            let taken: f64 = (0..shared.nrows())
+                .map(|i| shared[(i, 0)] * absorbed[(i, 0)])
+                .sum();
+            let left = (own - taken) * STRIDE as f64;
+            if left <= 1e-12 * own.max(f64::MIN_POSITIVE) * STRIDE as f64 {
+                return Ok(None);
+            }
+            let mut smallest = theta.clone();
+            if let Some(t) = smallest.first_mut() {
+                *t += needed / left.sqrt();
+            }
+            let meant = smallest.first().copied();
+            h.clamp(&mut smallest);
+            // A size beyond what the coordinate allows is none.
+            Ok((smallest.first().copied() == meant).then(|| h.effect(&smallest)))
+        })
+        .collect();
+    Ok(sizes?
+        .into_iter()
+        .flatten()
+        .map(|effect| Detectable { effect })
+        .collect())
+}
+
+fn problem<'a>(search: &Search<'a>, effects: &'a [Hypothesis]) -> Problem<'a> {
+    Problem {
+        model: search.model,
+        evidence: search.evidence,
+        usage: Use {
+            stride: STRIDE,
+            ..Use::ALL
+        },
+        effects,
+    }
+}

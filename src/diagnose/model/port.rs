@@ -1,0 +1,250 @@
+//! What further ports see: the receptance between chosen places of the shaft, magnets closed, with its derivatives.
+//!
+//! A law Δ(jω) at places with displacements q changes the receptance to  H + B (Δ⁻¹ − G)⁻¹ C,  B = ∂x/∂f_q, C = ∂x_q/∂f, G = ∂x_q/∂f_q: with the
+//! places among the ports, B, C and G are entries of one matrix, and so are their derivatives  −L dK R.
+
+use super::super::DiagnoseError;
+use super::super::chain::Chain;
+use super::super::nuisance::{DAMPED_MODES, Layout};
+use super::super::skeleton::Skeleton;
+use super::{Assembled, IN, Law, OUT, Planar, RIGID, SIDE, Square, ZERO};
+use crate::linalg::c64;
+
+/// Half the distance over which the slope of the shaft is differenced, m: well above the 1 µm within which positions are nodes.
+const SLOPE_M: f64 = 2e-4;
+
+/// A further port.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Probe {
+    /// Displacement at a position, m.
+    Station(f64),
+    /// Slope of the shaft at a position.
+    Slope(f64),
+    /// Tool against nose, across.
+    JointAcross,
+    /// Tool against nose, turning.
+    JointTurning,
+}
+
+impl Probe {
+    pub(super) fn row(self, skeleton: &Skeleton) -> Result<Vec<f64>, DiagnoseError> {
+        let joint = |i: usize| {
+            skeleton
+                .joint
+                .as_ref()
+                .and_then(|rows| rows.get(i).cloned())
+                .unwrap_or_else(|| vec![0.0; skeleton.len()])
+        };
+        Ok(match self {
+            Self::Station(z) => skeleton.row(z)?,
+            Self::JointAcross => joint(0),
+            Self::JointTurning => joint(1),
+            Self::Slope(z) => {
+                let (from, to) = skeleton.span_m();
+                let (a, b) = ((z - SLOPE_M).max(from), (z + SLOPE_M).min(to));
+                let (behind, ahead) = (skeleton.row(a)?, skeleton.row(b)?);
+                let both = behind.iter().zip(&ahead);
+                both.map(|(x, y)| (y - x) / (b - a)).collect()
+            }
+        })
+    }
+}
+
+/// Receptance between places at one signed frequency: rows front sensor, rear sensor, tool, then the further ones; columns front
+/// bearing, rear bearing, tool, then the further ones.
+#[derive(Clone, Debug)]
+pub struct Ported {
+    /// Rows and columns.
+    pub side: usize,
+    /// Entries, row-major.
+    pub response: Vec<c64>,
+    /// Derivatives to moduli, to ln ks front and rear, and to ln ζ, in that order.
+    pub slopes: Vec<Vec<c64>>,
+}
+
+impl Assembled {
+    /// Number of ports; those of the probes are the last.
+    pub fn ports(&self) -> usize {
+        self.ports.len()
+    }
+
+    /// Ports of the two magnets.
+    pub const MAGNETS: [usize; 2] = [1, 2];
+
+    /// Negative stiffness, front and rear, N/m.
+    pub fn negative_stiffness(&self) -> [f64; 2] {
+        [0, 1].map(|b| self.effective.bearings[b].ks_n_per_m)
+    }
+
+    /// Whether x and y are coupled.
+    pub fn coupled(&self) -> bool {
+        self.coupled
+    }
+
+    /// The electronics at a line.
+    pub fn chain(&self, omega_rad_s: f64) -> Chain {
+        Chain::new(&self.effective, self.sensor_bandwidth_hz, omega_rad_s)
+    }
+
+    /// F of a receptance between sensors, tool and bearings.
+    pub fn response(chain: &Chain, plus: &Ported, minus: Option<&Ported>) -> Square {
+        let minus = minus.map(|m| m.block(&m.response));
+        chain.apply(&plus.block(&plus.response), minus.as_ref())
+    }
+
+    /// Receptance at a signed frequency with the further ports `extra`; with derivatives when there is a layout.
+    pub fn ported(&self, w: f64, extra: &[usize], layout: Option<&Layout>) -> Ported {
+        let at = self.planar(w);
+        let outs: Vec<usize> = OUT.iter().chain(extra).copied().collect();
+        let ins: Vec<usize> = IN.iter().chain(extra).copied().collect();
+        let (p, side) = (self.ports.len(), outs.len());
+        let mut response = Vec::with_capacity(side * side);
+        for out in &outs {
+            response.extend(ins.iter().map(|i| at.closed[out * p + i]));
+        }
+        let slopes = layout.map_or(vec![], |layout| {
+            self.ported_slopes(&at, w, &outs, &ins, layout)
+        });
+        Ported {
+            side,
+            response,
+            slopes,
+        }
+    }
+
+    fn ported_slopes(
+        &self,
+        at: &Planar,
+        w: f64,
+        outs: &[usize],
+        ins: &[usize],
+        layout: &Layout,
+    ) -> Vec<Vec<c64>> {
+        let (p, d, n) = (self.ports.len(), self.dynamic, outs.len());
+        let e = d - RIGID;
+        let gains: Vec<c64> = self.feedback.iter().map(|(_, law)| law.gain(w)).collect();
+        // L = 1 + H_c κ (n×p) and R = 1 + κ H_c (p×n), then the coordinates behind them.
+        let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
+        for (o, out) in outs.iter().enumerate() {
+            left[o * p + out] += 1.0;
+            for ((port, _), gain) in self.feedback.iter().zip(&gains) {
+                left[o * p + port] += at.closed[out * p + port] * gain;
+            }
+        }
+        for (i, input) in ins.iter().enumerate() {
+            right[input * n + i] += 1.0;
+            for ((port, _), gain) in self.feedback.iter().zip(&gains) {
+                right[port * n + i] += gain * at.closed[port * p + input];
+            }
+        }
+        let (mut xl, mut xr) = (vec![ZERO; n * d], vec![ZERO; d * n]);
+        for k in 0..d {
+            for o in 0..n {
+                let mut sum = (ZERO, ZERO);
+                for q in 0..p {
+                    let x = at.x[k * p + q];
+                    sum.0 += left[o * p + q] * x;
+                    sum.1 += x * right[q * n + o];
+                }
+                xl[o * d + k] = sum.0;
+                xr[k * n + o] = sum.1;
+            }
+        }
+        let mut all = Vec::with_capacity(layout.groups + 2 + DAMPED_MODES);
+        let mut zx = vec![ZERO; n];
+        for [a, b, c] in &self.groups {
+            let mut slope = vec![ZERO; n * n];
+            for k in 0..e {
+                // Row k of a X_r + b R, and of b L for the static part on the left.
+                zx.fill(ZERO);
+                for (l, value) in a[k * e..(k + 1) * e].iter().enumerate() {
+                    let row = &xr[(l + RIGID) * n..(l + RIGID + 1) * n];
+                    for (z, x) in zx.iter_mut().zip(row) {
+                        *z += x * *value;
+                    }
+                }
+                for q in 0..p {
+                    for (i, z) in zx.iter_mut().enumerate() {
+                        *z += right[q * n + i] * b[k * p + q];
+                    }
+                }
+                for o in 0..n {
+                    let x = xl[o * d + k + RIGID];
+                    let mut still = ZERO;
+                    for q in 0..p {
+                        still += left[o * p + q] * b[k * p + q];
+                    }
+                    for i in 0..n {
+                        slope[o * n + i] -= x * zx[i] + still * xr[(k + RIGID) * n + i];
+                    }
+                }
+            }
+            for o in 0..n {
+                for s in 0..p {
+                    let mut sum = ZERO;
+                    for q in 0..p {
+                        sum += left[o * p + q] * c[q * p + s];
+                    }
+                    for i in 0..n {
+                        slope[o * n + i] -= sum * right[s * n + i];
+                    }
+                }
+            }
+            all.push(slope);
+        }
+        for (port, ks) in Self::MAGNETS.into_iter().zip(self.negative_stiffness()) {
+            let entry = |o: usize, i: usize| at.closed[o * p + port] * at.closed[port * p + i] * ks;
+            let pairs = outs.iter().flat_map(|o| ins.iter().map(move |i| (*o, *i)));
+            all.push(pairs.map(|(o, i)| entry(o, i)).collect());
+        }
+        for mode in 0..DAMPED_MODES {
+            let last = mode + 1 == DAMPED_MODES;
+            let until = if last { d } else { RIGID + mode + 1 };
+            let mut slope = vec![ZERO; n * n];
+            for k in (RIGID + mode).min(d)..until.min(d) {
+                let own = c64::new(0.0, w * self.modal[k]);
+                for o in 0..n {
+                    for i in 0..n {
+                        slope[o * n + i] -= xl[o * d + k] * own * xr[k * n + i];
+                    }
+                }
+            }
+            all.push(slope);
+        }
+        all
+    }
+}
+
+impl Law {
+    fn gain(&self, w: f64) -> c64 {
+        match self {
+            Self::Spring(k) => *k,
+            Self::Mass(m) => c64::new(m * w * w, 0.0),
+            Self::Dashpot(c) => c64::new(0.0, -w * c),
+        }
+    }
+}
+
+impl Ported {
+    /// The 3×3 part between sensors, tool and bearings of a matrix of this shape.
+    pub fn block(&self, of: &[c64]) -> [c64; 9] {
+        std::array::from_fn(|n| of[n / 3 * self.side + n % 3])
+    }
+
+    /// An entry.
+    pub fn at(&self, row: usize, column: usize) -> c64 {
+        self.response[row * self.side + column]
+    }
+}
+
+/// Derivatives of F to ki and sensor gains, whose effect on F is a factor on columns or rows: `first` is 0 for ki, 1 for gains.
+pub fn factor(f: &Square, of_rows: bool, bearing: usize, relative: f64) -> Square {
+    std::array::from_fn(|n| {
+        let index = if of_rows { n / SIDE } else { n % SIDE };
+        if index / 2 == bearing {
+            f[n] / (1.0 + relative)
+        } else {
+            ZERO
+        }
+    })
+}

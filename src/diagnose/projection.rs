@@ -1,0 +1,363 @@
+//! A free law at a place together with the small parameters: variable projection.
+//!
+//! At every line the whitened residual r loses what the directions of the place explain (orthogonal projection P), and the small parameters
+//! follow from  min Σ 2‖P(r − J dp)‖² + Σ((p + dp)/sd)²  by Gauss–Newton, the law held in J, relinearised while the model floor falls.
+
+use super::DiagnoseError;
+use super::evidence::{SweepEvidence, Use, whiten};
+use super::model::{SIDE, Square, ZERO};
+use super::place::Place;
+use super::search::Search;
+use super::view::{Scene, View};
+use crate::linalg::{Mat, c64, solve};
+
+/// Standard deviation of a small parameter that is under test: free.
+const FREE_SD: f64 = 1.0;
+/// Numbers below this many standard deviations may as well be zero.
+const INSIGNIFICANT: f64 = 3.0;
+/// Longest step of a small parameter: a factor stays one.
+const LONGEST_STEP: f64 = 0.3;
+/// Part of a direction below which it repeats the others (rounding of the small springs it comes from).
+const DEPENDENT: f64 = 1e-9;
+
+/// Small parameters with a free law at a place.
+#[derive(Clone, Debug)]
+pub struct Settled {
+    /// Small parameters.
+    pub p: Vec<f64>,
+    /// χ² of the lines that were seen, the law taken out, with priors.
+    pub chi2: f64,
+    /// Real residuals less the real numbers of the laws.
+    pub freedom: f64,
+    /// Free complex numbers, lines times numbers a line.
+    pub numbers: usize,
+}
+
+/// One line of a sweep with the law that fits it.
+pub struct Fitted<'v> {
+    /// Index of the sweep.
+    pub sweep: usize,
+    /// Index of the line.
+    pub line: usize,
+    /// rad/s.
+    pub omega_rad_s: f64,
+    /// χ² without the law and with it.
+    pub chi2: (f64, f64),
+    /// X and its standard deviations.
+    pub x: Vec<c64>,
+    /// Standard deviations of X.
+    pub sd: Vec<f64>,
+    /// The model.
+    pub view: &'v View<'v>,
+    basis: Basis,
+    residual: [c64; 16],
+    rows: [[c64; 16]; 4],
+}
+
+/// Orthonormal directions of a line, whitened, with the triangle that leads back.
+struct Basis {
+    q: Vec<[c64; 16]>,
+    /// Index of the direction behind each q, and R (columns over q).
+    kept: Vec<usize>,
+    r: Vec<Vec<c64>>,
+}
+
+impl Basis {
+    fn new(directions: &[[c64; 16]]) -> Self {
+        let mut basis = Self {
+            q: vec![],
+            kept: vec![],
+            r: vec![],
+        };
+        for (i, d) in directions.iter().enumerate() {
+            let own = power(d).sqrt();
+            let (mut v, mut column) = (*d, vec![]);
+            for q in &basis.q {
+                let share = dot(q, &v);
+                for (v, q) in v.iter_mut().zip(q) {
+                    *v -= q * share;
+                }
+                column.push(share);
+            }
+            let left = power(&v).sqrt();
+            if own > 0.0 && left > DEPENDENT * own {
+                column.push(c64::new(left, 0.0));
+                basis.q.push(v.map(|x| x / left));
+                basis.kept.push(i);
+                basis.r.push(column);
+            }
+        }
+        basis
+    }
+
+    /// What lies beyond the directions.
+    fn beyond(&self, v: &[c64; 16]) -> [c64; 16] {
+        let mut v = *v;
+        for q in &self.q {
+            let share = dot(q, &v);
+            for (v, q) in v.iter_mut().zip(q) {
+                *v -= q * share;
+            }
+        }
+        v
+    }
+
+    /// Least squares X of `v` and standard deviations for whitened noise of χ² = 2|w|².
+    fn solve(&self, v: &[c64; 16], count: usize) -> (Vec<c64>, Vec<f64>) {
+        let n = self.q.len();
+        let (mut x, mut sd) = (vec![ZERO; count], vec![0.0; count]);
+        let mut z: Vec<c64> = self.q.iter().map(|q| dot(q, v)).collect();
+        // R⁻¹ by back substitution; variance of X_a is the squared row a of R⁻¹.
+        let mut inverse = vec![vec![ZERO; n]; n];
+        for k in (0..n).rev() {
+            let pivot = self.r[k][k];
+            for c in k..n {
+                let mut sum = if c == k { c64::new(1.0, 0.0) } else { ZERO };
+                for l in k + 1..n {
+                    sum -= self.r[l][k] * inverse[l][c];
+                }
+                inverse[k][c] = sum / pivot;
+            }
+            for l in k + 1..n {
+                let shift = self.r[l][k] * z[l];
+                z[k] -= shift;
+            }
+            z[k] /= pivot;
+        }
+        for (k, at) in self.kept.iter().enumerate() {
+            x[*at] = z[k];
+            sd[*at] = inverse[k].iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
+        }
+        (x, sd)
+    }
+}
+
+fn dot(a: &[c64; 16], b: &[c64; 16]) -> c64 {
+    a.iter().zip(b).fold(ZERO, |s, (a, b)| s + a.conj() * b)
+}
+
+fn power(a: &[c64; 16]) -> f64 {
+    a.iter().map(|v| v.norm_sqr()).sum()
+}
+
+/// Fits the law at the lines of all sweeps, small parameters held at `p`.
+///
+/// # Errors
+/// [`DiagnoseError`] when the machine cannot be assembled.
+pub fn lines(
+    search: &Search,
+    place: &Place,
+    p: &[f64],
+    floor: f64,
+    usage: Use,
+    derivatives: bool,
+    mut visit: impl FnMut(Fitted),
+) -> Result<(), DiagnoseError> {
+    let layout = &search.model.layout;
+    for (s, sweep) in search.evidence.sweeps.iter().enumerate() {
+        let scene: Scene = place.scene(search.model, p, &[], sweep.speed_rad_s, derivatives)?;
+        for line in (0..sweep.omega_rad_s.len()).step_by(usage.stride) {
+            let omega = sweep.omega_rad_s[line];
+            let view = scene.view(omega, derivatives.then_some(layout));
+            let rows = sweep.whitening(line, floor, usage.off_diagonal);
+            let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(s, i)]);
+            let residual = residual(sweep, line, &view.response, &gain, &rows);
+            let white: Vec<[c64; 16]> = view
+                .directions
+                .iter()
+                .map(|d| whitened(d, &gain, &rows))
+                .collect();
+            let basis = Basis::new(&white);
+            let (x, sd) = basis.solve(&residual, white.len());
+            let left = basis.beyond(&residual);
+            visit(Fitted {
+                sweep: s,
+                line,
+                omega_rad_s: omega,
+                chi2: (2.0 * power(&residual), 2.0 * power(&left)),
+                x,
+                sd,
+                view: &view,
+                basis,
+                residual: left,
+                rows,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn residual(
+    sweep: &SweepEvidence,
+    line: usize,
+    f: &Square,
+    gain: &[f64; 4],
+    rows: &[[c64; 16]; 4],
+) -> [c64; 16] {
+    let mut all = [ZERO; 16];
+    for i in 0..4 {
+        let mut d: [c64; 4] =
+            std::array::from_fn(|j| sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain[i]);
+        whiten(&rows[i], &mut d);
+        all[4 * i..4 * i + 4].copy_from_slice(&d);
+    }
+    all
+}
+
+fn whitened(f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] {
+    let mut all = [ZERO; 16];
+    for i in 0..4 {
+        let mut d: [c64; 4] = std::array::from_fn(|j| f[SIDE * i + j] * gain[i]);
+        whiten(&rows[i], &mut d);
+        all[4 * i..4 * i + 4].copy_from_slice(&d);
+    }
+    all
+}
+
+/// Small parameters with a free law at a place, through stages of model floor and number of steps.
+///
+/// # Errors
+/// [`DiagnoseError`] when the machine cannot be assembled or a step cannot be computed.
+pub fn settle(
+    search: &Search,
+    place: &Place,
+    from: &[f64],
+    stages: &[(f64, usize)],
+    usage: Use,
+) -> Result<Settled, DiagnoseError> {
+    let layout = &search.model.layout;
+    let n = layout.len();
+    let mut sd = layout.sd.clone();
+    if let Place::Freed(parameter) = place {
+        sd[*parameter] = FREE_SD;
+    }
+    let prior = |p: &[f64]| -> f64 { p.iter().zip(&sd).map(|(p, sd)| (p / sd).powi(2)).sum() };
+    let mut p = from.to_vec();
+    let mut best: Option<Settled> = None;
+    for (floor, steps) in stages {
+        best = None;
+        for step in 0..=*steps {
+            let last = step == *steps;
+            let (mut normal, mut slope) = (vec![0.0; n * n], vec![0.0; n]);
+            let (mut chi2, mut residuals, mut numbers) = (0.0, 0.0, 0);
+            lines(search, place, &p, *floor, usage, !last, |line| {
+                chi2 += line.chi2.1;
+                residuals += 32.0;
+                numbers += line.basis.q.len();
+                if !last {
+                    line.accumulate(layout, &p, &mut normal, &mut slope);
+                }
+            })?;
+            let here = Settled {
+                chi2: chi2 + prior(&p),
+                freedom: residuals - 2.0 * numbers as f64,
+                numbers,
+                p: p.clone(),
+            };
+            match &best {
+                // A step that went too far is halved.
+                Some(b) if here.chi2 > b.chi2 && !last => {
+                    for (p, b) in p.iter_mut().zip(&b.p) {
+                        *p = 0.5 * (*p + b);
+                    }
+                    continue;
+                }
+                Some(b) if here.chi2 > b.chi2 => {}
+                _ => best = Some(here),
+            }
+            if last {
+                break;
+            }
+            let matrix = Mat::from_fn(n, n, |i, j| {
+                normal[i * n + j] + if i == j { sd[i].powi(-2) } else { 0.0 }
+            });
+            let right = Mat::from_fn(n, 1, |i, _| slope[i] - p[i] / sd[i].powi(2));
+            let step = solve(&matrix, &right)?;
+            for (i, p) in p.iter_mut().enumerate() {
+                *p += step[(i, 0)].clamp(-LONGEST_STEP, LONGEST_STEP);
+                *p = p.clamp(-0.7, 3.0);
+            }
+        }
+        if let Some(b) = &best {
+            p.clone_from(&b.p);
+        }
+    }
+    best.ok_or(DiagnoseError::NoSweep)
+}
+
+impl Fitted<'_> {
+    /// Adds 2 Re JᴴPJ and 2 Re JᴴPr of this line.
+    fn accumulate(
+        &self,
+        layout: &super::nuisance::Layout,
+        p: &[f64],
+        normal: &mut [f64],
+        slope: &mut [f64],
+    ) {
+        let n = layout.len();
+        let (f, slopes) = self.view.moved(&self.x, layout, p);
+        let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(self.sweep, i)]);
+        let mut columns: Vec<(usize, [c64; 16])> = slopes
+            .iter()
+            .enumerate()
+            .map(|(c, d)| (c, self.basis.beyond(&whitened(d, &gain, &self.rows))))
+            .collect();
+        for i in 0..4 {
+            let mut own = [0.0; 4];
+            own[i] = 1.0;
+            let column = self.basis.beyond(&whitened(&f, &own, &self.rows));
+            columns.push((layout.axis(self.sweep, i), column));
+        }
+        for (a, (i, column)) in columns.iter().enumerate() {
+            slope[*i] += 2.0 * dot(column, &self.residual).re;
+            for (j, other) in &columns[..=a] {
+                let value = 2.0 * dot(column, other).re;
+                normal[i * n + j] += value;
+                if i != j {
+                    normal[j * n + i] += value;
+                }
+            }
+        }
+    }
+
+    /// The law and its standard deviation, in the order of [`Place::laws`].
+    pub fn laws(&self) -> Vec<(c64, f64)> {
+        let here = self.view.laws(&self.x);
+        let mut variance = vec![0.0; here.len()];
+        for (a, sd) in self.sd.iter().enumerate() {
+            // A hundredth of the deviation is within the linear range of the law.
+            let step = 1e-2 * sd;
+            if step == 0.0 {
+                continue;
+            }
+            let mut there = self.x.clone();
+            there[a] += step;
+            for (v, (a, b)) in variance
+                .iter_mut()
+                .zip(self.view.laws(&there).iter().zip(&here))
+            {
+                *v += (a - b).norm_sqr() * 1e4;
+            }
+        }
+        // Where X is noise, 1 + G X is noise too and Δ tends to −1/G, however exact it looks: what a law would be without the numbers that
+        // are not significant is within its uncertainty.
+        let sure: Vec<c64> = self
+            .x
+            .iter()
+            .zip(&self.sd)
+            .map(|(x, sd)| {
+                if x.norm() < INSIGNIFICANT * sd {
+                    ZERO
+                } else {
+                    *x
+                }
+            })
+            .collect();
+        let sure = self.view.laws(&sure);
+        let deviations = variance
+            .iter()
+            .zip(here.iter().zip(&sure))
+            .map(|(v, (law, sure))| v.sqrt().max((law - sure).norm()));
+        here.iter().copied().zip(deviations).collect()
+    }
+}

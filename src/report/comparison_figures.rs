@@ -1,0 +1,105 @@
+//! Pictures of a comparison's worst cases: stiffness and sensitivity, a panel per axis and speed.
+
+use super::plot::worst::{WorstBand, WorstPanel, worst_sensitivity, worst_stiffness};
+use super::plot::{Figure, Role};
+use crate::pipeline::worst::{Cover, WorstPrediction};
+use crate::predict::worst_case::{Extreme, WorstCurve};
+
+/// Worst cases of one controller: role, name, cases in the same order for every controller.
+pub type NamedWorst = (Role, String, Vec<WorstPrediction>);
+
+/// Curves of one axis that differ by less than this fraction from those of the other are not drawn twice.
+const SAME: f64 = 1e-6;
+
+/// Stem and figure of each picture.
+pub fn worst_figures(all: &[NamedWorst]) -> Vec<(String, Figure)> {
+    let stiffness = panels(
+        all,
+        &["x", "y"],
+        |w, axis| &w.worst.compliance[axis],
+        |e| [e.nominal, e.lower, e.upper].map(f64::recip),
+    );
+    let sensitivity = panels(
+        all,
+        &["front x", "front y", "rear x", "rear y"],
+        |w, axis| &w.worst.sensitivity[axis],
+        |e| [e.nominal, e.lower, e.upper],
+    );
+    let title = "over the uncertainty of the natural frequencies";
+    vec![
+        (
+            "stiffness_worst".to_owned(),
+            worst_stiffness(&format!("Worst dynamic stiffness {title}"), &stiffness),
+        ),
+        (
+            "sensitivity_worst".to_owned(),
+            worst_sensitivity(&format!("Worst sensitivity {title}"), &sensitivity),
+        ),
+    ]
+}
+
+fn panels(
+    all: &[NamedWorst],
+    axes: &[&str],
+    curve: impl Fn(&WorstPrediction, usize) -> &WorstCurve,
+    values: impl Fn(&Extreme) -> [f64; 3],
+) -> Vec<WorstPanel> {
+    let cases = all.first().map_or(0, |(_, _, cases)| cases.len());
+    let mut found = vec![];
+    for case in 0..cases {
+        for (axis, name) in axes.iter().enumerate() {
+            // y follows x in every list; it is drawn where some controller makes it differ.
+            let twin = axis % 2 == 1
+                && all.iter().all(|(_, _, cases)| {
+                    cases
+                        .get(case)
+                        .is_none_or(|w| same(curve(w, axis - 1), curve(w, axis)))
+                });
+            if twin {
+                continue;
+            }
+            let bands = all
+                .iter()
+                .filter_map(|(role, name, cases)| {
+                    let curve = curve(cases.get(case)?, axis);
+                    let column = |k: usize| {
+                        curve
+                            .lines
+                            .iter()
+                            .map(|e| values(e).get(k).copied().unwrap_or(f64::NAN))
+                            .collect()
+                    };
+                    Some(WorstBand {
+                        name: name.clone(),
+                        role: *role,
+                        frequency_hz: curve.frequency_hz.clone(),
+                        nominal: column(0),
+                        attained: column(1),
+                        bound: column(2),
+                    })
+                })
+                .collect();
+            let heading = all
+                .iter()
+                .find_map(|(_, _, cases)| cases.get(case))
+                .map_or_else(
+                    || (*name).to_owned(),
+                    |w| match w.cover {
+                        Cover::Speed => format!("{name}, {:.0} rpm", w.speed_rpm),
+                        Cover::EverySpeed => format!("{name}, every speed"),
+                    },
+                );
+            found.push((heading, bands));
+        }
+    }
+    found
+}
+
+fn same(a: &WorstCurve, b: &WorstCurve) -> bool {
+    let close = |x: f64, y: f64| (x - y).abs() <= SAME * x.abs().max(y.abs()) || x == y;
+    a.lines.len() == b.lines.len()
+        && a.lines
+            .iter()
+            .zip(&b.lines)
+            .all(|(p, q)| close(p.nominal, q.nominal) && close(p.upper, q.upper))
+}

@@ -1,0 +1,472 @@
+//! Files of a diagnosis: its part of `summary.json`, the tables beside it, and the pictures.
+
+use super::diagnosis_words::{sentence, size, statement};
+use super::plot::Curve;
+use super::plot::diagnosis as plot;
+use super::plot::style::Role;
+use super::results::{ResultsError, ResultsFolder};
+use super::summary::{number, numbers};
+use super::tables::Table;
+use crate::diagnose::compare::{Channel, Record};
+use crate::diagnose::judge::Rival;
+use crate::diagnose::localise::PortScore;
+use crate::diagnose::model::SIDE;
+use crate::diagnose::place::Place;
+use crate::diagnose::{Diagnosis, NamedEffect};
+use crate::spindle::Location;
+use serde_json::{Map, Value, json};
+use std::f64::consts::TAU;
+
+const AXES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
+/// Lines of the localisation map; the ports that explain least are left out.
+const MAP_ROWS: usize = 12;
+
+/// `diagnosis` of the summary.
+pub fn summarised(d: &Diagnosis) -> Value {
+    let (used, held) = (d.gaps(false), d.gaps(true));
+    let mut value = json!({
+        "verdict": d.verdict.name(),
+        "sentence": sentence(d),
+        "effects": d.effects.iter().map(effect_json).collect::<Vec<_>>(),
+        "tie": d.tie.iter().map(rival_json).collect::<Vec<_>>(),
+        "gap_before": number(d.gap_before),
+        "gap_after": number(d.gap_after),
+        "gap_before_used": number(used.0),
+        "gap_after_used": number(used.1),
+        "gap_before_held_out": number(d.gap_before_held_out),
+        "gap_after_held_out": number(d.gap_after_held_out),
+        "held_out": d.held_out,
+        "next_measurement": d.next_measurement,
+        "worst_block": {
+            "chi2_per_residual": number(d.misfit.value),
+            "output": d.misfit.output,
+            "input": d.misfit.input,
+            "from_hz": number(d.misfit.band_hz.0),
+            "to_hz": number(d.misfit.band_hz.1),
+        },
+        "localisation": d.localisation.ports.iter().map(port_json).collect::<Vec<_>>(),
+        "menu": d.menu.iter().map(|m| json!({
+            "measurement": m.text, "separation_chi2": number(m.separation),
+        })).collect::<Vec<_>>(),
+        "detectable": d.detectable.iter().map(|e| {
+            let names = e.effect.kind.parameters().iter().map(|n| (*n).to_owned());
+            let values = e.effect.values.iter().map(|x| number(*x));
+            json!({
+                "effect": e.effect.kind.name(),
+                "where": place(&e.effect.location),
+                "parameters": names.zip(values).collect::<Map<String, Value>>(),
+                "words": size(&e.effect),
+            })
+        }).collect::<Vec<_>>(),
+        "ranking": d.ranking.iter().map(|(e, score)| json!({
+            "effect": e.kind.name(), "where": place(&e.location), "score_above_best": number(*score),
+        })).collect::<Vec<_>>(),
+    });
+    if let (Some(c), Some(map)) = (&d.correction, value.as_object_mut()) {
+        let law = d.localisation.named();
+        map.insert(
+            "correction".into(),
+            json!({
+                "port": c.port,
+                "shape": law.map(PortScore::shape),
+                "gap_before_used": number(used.0),
+                "gap_after_used": number(used.1),
+                "gap_before_held_out": number(held.0),
+                "gap_after_held_out": number(held.1),
+                "law": "correction.csv",
+                "corrected_response": "corrected-frf.csv",
+            }),
+        );
+    }
+    value
+}
+
+fn place(location: &Location) -> Value {
+    match location {
+        Location::None => json!({}),
+        Location::Bearing(b) => json!({"bearing": b.name()}),
+        Location::Position(z) => json!({"position_m": number(*z)}),
+        Location::Mode(mode) => json!({"mode": mode}),
+        Location::Region(region) => json!({"region": region}),
+    }
+}
+
+fn effect_json(e: &NamedEffect) -> Value {
+    let keyed = |values: Vec<Value>| -> Map<String, Value> {
+        let names = e.effect.kind.parameters().iter().map(|n| (*n).to_owned());
+        names.zip(values).collect()
+    };
+    let mut deviations = keyed(e.standard_deviations.iter().map(|x| number(*x)).collect());
+    if let Some(sd) = e.position_sd_m {
+        deviations.insert("position_m".into(), number(sd));
+    }
+    json!({
+        "effect": e.effect.kind.name(),
+        "where": place(&e.effect.location),
+        "parameters": keyed(e.effect.values.iter().map(|x| number(*x)).collect()),
+        "standard_deviations": deviations,
+        "intervals_90": keyed(e.intervals.iter().map(|(a, b)| numbers(&[*a, *b])).collect()),
+        "words": statement(e),
+    })
+}
+
+fn rival_json(rival: &Rival) -> Value {
+    let mut value = match &rival.effects[..] {
+        [one] => effect_json(one),
+        several => json!({"effects": several.iter().map(effect_json).collect::<Vec<_>>()}),
+    };
+    if let Value::Object(map) = &mut value {
+        map.insert("score_above_best".into(), number(rival.score_above_best));
+    }
+    value
+}
+
+fn port_json(p: &PortScore) -> Value {
+    json!({
+        "port": p.port,
+        "chi2_before": number(p.chi2_before),
+        "chi2_after": number(p.chi2_after),
+        "score_above_best": number(p.score_above_best),
+        "shape": p.law().map_or("nothing", |l| l.name_of_shape()),
+        "words": p.shape(),
+        "size": number(p.law().map_or(0.0, |l| l.size())),
+        "size_unit": p.law().map_or("", |l| l.unit.key()),
+    })
+}
+
+/// Tables and pictures.
+///
+/// # Errors
+/// [`ResultsError`] for a picture that cannot be drawn.
+pub fn stage(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    localisation(folder, d)?;
+    laws(folder, d)?;
+    hypotheses(folder, d)?;
+    channels(folder, d)?;
+    correction(folder, d)?;
+    let mut table = Table::with_columns(&["data", "gap_before", "gap_after"]);
+    let (used, held) = (d.gaps(false), d.gaps(true));
+    for (name, (before, after)) in [
+        ("used", used),
+        (d.held_out.as_str(), held),
+        ("all records, fitted to all", (d.gap_before, d.gap_after)),
+    ] {
+        table.push(vec![
+            name.into(),
+            Table::number(before),
+            Table::number(after),
+        ]);
+    }
+    folder.add_table("gap.csv", &table)
+}
+
+fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    let all = || d.localisation.ports.iter();
+    let ports: Vec<&PortScore> = all()
+        .filter(|p| p.place != Place::Nowhere)
+        .take(MAP_ROWS)
+        .collect();
+    let Some(best) = ports.first() else {
+        return Ok(());
+    };
+    let mut order: Vec<usize> = (0..best.frequency_hz.len()).collect();
+    order.sort_by(|a, b| best.frequency_hz[*a].total_cmp(&best.frequency_hz[*b]));
+    let hz: Vec<f64> = order.iter().map(|i| best.frequency_hz[*i]).collect();
+    let mut names = vec!["no law".to_owned()];
+    names.extend(ports.iter().map(|p| p.port.clone()));
+    // Noise alone leaves about 1: what lies below counts as explained.
+    let decades = |values: &[f64]| -> Vec<f64> {
+        let pick = order.iter().filter_map(|i| values.get(*i));
+        pick.map(|v| v.max(1.0).log10()).collect()
+    };
+    let mut scores = vec![decades(&best.line_before)];
+    scores.extend(ports.iter().map(|p| decades(&p.line_after)));
+    folder.add_plot(
+        "localisation",
+        &plot::localisation_left(
+            "Where model and measurement disagree: what a free law at each place leaves unexplained",
+            &names,
+            &hz,
+            &scores,
+            "log10 of χ² per residual that remains",
+        ),
+    )?;
+    let left: Vec<f64> = all().map(|p| p.chi2_after).collect();
+    let words: Vec<String> = all()
+        .map(|p| match p.law() {
+            Some(_) => format!("{}: {}", p.port, p.shape()),
+            None => p.port.clone(),
+        })
+        .collect();
+    let bars: Vec<f64> = left.iter().map(|l| (1.0 + l).log10()).collect();
+    folder.add_plot(
+        "localisation-places",
+        &plot::ranking(
+            "Places, best first, with the law recovered there",
+            &words,
+            &bars,
+            "log10(1 + χ² left)",
+        ),
+    )
+}
+
+fn laws(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    let Some(best) = d.localisation.named() else {
+        return Ok(());
+    };
+    for (k, law) in best.laws.iter().enumerate() {
+        let which = if law.name.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", law.name)
+        };
+        let title = format!("Missing law at: {}{which}", best.port);
+        // Lines on which the law is smaller than its own deviation say nothing about its shape.
+        let shown: Vec<_> = law
+            .values
+            .iter()
+            .zip(&law.sd)
+            .map(|(v, sd)| {
+                if v.norm() > *sd {
+                    *v
+                } else {
+                    crate::linalg::c64::new(f64::NAN, f64::NAN)
+                }
+            })
+            .collect();
+        let figure = plot::impedance(
+            &title,
+            law.unit.text(),
+            &law.frequency_hz,
+            &shown,
+            &law.fitted,
+            &law.words(),
+        );
+        let stem = if k == 0 {
+            "impedance".to_owned()
+        } else {
+            format!("impedance-{}", k + 1)
+        };
+        folder.add_plot(&stem, &figure)?;
+    }
+    Ok(())
+}
+
+fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    if d.ranking.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<String> = d
+        .ranking
+        .iter()
+        .map(|(e, score)| format!("{} {}   +{score:.1}", e.kind.name(), spot(&e.location)))
+        .collect();
+    let above: Vec<f64> = d
+        .ranking
+        .iter()
+        .map(|r| (1.0 + r.1.max(0.0)).log10())
+        .collect();
+    folder.add_plot(
+        "ranking",
+        &plot::ranking(
+            "Hypotheses, best first: score χ² + d ln N above the best",
+            &names,
+            &above,
+            "log10(1 + score above the best); a tie below 0.9",
+        ),
+    )?;
+    let mut table = Table::with_columns(&["effect", "where", "parameters", "score_above_best"]);
+    for (e, score) in &d.ranking {
+        let values = e.kind.parameters().iter().zip(&e.values);
+        let values: Vec<String> = values.map(|(n, v)| format!("{n} {v:.6e}")).collect();
+        table.push(vec![
+            e.kind.name().into(),
+            spot(&e.location),
+            values.join("; "),
+            Table::number(*score),
+        ]);
+    }
+    folder.add_table("ranking.csv", &table)
+}
+
+fn spot(location: &Location) -> String {
+    match location {
+        Location::None => String::new(),
+        Location::Bearing(b) => b.name().into(),
+        Location::Position(z) => format!("at {:.0} mm", 1e3 * z),
+        Location::Mode(m) => format!("mode {m}"),
+        Location::Region(r) => r.clone(),
+    }
+}
+
+fn channels(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    for (k, channel) in d.channels.iter().enumerate() {
+        let hz: Vec<f64> = channel.omega_rad_s.iter().map(|w| w / TAU).collect();
+        let rpm = channel.speed_rad_s * 60.0 / TAU;
+        let kind = if channel.held_out { "held out" } else { "used" };
+        let (words, quantity, unit, stem) = match channel.record {
+            Record::Sweep(i, j) => (
+                format!("current {} to sensor {}", AXES[j], AXES[i]),
+                "|sensor / current|",
+                "m/A",
+                format!("channel-{}-from-{}", AXES[i], AXES[j]),
+            ),
+            Record::Hammer(axis) => {
+                let axis = ["x", "y"][axis.min(1)];
+                (
+                    format!("hammer at the tool, {axis}"),
+                    "Compliance",
+                    "m/N",
+                    format!("hammer-{axis}"),
+                )
+            }
+        };
+        // Further records of one kind carry their number.
+        let twin = d.channels[..k]
+            .iter()
+            .filter(|c| c.record == channel.record)
+            .count();
+        let stem = if twin == 0 {
+            stem
+        } else {
+            format!("{stem}-{}", twin + 1)
+        };
+        let title = format!("{words}, {rpm:.0} rpm ({kind})");
+        folder.add_plot(&stem, &channel_figure(&title, quantity, unit, &hz, channel))?;
+    }
+    overview(folder, d)
+}
+
+fn channel_figure(
+    title: &str,
+    quantity: &str,
+    unit: &str,
+    hz: &[f64],
+    channel: &Channel,
+) -> super::plot::Figure {
+    let (before, after) = channel.residual();
+    plot::channel(
+        title,
+        quantity,
+        unit,
+        hz,
+        [&channel.measured, &channel.before, &channel.after],
+        [&before, &after],
+    )
+}
+
+/// Residuals of the direct channels, and of the held-out ones, in one picture.
+fn overview(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    let shown: Vec<&Channel> = d
+        .channels
+        .iter()
+        .filter(|c| match c.record {
+            Record::Sweep(i, j) => {
+                i == j || i % 2 == 0 && j == i + 1 || c.held_out && i % 2 == j % 2
+            }
+            Record::Hammer(_) => true,
+        })
+        .take(14)
+        .collect();
+    let data: Vec<(String, Vec<f64>, Vec<f64>, Vec<f64>)> = shown
+        .iter()
+        .map(|c| {
+            let (before, after) = c.residual();
+            let held = if c.held_out { ", held out" } else { "" };
+            let name = match c.record {
+                Record::Sweep(i, j) => format!("{} from {}{held}", AXES[i], AXES[j]),
+                Record::Hammer(axis) => format!("hammer {}{held}", ["x", "y"][axis.min(1)]),
+            };
+            let hz = c.omega_rad_s.iter().map(|w| w / TAU).collect();
+            (name, hz, before, after)
+        })
+        .collect();
+    let panels: Vec<(&str, Vec<Curve>)> = data
+        .iter()
+        .map(|(name, hz, before, after)| {
+            let curve = |name, role, y| Curve {
+                name,
+                role,
+                x: hz,
+                y,
+            };
+            let curves = vec![
+                curve("before", Role::Nominal, before),
+                curve("after", Role::Updated, after),
+            ];
+            (name.as_str(), curves)
+        })
+        .collect();
+    folder.add_plot(
+        "residual",
+        &plot::residual("Residual in standard deviations, before and after", &panels),
+    )
+}
+
+fn correction(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    let (Some(c), Some(best)) = (&d.correction, d.localisation.named()) else {
+        return Ok(());
+    };
+    let mut header = vec!["frequency_hz".to_owned()];
+    for law in &best.laws {
+        let name = if law.name.is_empty() {
+            "law".to_owned()
+        } else {
+            format!("law_{}", law.name.replace(' ', "_"))
+        };
+        let unit = law.unit.key();
+        header.extend([
+            format!("{name}_{unit}_re"),
+            format!("{name}_{unit}_im"),
+            format!("{name}_{unit}_sd"),
+        ]);
+    }
+    let mut table = Table::new(header);
+    let lines = best.laws.first().map_or(0, |l| l.values.len());
+    for k in 0..lines {
+        let mut row = vec![best.laws[0].frequency_hz[k]];
+        for law in &best.laws {
+            row.extend([law.values[k].re, law.values[k].im, law.sd[k]]);
+        }
+        table.push_numbers(&row);
+    }
+    folder.add_table("correction.csv", &table)?;
+    // The header of `muspin frf`, so that whoever reads that reads this.
+    let mut header = vec!["frequency_hz".to_owned()];
+    for i in 1..=4 {
+        for j in 1..=4 {
+            header.extend([format!("g_{i}{j}_re"), format!("g_{i}{j}_im")]);
+        }
+    }
+    for a in ["x", "y"] {
+        for b in ["x", "y"] {
+            header.extend([format!("t_{a}{b}_re"), format!("t_{a}{b}_im")]);
+        }
+    }
+    for (s, sweep) in c.sweeps.iter().enumerate() {
+        let mut table = Table::new(header.clone());
+        // The first sixteen channels belong to the first sweep, and so on.
+        let omega = d.channels.get(16 * s).map_or(&[][..], |c| &c.omega_rad_s);
+        for (f, w) in sweep.iter().zip(omega) {
+            let mut row = vec![w / TAU];
+            for i in 0..4 {
+                for j in 0..4 {
+                    row.extend([f[SIDE * i + j].re, f[SIDE * i + j].im]);
+                }
+            }
+            for i in 4..6 {
+                for j in 4..6 {
+                    row.extend([f[SIDE * i + j].re, f[SIDE * i + j].im]);
+                }
+            }
+            table.push_numbers(&row);
+        }
+        let name = if s == 0 {
+            "corrected-frf.csv".to_owned()
+        } else {
+            format!("corrected-frf-{}.csv", s + 1)
+        };
+        folder.add_table(&name, &table)?;
+    }
+    Ok(())
+}

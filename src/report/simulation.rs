@@ -1,0 +1,174 @@
+//! Figures of a time response beside their limits, and the frames of its animation.
+
+use super::plot::animation::{Motion, OrbitPlane};
+use super::summary::number;
+use crate::predict::shaft_line::ShaftLine;
+use crate::predict::time::{TimeResponse, TimeSample};
+use crate::predict::time_cases::TimeFigures;
+use crate::spindle::{Machine, SpindleError};
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+
+/// Limits that the spindle file does not hold in this form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Control current that the firmware allows, A.
+    pub current_a: f64,
+    /// Bus voltage of the amplifiers, V.
+    pub voltage_v: f64,
+}
+
+/// Frames of an animation at most, and stations along its shaft.
+const FRAMES: usize = 96;
+const STATIONS: usize = 25;
+/// Turns shown of a steady rotation, and its frames a turn.
+const TURNS: usize = 2;
+/// A response is shown until what follows stays below this part of its largest displacement.
+const QUIET: f64 = 0.05;
+
+/// The `simulation` object of a summary.
+pub fn simulation_json(
+    machine: &Machine,
+    response: &TimeResponse,
+    found: &TimeFigures,
+    limits: &Limits,
+) -> Value {
+    let places =
+        |v: &[f64; 3]| json!({"tool": number(v[0]), "front": number(v[1]), "rear": number(v[2])});
+    let sides = |v: &[f64; 2]| json!({"front": number(v[0]), "rear": number(v[1])});
+    let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
+    let clearance = machine.spindle.backup_clearance_m;
+    let capacity = [front.max_force_n, rear.max_force_n];
+    // What is left of a limit: one is all, zero is the limit itself.
+    let margin = |peak: &[f64; 2], limit: &[f64; 2]| {
+        sides(&[1.0 - peak[0] / limit[0], 1.0 - peak[1] / limit[1]])
+    };
+    json!({
+        "peak_displacement_m": places(&found.displacement_m),
+        "settled_displacement_m": places(&found.settled_displacement_m),
+        "backup_clearance_m": clearance,
+        "clearance_ratio": number(found.clearance_ratio),
+        "vibration_zone_iso_14839_2": vibration_zone(found.clearance_ratio),
+        "peak_current_a": sides(&found.current_a),
+        "current_limit_a": number(limits.current_a),
+        "peak_voltage_v": sides(&found.voltage_v),
+        "voltage_limit_v": number(limits.voltage_v),
+        "peak_force_n": sides(&found.force_n),
+        "force_limit_n": sides(&capacity),
+        "margin": {
+            "displacement": margin(&[found.displacement_m[1], found.displacement_m[2]], &[clearance; 2]),
+            "current": margin(&found.current_a, &[limits.current_a; 2]),
+            "voltage": margin(&found.voltage_v, &[limits.voltage_v; 2]),
+            "force": margin(&found.force_n, &capacity),
+        },
+        "peak_contact_force_n": number(found.contact_force_n),
+        "share_current_limited": number(response.current_limited),
+        "share_voltage_limited": number(response.voltage_limited),
+        "share_in_contact": number(response.in_contact),
+        "diverged": response.diverged,
+    })
+}
+
+/// Zone of ISO 14839-2 by the displacement in parts of the clearance: A and B end at 0.3 and 0.4, C at 0.5.
+fn vibration_zone(clearance_ratio: f64) -> &'static str {
+    match clearance_ratio {
+        r if r < 0.3 => "A",
+        r if r < 0.4 => "B",
+        r if r < 0.5 => "C",
+        _ => "D",
+    }
+}
+
+/// The motion of the shaft: the last turns of a steady rotation, else the response until it is quiet.
+///
+/// # Errors
+/// [`SpindleError`] when the line of the shaft cannot be drawn through the planes.
+pub fn motion(
+    machine: &Machine,
+    response: &TimeResponse,
+    title: &str,
+    speed_rad_s: f64,
+) -> Result<Motion, SpindleError> {
+    let line = ShaftLine::new(machine, STATIONS)?;
+    let samples = &response.samples;
+    let period = machine.spindle.electronics.sample_period_s();
+    let (from, to) = window(samples, speed_rad_s, period);
+    let steps = ((to - from) / period).ceil().clamp(2.0, FRAMES as f64) as usize;
+    let time_s: Vec<f64> = (0..=steps)
+        .map(|k| from + (to - from) * k as f64 / steps as f64)
+        .collect();
+    let at: Vec<[f64; 6]> = time_s
+        .iter()
+        .map(|t| interpolated(samples, t / period))
+        .collect();
+    let frames = at
+        .iter()
+        .map(|d| {
+            [
+                line.through([d[0], d[2], d[4]]),
+                line.through([d[1], d[3], d[5]]),
+            ]
+        })
+        .collect();
+    let planes = &machine.spindle.planes;
+    let plane = |name: &str, position_m: f64, in_bearing: bool, k: usize| OrbitPlane {
+        name: name.to_owned(),
+        position_m,
+        in_bearing,
+        x_m: at.iter().map(|d| d[2 * k]).collect(),
+        y_m: at.iter().map(|d| d[2 * k + 1]).collect(),
+    };
+    Ok(Motion {
+        title: title.to_owned(),
+        position_m: line.position_m.clone(),
+        frames,
+        time_s,
+        planes: vec![
+            plane("tool", machine.tool_plane_m(), false, 0),
+            plane("front actuator", planes.front_actuator_m, true, 1),
+            plane("rear actuator", planes.rear_actuator_m, true, 2),
+        ],
+        clearance_m: machine.spindle.backup_clearance_m,
+        seconds: 6.0,
+    })
+}
+
+/// Start and end of what is shown, s.
+fn window(samples: &[TimeSample], speed_rad_s: f64, period: f64) -> (f64, f64) {
+    let end = samples.len().saturating_sub(1) as f64 * period;
+    let turns = TURNS as f64 * TAU / speed_rad_s;
+    let size = |s: &TimeSample| s.displacements_m.iter().fold(0.0f64, |a, d| a.max(d.abs()));
+    let largest = samples.iter().map(size).fold(0.0, f64::max);
+    let last_size = samples.last().map_or(0.0, size);
+    // A steady rotation does not come to rest: its last turns close on themselves.
+    if speed_rad_s > 0.0 && turns < end && last_size > QUIET * largest {
+        return (end - turns, end);
+    }
+    let rest = samples
+        .last()
+        .map(|s| s.displacements_m)
+        .unwrap_or_default();
+    let moves = |s: &TimeSample| {
+        let away = s.displacements_m.iter().zip(&rest);
+        away.map(|(d, r)| (d - r).abs()).fold(0.0, f64::max) > QUIET * largest
+    };
+    let quiet = samples.iter().rposition(moves).map_or(0, |k| k + 1);
+    (
+        0.0,
+        (quiet as f64 * period).clamp((20.0 * period).min(end), end),
+    )
+}
+
+/// Displacements between two samples.
+fn interpolated(samples: &[TimeSample], place: f64) -> [f64; 6] {
+    let k = place.max(0.0).floor() as usize;
+    let last = samples.len().saturating_sub(1);
+    let of = |k: usize| {
+        samples
+            .get(k.min(last))
+            .map(|s| s.displacements_m)
+            .unwrap_or_default()
+    };
+    let (a, b, t) = (of(k), of(k + 1), place - place.floor());
+    std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
+}

@@ -1,0 +1,102 @@
+//! What separates two explanations, and what a data set can show at all.
+
+use super::diagnose_folder::read;
+use muspin::diagnose::Evidence;
+use muspin::diagnose::coverage::detectable;
+use muspin::diagnose::evidence::Use;
+use muspin::diagnose::experiment::Measurement;
+use muspin::diagnose::fit::Point;
+use muspin::diagnose::hypothesis::{Hypothesis, Scope, catalogue};
+use muspin::diagnose::model::Model;
+use muspin::diagnose::next::proposals;
+use muspin::diagnose::search::{Candidate, Search};
+use muspin::spindle::{Bearings, EffectKind, Location};
+use std::f64::consts::TAU;
+
+#[test]
+fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
+    let folder = read("c03");
+    let mut measurement = Measurement::default();
+    measurement.sweeps.push(folder.sweep);
+    let evidence = Evidence::new(&measurement).expect("evidence");
+    let model = Model::new(&folder.machine, &evidence.axis_gain_sd()).expect("model");
+    let scope = Scope {
+        turning: false,
+        top_rad_s: TAU * 4000.0,
+    };
+    let all = catalogue(
+        &folder.machine,
+        model.span_m(),
+        model.flexible_rad_s(),
+        scope,
+    )
+    .expect("catalogue");
+    let search = Search {
+        model: &model,
+        evidence: &evidence,
+        catalogue: &all,
+        progress: &|_| {},
+    };
+    let null = search
+        .finish(&[], &search.origin(), 0.03, Use::ALL)
+        .expect("null");
+    // Two explanations of the same size, as a fit to a tie would leave them: 2 µs of delay in the loop, or of lag in all sensors.
+    let member = |kind: EffectKind, place: Location, theta: f64| -> Candidate {
+        let h: Hypothesis = all
+            .iter()
+            .find(|h| h.kind == kind && h.place == place)
+            .expect("hypothesis")
+            .clone();
+        let start = Point {
+            p: null.fit.at.p.clone(),
+            theta: vec![vec![theta]],
+        };
+        let mut candidate = search
+            .finish(&[h], &start, 1e-3, Use::ALL)
+            .expect("candidate");
+        candidate.fit.at = start;
+        candidate
+    };
+    let delay = member(EffectKind::LoopDelay, Location::None, 0.2);
+    // A second-order low-pass at f delays by 1.414/(2π f): 2 µs at 112 kHz.
+    let lag = member(
+        EffectKind::SensorLowpass,
+        Location::Bearing(Bearings::Both),
+        1e4 / 112_500.0,
+    );
+    let same = proposals(&search, &[&delay, &delay]).expect("menu");
+    assert!(same.iter().all(|p| p.separation < 1e-6), "{same:?}");
+    let menu = proposals(&search, &[&delay, &lag]).expect("menu");
+    for p in &menu {
+        println!("{:12.1} {}", p.separation, p.text);
+    }
+    let of = |words: &str| {
+        menu.iter()
+            .find(|p| p.text.contains(words))
+            .expect("in the menu")
+            .separation
+    };
+    // Another sweep of the same kind tells little, whatever the speed; without the command path they differ.
+    assert!(of("coil currents measured") > 100.0);
+    assert!(of("hammer") > 100.0);
+    assert!(of("half the bias") < 0.1 * of("coil currents measured"));
+    assert!(menu[0].separation >= menu[1].separation);
+
+    let sizes = detectable(&search, &[], &null.fit.at).expect("sizes");
+    for s in &sizes {
+        println!(
+            "{:?} {:?} {:?}",
+            s.effect.kind, s.effect.location, s.effect.values
+        );
+    }
+    let delay = sizes
+        .iter()
+        .find(|s| s.effect.kind == EffectKind::LoopDelay)
+        .expect("delay");
+    assert!((1e-9..2e-6).contains(&delay.effect.values[0]), "{delay:?}");
+    let mass = sizes
+        .iter()
+        .find(|s| s.effect.kind == EffectKind::ToolMass)
+        .expect("mass");
+    assert!((1e-5..5e-3).contains(&mass.effect.values[0]), "{mass:?}");
+}
