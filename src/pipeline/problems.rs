@@ -106,11 +106,16 @@ pub(super) fn pose(
         // The loosest bound first: whether this share can be had at all.
         let mut posed = attempt(given)?;
         if posed.gamma <= settings.gamma_target {
-            for limit in &tighter {
-                let tight = attempt(Some(*limit))?;
+            // γ falls as the bound on T gives way: bisection finds the tightest bound of the list that is within reach.
+            let (mut low, mut high) = (0, tighter.len());
+            while low < high {
+                let middle = low.midpoint(high);
+                let tight = attempt(Some(tighter[middle]))?;
                 if tight.gamma <= settings.gamma_target {
                     posed = tight;
-                    break;
+                    high = middle;
+                } else {
+                    low = middle + 1;
                 }
             }
         }
