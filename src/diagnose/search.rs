@@ -233,34 +233,6 @@ impl Search<'_> {
             })
             .collect();
         let (first, mut ranking) = shortlist(first, lists[0]);
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "== round present {:?} floor {w} failure {}",
-                present.iter().map(|h| h.kind.name()).collect::<Vec<_>>(),
-                standing.failure
-            );
-            for (h, at, c) in &first {
-                eprintln!(
-                    "   first {c:.0} {} {:?} from {:?} to {:?}",
-                    h.kind.name(),
-                    h.place,
-                    h.start,
-                    at.theta.last()
-                );
-            }
-            for (h, at, c) in ranking
-                .iter()
-                .filter(|r| r.0.kind.name().starts_with("tool"))
-            {
-                eprintln!(
-                    "   OUT {c:.0} {} {:?} from {:?} to {:?}",
-                    h.kind.name(),
-                    h.place,
-                    h.start,
-                    at.theta.last()
-                );
-            }
-        }
         let second: Vec<(Hypothesis, Fit)> = first
             .par_iter()
             .filter_map(|(h, at, _)| {
@@ -269,18 +241,6 @@ impl Search<'_> {
                 Some((h.clone(), fit(h, at, thin(3), &stages).ok()?))
             })
             .collect();
-        if std::env::var("DBG").is_ok() {
-            for (h, f) in &second {
-                eprintln!(
-                    "   second {:.0} {} {:?} from {:?} to {:?}",
-                    f.chi2,
-                    h.kind.name(),
-                    h.place,
-                    h.start,
-                    f.at.theta.last()
-                );
-            }
-        }
         let second = distinct(second, lists[1]);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
@@ -304,20 +264,6 @@ impl Search<'_> {
                 .total_cmp(&b.floor)
                 .then(a.score().total_cmp(&b.score()))
         });
-        if std::env::var("DBG").is_ok() {
-            for c in &finalists {
-                eprintln!(
-                    "   final {} {:.0} {:?}",
-                    c.floor,
-                    c.score(),
-                    c.effects
-                        .iter()
-                        .zip(&c.fit.at.theta)
-                        .map(|(h, t)| format!("{:?}", h.effect(t)))
-                        .collect::<Vec<_>>()
-                );
-            }
-        }
         let others = second.rest.into_iter().chain(third.kept).chain(third.rest);
         ranking.extend(others.map(|(h, f)| {
             let score = score(&f);
