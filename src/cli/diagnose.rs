@@ -34,13 +34,19 @@ impl From<DiagnoseError> for Failure {
         if let DiagnoseError::Record(record) = error {
             return record.into();
         }
-        let hint = match &error {
-            DiagnoseError::NoSweep => "add a record of kind sweep to measurement.yaml",
-            DiagnoseError::NoController { .. } => "add `controller:` to the hammer record",
-            _ => "check spindle, tool and measurement",
-        };
-        Self::new(error.to_string()).with_hint(hint)
+        Self::new(error.to_string()).with_hint("check spindle, tool and measurement")
     }
+}
+
+/// A failure that names the measurement where the error itself does not name a file.
+fn failed(measurement: &str, error: DiagnoseError) -> Failure {
+    let hint = match &error {
+        DiagnoseError::NoSweep => "add a record of kind sweep to measurement.yaml",
+        DiagnoseError::NoController { .. } => "add `controller:` to the hammer record",
+        _ => return error.into(),
+    };
+    let file = measurement.trim_end_matches('/');
+    Failure::new(format!("{file}/measurement.yaml: {error}")).with_hint(hint)
 }
 
 /// Runs the command.
@@ -52,9 +58,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .iter()
         .map(|h| match &h.controller {
             Some(path) => Ok(load_controller(path)?),
-            None => Err(Failure::from(DiagnoseError::NoController {
-                speed_rpm: h.frf.speed_rpm,
-            })),
+            None => Err(failed(
+                &arguments.measurement,
+                DiagnoseError::NoController {
+                    speed_rpm: h.frf.speed_rpm,
+                },
+            )),
         })
         .collect::<Result<Vec<_>, Failure>>()?;
     let measurement = Measurement {
@@ -71,7 +80,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             .collect(),
     };
     let progress = Progress::start();
-    let found = diagnose(&machine, &measurement, &|what: &str| progress.stage(what))?;
+    let found = diagnose(&machine, &measurement, &|what: &str| progress.stage(what))
+        .map_err(|error| failed(&arguments.measurement, error))?;
     drop(progress);
     let mut summary = Summary::new();
     summary.set("diagnosis", summarised(&found));

@@ -105,6 +105,18 @@ impl Law {
             Shape::Constant(k) if self.unit == Unit::Arm => {
                 format!("a constant arm of {:+.2} mm", 1e3 * k)
             }
+            Shape::Constant(k) if self.unit == Unit::Flexibility && k != 0.0 => {
+                format!(
+                    "a constant flexibility, a stiffness of {:.3e} N/m",
+                    k.recip()
+                )
+            }
+            Shape::Constant(k) if self.unit == Unit::TurningFlexibility && k != 0.0 => {
+                format!(
+                    "a constant flexibility, a stiffness of {:.3e} N m/rad",
+                    k.recip()
+                )
+            }
             Shape::Constant(k) => format!("a constant stiffness of {k:.3e} {u}"),
             Shape::Mass(m) if self.unit == Unit::Stiffness => {
                 format!("a mass of {:.1} g (−ω² m)", 1e3 * m)
@@ -283,7 +295,7 @@ impl Data<'_> {
             (&first, Shape::Damper),
             (&half, Shape::HalfOrder),
         ];
-        let stiffness = matches!(unit, Unit::Stiffness | Unit::TurningStiffness);
+        let stiffness = unit == Unit::Stiffness;
         for (law, shape) in simple.into_iter().filter(|_| stiffness || relative) {
             let laws = beside(law.to_vec());
             if let Some((a, fitted)) = self.sum(&laws) {

@@ -48,13 +48,13 @@ pub enum Place {
 pub enum Unit {
     /// Force per displacement, N/m.
     Stiffness,
-    /// Moment per angle, N m/rad.
-    TurningStiffness,
+    /// Angle per moment, rad/(N m).
+    TurningFlexibility,
     /// Relative change.
     Relative,
     /// Arm on which the slope is read, m.
     Arm,
-    /// Displacement of the stator per force, m/N.
+    /// Displacement per force, m/N: of the stator, of the tool against the nose.
     Flexibility,
 }
 
@@ -63,7 +63,7 @@ impl Unit {
     pub fn text(self) -> &'static str {
         match self {
             Self::Stiffness => "N/m",
-            Self::TurningStiffness => "N m/rad",
+            Self::TurningFlexibility => "rad/(N m)",
             Self::Relative => "relative",
             Self::Arm => "m",
             Self::Flexibility => "m/N",
@@ -74,7 +74,7 @@ impl Unit {
     pub fn key(self) -> &'static str {
         match self {
             Self::Stiffness => "n_per_m",
-            Self::TurningStiffness => "n_m_per_rad",
+            Self::TurningFlexibility => "rad_per_n_m",
             Self::Relative => "relative",
             Self::Arm => "m",
             Self::Flexibility => "m_per_n",
@@ -178,8 +178,8 @@ impl Place {
         match self {
             Self::Nowhere | Self::Freed(_) => vec![],
             Self::Joint => vec![
-                ("turning", Unit::TurningStiffness),
-                ("across", Unit::Stiffness),
+                ("turning", Unit::TurningFlexibility),
+                ("across", Unit::Flexibility),
             ],
             Self::Apart(_) => vec![("x", Unit::Stiffness), ("y", Unit::Stiffness)],
             Self::Circulating(_) => vec![

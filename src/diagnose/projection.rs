@@ -334,7 +334,7 @@ impl Fitted<'_> {
             .collect()
     }
 
-    /// Stiffness of a joint in turning and across, nothing between the two: the flexibilities whose X comes nearest to what was found, by
+    /// Flexibility of a joint in turning and across, nothing between the two: the flexibilities whose X comes nearest to what was found, by
     /// Gauss–Newton from two starts.
     fn joint(&self) -> Vec<(c64, f64)> {
         let at = |z: &[c64; 2]| -> Vec<c64> {
@@ -348,7 +348,7 @@ impl Fitted<'_> {
         };
         let unit = c64::new(1.0, 0.0);
         let found = self.view.laws(&self.x);
-        let raw = [1, 0].map(|i| found[i].inv() / COLLET[1 - i]);
+        let raw = [1, 0].map(|i| found[i] / COLLET[1 - i]);
         let mut best: Option<(f64, [c64; 2], [f64; 2])> = None;
         for start in [[unit; 2], raw] {
             let mut z = start;
@@ -404,12 +404,9 @@ impl Fitted<'_> {
         let Some((_, z, deviations)) = best else {
             return found.into_iter().map(|v| (v, f64::INFINITY)).collect();
         };
-        // Turning first, as in the list of laws; d(1/s) = ds/s².
+        // Turning first, as in the list of laws.
         [1, 0]
-            .map(|i| {
-                let s = z[i] * COLLET[i];
-                (s.inv(), deviations[i] * COLLET[i] / s.norm_sqr())
-            })
+            .map(|i| (z[i] * COLLET[i], deviations[i] * COLLET[i]))
             .to_vec()
     }
 

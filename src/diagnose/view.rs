@@ -480,8 +480,8 @@ impl View<'_> {
                 let mut flexible = vec![ONE, ZERO, ZERO, ONE];
                 eliminate(&mut total, &mut flexible, 2, 2);
                 vec![
-                    (flexible[3] - 1.0 / RIGID_JOINT[1]).inv(),
-                    (flexible[0] - 1.0 / RIGID_JOINT[0]).inv(),
+                    flexible[3] - 1.0 / RIGID_JOINT[1],
+                    flexible[0] - 1.0 / RIGID_JOINT[0],
                 ]
             }
             Place::Housing => free[..1].to_vec(),

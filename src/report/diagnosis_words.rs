@@ -1,6 +1,7 @@
 //! A diagnosis in plain words: the effect, its size, its interval, and what to do about it.
 
 use super::readable::four_digits;
+use crate::diagnose::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
 use crate::spindle::{Effect, EffectKind, Location};
 
@@ -43,15 +44,29 @@ pub fn sentence(d: &Diagnosis) -> String {
             )
         }
         Verdict::Unexplained => {
-            let place = d.localisation.named().map_or(String::new(), |port| {
-                format!(
-                    "; it sits most likely at: {}, and looks like {} (χ² per residual {:.1} without, {:.1} with a free law there)",
-                    port.port,
-                    port.shape(),
-                    port.chi2_before,
-                    port.chi2_after
-                )
-            });
+            let nowhere = d
+                .localisation
+                .ports
+                .first()
+                .is_none_or(|p| p.place == Place::Nowhere);
+            let place = match d.localisation.named() {
+                Some(port) if !nowhere => {
+                    // Noise alone leaves about 1.
+                    let lead = if port.chi2_after < 2.0 {
+                        "; it sits most likely at"
+                    } else {
+                        "; no single place explains all of it, most is explained at"
+                    };
+                    format!(
+                        "{lead}: {}, and looks like {} (χ² per residual {:.1} without, {:.1} with a free law there)",
+                        port.port,
+                        port.shape(),
+                        port.chi2_before,
+                        port.chi2_after
+                    )
+                }
+                _ => "; no single place stands out".to_owned(),
+            };
             let correction = d.correction.as_ref().map_or(String::new(), |_| {
                 let ((ub, ua), (hb, ha)) = (d.gaps(false), d.gaps(true));
                 format!(
