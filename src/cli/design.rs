@@ -68,17 +68,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         route: arguments.route.into(),
         ..DesignSettings::default()
     };
-    let (weights, factor) = match arguments.tighten {
-        None => (written.clone(), 1.0),
+    let (found, factor) = match arguments.tighten {
+        None => (
+            run_design_with(&machine, &written, &settings, &progress)?,
+            1.0,
+        ),
         Some(asked) => tightened(&machine, &written, &settings, asked, &progress)?,
     };
-    let found = run_design_with(&machine, &weights, &settings, &progress)?;
     let mut folder = ResultsFolder::new();
     let mut summary = Summary::new();
     summary.set("run", "design");
     summary.set("spindle", machine.spindle.name.as_str());
     summary.set("tool", machine.tool.name.as_str());
-    summary.set("weights", weights.name.as_str());
+    summary.set("weights", written.name.as_str());
     summary.set("design", design_json(&found));
     let runs = [0.0, machine.spindle.max_rpm].map(|rpm| predict(&machine, &found.controller, rpm));
     let [rest, speed] = runs;
@@ -97,6 +99,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         summary.set("tightening", json);
     }
     if arguments.compare_routes {
+        let weights = Weights {
+            tool_tightening: written.tool_tightening * factor,
+            ..written.clone()
+        };
         let json = routes_json(&machine, &weights, &settings, (&found, &rest), &progress)?;
         summary.set("routes.designs", json);
     }

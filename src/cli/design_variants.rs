@@ -62,30 +62,47 @@ impl FromStr for Tighten {
     }
 }
 
-/// The weights with the tool's displacement limits divided by the factor, and that factor.
+/// The design with the tool's displacement limits divided by the factor asked for, and that factor. `auto` starts from the
+/// largest factor that the problem itself allows and steps back until the controller as it runs, reduced and rounded and
+/// stable itself, has µ ≤ 1 as well.
 pub fn tightened(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
     tighten: Tighten,
     progress: &Progress,
-) -> Result<(Weights, f64), Failure> {
-    let factor = match tighten {
-        Tighten::By(factor) => factor,
+) -> Result<(Design, f64), Failure> {
+    let by = |factor: f64| {
+        let tighter = Weights {
+            tool_tightening: weights.tool_tightening * factor,
+            ..weights.clone()
+        };
+        run_design_with(machine, &tighter, settings, progress)
+    };
+    let mut factor = match tighten {
+        Tighten::By(factor) => return Ok((by(factor)?, factor)),
         Tighten::Auto => {
             progress.stage("largest tightening");
             largest_tightening(machine, weights, settings)?
         }
     };
-    let tool_tightening = weights.tool_tightening * factor;
-    Ok((
-        Weights {
-            tool_tightening,
-            ..weights.clone()
-        },
-        factor,
-    ))
+    let mut found = by(factor)?;
+    for _ in 0..STEPS_BACK {
+        let mu = found.rounded.specification.upper;
+        if mu <= 1.0 {
+            break;
+        }
+        progress.line(format!("tightening by {factor:.2}: µ {mu:.3}"));
+        factor *= (STEP_BACK / mu).min(STEP_BACK);
+        found = by(factor)?;
+    }
+    Ok((found, factor))
 }
+
+/// What the tool's specification is loosened by beyond the excess of µ: it is not the only one that µ weighs.
+const STEP_BACK: f64 = 0.95;
+/// Designs tried with looser specifications; each step is at least 5 %.
+const STEPS_BACK: usize = 5;
 
 /// The design without tightening beside the tightened one.
 pub fn tightening_json(
@@ -99,7 +116,17 @@ pub fn tightening_json(
     let before = run_design_with(machine, written, settings, progress)?;
     let before_rest = predict(machine, &before.controller, 0.0)?;
     let gain = |now: f64, then: f64| number(now / then);
+    let percent = |now: f64, then: f64| 100.0 * (now / then - 1.0);
+    let sentence = format!(
+        "The tool's displacement limits divided by {factor:.2} give µ {:.3}; against the design as written the softest point changes by {:+.0} % (now at {:.0} Hz), the stiffness at 10 Hz by {:+.0} %, at the frequency of the top speed by {:+.0} %.",
+        tightened.rounded.specification.upper,
+        percent(rest.minimum.0, before_rest.minimum.0),
+        rest.minimum.1,
+        percent(rest.at_10_hz_n_per_m, before_rest.at_10_hz_n_per_m),
+        percent(rest.at_max_speed_n_per_m, before_rest.at_max_speed_n_per_m),
+    );
     Ok(json!({
+        "sentence": sentence,
         "factor": number(factor),
         "asked": match asked { Tighten::Auto => json!("auto"), Tighten::By(f) => number(f) },
         "designs": [

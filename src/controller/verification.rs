@@ -91,14 +91,29 @@ pub fn verify(
     conditions: &str,
 ) -> Result<Verification, VerificationError> {
     let last = points.max(2) - 1;
-    let speeds: Result<Vec<SpeedCheck>, VerificationError> = (0..=last)
-        .into_par_iter()
-        .map(|k| {
-            let speed_rpm = machine.spindle.max_rpm * k as f64 / last as f64;
+    let speeds: Vec<f64> = (0..=last)
+        .map(|k| machine.spindle.max_rpm * k as f64 / last as f64)
+        .collect();
+    verify_at(machine, controller, &speeds, conditions)
+}
+
+/// Checks the sampled loop of the full plant at the speeds given, rpm.
+///
+/// # Errors
+/// As [`verify`].
+pub fn verify_at(
+    machine: &Machine,
+    controller: &StateSpace<Discrete>,
+    speeds_rpm: &[f64],
+    conditions: &str,
+) -> Result<Verification, VerificationError> {
+    let speeds: Result<Vec<SpeedCheck>, VerificationError> = speeds_rpm
+        .par_iter()
+        .map(|speed_rpm| {
             let plant =
                 Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?.sampled()?;
             Ok(SpeedCheck {
-                speed_rpm,
+                speed_rpm: *speed_rpm,
                 growth_rate_per_s: growth_rate(&plant, controller).map_err(|source| {
                     ControllerError::Numeric {
                         step: "closed-loop stability",

@@ -10,6 +10,7 @@ use crate::augment::assembly::{UncertainMode, generalized_plane};
 use crate::augment::plane::{Route, design_plane};
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::augment::weights::Weights;
+use crate::robust::SynthesisError;
 use crate::robust::prescale::constant_scales;
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
@@ -21,6 +22,8 @@ pub struct Problems {
     pub split: Vec<ModeSplit>,
     /// Uncertainty of the covered problem.
     pub covered_modes: Vec<UncertainMode>,
+    /// Share of the guard modes' split that is covered.
+    pub guard_share: f64,
     /// Table 2 as written.
     pub specification: GeneralizedPlant,
     /// Mode uncertainty widened by the split.
@@ -37,6 +40,14 @@ pub struct Problems {
     pub period_s: f64,
 }
 
+/// A problem with its constant scales.
+struct Posed {
+    plant: GeneralizedPlant,
+    limit: Option<f64>,
+    scales: Vec<f64>,
+    gamma: f64,
+}
+
 /// Builds the three problems and the constant scales of the synthesis problem.
 pub(super) fn pose(
     machine: &Machine,
@@ -45,16 +56,22 @@ pub(super) fn pose(
 ) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
     let top_speed = machine.spindle.max_rpm * TAU / 60.0;
     let kept = machine.spindle.flexible_modes;
-    let split = gyroscopic_split(machine, top_speed, kept)?;
+    let split = gyroscopic_split(machine, top_speed, kept + settings.guard_modes)?;
     let table = |k: usize| weights.mode_uncertainty.get(k).copied().unwrap_or(0.0);
-    let modes = |widen: bool| -> Vec<UncertainMode> {
+    // Uncertainty as written, or widened by the split, that of the guard modes by a share of it.
+    let modes = |guard_share: Option<f64>| -> Vec<UncertainMode> {
         split
             .iter()
             .enumerate()
             .map(|(number, s)| UncertainMode {
                 number,
                 omega_rad_s: s.omega_rad_s,
-                relative: table(number) + if widen { s.relative() } else { 0.0 },
+                relative: table(number)
+                    + match guard_share {
+                        None => 0.0,
+                        Some(_) if number < kept => s.relative(),
+                        Some(share) => share * s.relative(),
+                    },
             })
             .filter(|m| m.relative > 0.0)
             .collect()
@@ -62,34 +79,59 @@ pub(super) fn pose(
     let build = |modes: &[UncertainMode], limit: Option<f64>, route: Route| {
         generalized(machine, weights, settings, modes, limit, route)
     };
-    let (written, covered_modes) = (modes(false), modes(true));
     let given = weights.complementary_sensitivity_limit;
-    let candidates: Vec<Option<f64>> = match given {
-        Some(limit) => vec![Some(limit)],
-        None => settings
-            .sensitivity_limits
-            .iter()
-            .map(|l| Some(*l))
-            .chain([None])
-            .collect(),
+    let tighter: Vec<f64> = match given {
+        Some(_) => vec![],
+        None => settings.sensitivity_limits.clone(),
     };
-    let mut start: Vec<f64> = covered_modes.iter().map(|_| STARTING_SCALE).collect();
-    let mut attempt = |limit: Option<f64>| -> Result<_, PipelineError> {
-        let posed = build(&covered_modes, limit, settings.route)?;
-        let found = constant_scales(&posed, &start)?;
-        start.clone_from(&found.scale);
-        start.pop();
-        Ok((posed, limit, found.scale, found.gamma))
-    };
-    let mut candidates = candidates.into_iter();
-    let mut chosen = attempt(candidates.next().flatten())?;
-    for limit in candidates {
-        if chosen.3 <= settings.gamma_target {
+    let mut shares = settings.guard_cover.clone();
+    shares.retain(|share| *share > 0.0 && settings.guard_modes > 0);
+    shares.push(0.0);
+    let mut chosen = None;
+    for share in shares {
+        let covered_modes = modes(Some(share));
+        let mut start: Vec<f64> = covered_modes.iter().map(|_| STARTING_SCALE).collect();
+        let mut attempt = |limit: Option<f64>| -> Result<Posed, PipelineError> {
+            let plant = build(&covered_modes, limit, settings.route)?;
+            let found = constant_scales(&plant, &start)?;
+            start.clone_from(&found.scale);
+            start.pop();
+            Ok(Posed {
+                plant,
+                limit,
+                scales: found.scale,
+                gamma: found.gamma,
+            })
+        };
+        // The loosest bound first: whether this share can be had at all.
+        let mut posed = attempt(given)?;
+        if posed.gamma <= settings.gamma_target {
+            // γ falls as the bound on T gives way: bisection finds the tightest bound of the list that is within reach.
+            let (mut low, mut high) = (0, tighter.len());
+            while low < high {
+                let middle = low.midpoint(high);
+                let tight = attempt(Some(tighter[middle]))?;
+                if tight.gamma <= settings.gamma_target {
+                    posed = tight;
+                    high = middle;
+                } else {
+                    low = middle + 1;
+                }
+            }
+        }
+        let reached = posed.gamma <= settings.gamma_target;
+        chosen = Some((posed, covered_modes, share));
+        if reached {
             break;
         }
-        chosen = attempt(limit)?;
     }
-    let (posed, sensitivity_limit, scales, gamma) = chosen;
+    let Some((posed, covered_modes, guard_share)) = chosen else {
+        return Err(PipelineError::Synthesis(SynthesisError::Partition(
+            "no problem was posed".to_owned(),
+        )));
+    };
+    let (sensitivity_limit, scales, gamma) = (posed.limit, posed.scales, posed.gamma);
+    let (posed, written) = (posed.plant, modes(None));
     let problems = Problems {
         specification: build(&written, None, Route::Direct)?,
         covered: build(&covered_modes, None, Route::Direct)?,
@@ -102,6 +144,7 @@ pub(super) fn pose(
         sensitivity_limit,
         period_s: machine.spindle.electronics.sample_period_s(),
         covered_modes,
+        guard_share,
         split,
     };
     Ok((problems, scales, gamma))

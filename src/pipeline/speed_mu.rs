@@ -19,6 +19,7 @@ use crate::lti::responder::FrequencyResponder;
 use crate::lti::{Continuous, Discrete, FrequencyGrid, Response, StateSpace};
 use crate::predict::closed_loop::{close, equivalent_poles};
 use crate::robust::mu::upper_bound;
+use crate::robust::structure::Scaling;
 use crate::spindle::plant::CHANNELS;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
@@ -37,6 +38,11 @@ pub struct SpeedMu {
 
 /// Speeds over the top speed.
 const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
+/// Every so many lines the bound is optimised for its scaling, whatever its value.
+const STRIDE: usize = 6;
+/// Rounds of so many lines round the largest value.
+const ROUNDS: usize = 2;
+const FINER: usize = 8;
 /// Lines of the plain grid and on each side of a pole: three to each half-power width.
 const LINES: usize = 160;
 const LINES_A_SIDE: usize = 3;
@@ -116,32 +122,84 @@ fn at_speed(
     let nyquist_hz = 0.5 / period;
     let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES)
         .refine_round_poles(&poles, LINES_A_SIDE);
-    let lines: Result<Vec<(f64, f64)>, PipelineError> = grid
-        .omega_rad_s()
+    let loops = |omega: f64| {
+        let (a, b) = (along.at(omega), across.at(omega));
+        let (ka, kb) = (own.at(omega), other.at(omega));
+        let v = 2.0 / period * (0.5 * omega * period).tan();
+        [1.0, -1.0].map(|sign| {
+            let turn = c64::new(0.0, sign);
+            let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
+                Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
+            };
+            let (m, blocks) = frame.closed(v, &whirl(&a, &b), &whirl(&ka, &kb));
+            (sign * omega, m, blocks)
+        })
+    };
+    let bound =
+        |m: &Mat<c64>, blocks: &[Block]| upper_bound(m, blocks).map_err(PipelineError::mu(STAGE));
+    let lines = grid.omega_rad_s();
+    let guides: Vec<usize> = (0..lines.len()).step_by(STRIDE).collect();
+    let guided: Result<Vec<[(f64, f64, Scaling); 2]>, PipelineError> = guides
         .par_iter()
-        .map(|omega| {
-            let (a, b) = (along.at(*omega), across.at(*omega));
-            let (ka, kb) = (own.at(*omega), other.at(*omega));
-            let v = 2.0 / period * (0.5 * omega * period).tan();
-            let mut largest = (0.0, *omega);
-            for sign in [1.0, -1.0] {
-                let turn = c64::new(0.0, sign);
-                let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
-                    Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
-                };
-                let (m, blocks) = frame.closed(v, &whirl(&a, &b), &whirl(&ka, &kb));
-                let (upper, _) = upper_bound(&m, &blocks).map_err(PipelineError::mu(STAGE))?;
-                if upper > largest.0 {
-                    largest = (upper, sign * omega);
-                }
-            }
-            Ok(largest)
+        .map(|k| {
+            let [forward, backward] = loops(lines[*k]);
+            let both = |(omega, m, blocks): (f64, Mat<c64>, Vec<Block>)| {
+                bound(&m, &blocks).map(|(upper, scaling)| (upper, omega, scaling))
+            };
+            Ok([both(forward)?, both(backward)?])
         })
         .collect();
-    let peak = lines?
-        .into_iter()
-        .max_by(|p, q| p.0.total_cmp(&q.0))
-        .unwrap_or((f64::NAN, f64::NAN));
+    let guided = guided?;
+    let mut peak = (0.0, f64::NAN);
+    let take = |peak: &mut (f64, f64), value: (f64, f64)| {
+        if value.0 > peak.0 {
+            *peak = value;
+        }
+    };
+    for (upper, omega, _) in guided.iter().flatten() {
+        take(&mut peak, (*upper, *omega));
+    }
+    // Any scaling gives a bound: where that of the nearest guide is below the peak already, the optimum is, too.
+    let search = |lines: &[f64], least: f64| -> Result<Vec<(f64, f64)>, PipelineError> {
+        let found: Result<Vec<Option<(f64, f64)>>, PipelineError> = lines
+            .par_iter()
+            .map(|omega| {
+                let after = guides.partition_point(|k| grid.omega_rad_s()[*k] < *omega);
+                let guide = guided.get(after).or(guided.last());
+                let mut largest: Option<(f64, f64)> = None;
+                for (side, (signed, m, blocks)) in loops(*omega).into_iter().enumerate() {
+                    if guide.is_some_and(|g| g[side].2.bound(&m) <= least) {
+                        continue;
+                    }
+                    let (upper, _) = bound(&m, &blocks)?;
+                    if largest.is_none_or(|l| upper > l.0) {
+                        largest = Some((upper, signed));
+                    }
+                }
+                Ok(largest)
+            })
+            .collect();
+        Ok(found?.into_iter().flatten().collect())
+    };
+    for value in search(lines, peak.0)? {
+        take(&mut peak, value);
+    }
+    let mut lines = lines.to_vec();
+    for _ in 0..ROUNDS {
+        // Once more between the neighbours of the largest.
+        let top = peak.1.abs();
+        let near = |from: f64, pick: fn(f64, f64) -> f64, side: &dyn Fn(&f64) -> bool| {
+            lines.iter().copied().filter(|w| side(w)).fold(from, pick)
+        };
+        let below = near(0.9 * top, f64::max, &|w| *w < top);
+        let above = near(1.1 * top, f64::min, &|w| *w > top);
+        lines = (0..FINER)
+            .map(|k| below + (above - below) * (k as f64 + 0.5) / FINER as f64)
+            .collect();
+        for value in search(&lines, peak.0)? {
+            take(&mut peak, value);
+        }
+    }
     Ok(SpeedMu {
         speed_rpm,
         mu: peak.0,

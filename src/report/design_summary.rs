@@ -92,8 +92,8 @@ pub fn arithmetic_json(design: &Design, predictions: &[Prediction]) -> Value {
     let rows = design.arithmetic.iter().zip(predictions).map(|(a, p)| {
         json!({
             "coefficients": a.name,
-            "mu_peak": number(a.stage.covered.upper),
-            "mu_table_as_written": number(a.stage.specification.upper),
+            "mu_peak": number(a.covered),
+            "mu_table_as_written": number(a.specification),
             "minimum_stiffness_n_per_m": number(p.minimum.0),
             "minimum_stiffness_frequency_hz": number(p.minimum.1),
             "stiffness_at_10_hz_n_per_m": number(p.at_10_hz_n_per_m),

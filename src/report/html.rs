@@ -31,7 +31,7 @@ struct Stage {
     stems: &'static [&'static str],
 }
 
-const STAGES: [Stage; 12] = [
+const STAGES: [Stage; 14] = [
     Stage {
         key: "model",
         title: "Rotor model",
@@ -83,6 +83,18 @@ const STAGES: [Stage; 12] = [
         key: "statements",
         title: "At the tool plane",
         lead: "The statements of the paper's figure 9 as numbers; worst: not undercut by any rotor within the uncertainty.",
+        stems: &[],
+    },
+    Stage {
+        key: "tightening",
+        title: "Tighter at the tool",
+        lead: "What the slack of the specification gives when it goes into the tool's displacement limits.",
+        stems: &[],
+    },
+    Stage {
+        key: "routes",
+        title: "Sampled design and emulation",
+        lead: "Both routes, each judged on the sampled loop: synthesis on the sampled plant, and continuous synthesis with a Padé delay followed by Tustin's rule.",
         stems: &[],
     },
     Stage {
@@ -395,6 +407,14 @@ fn plain_words(summary: &Value) -> Vec<String> {
     let proven = ["design.speed_proof.sentence", "design.controller_stability"]
         .into_iter()
         .filter_map(|path| word(summary, path).map(str::to_owned));
+=======
+    let proven = [
+        "design.speed_proof.sentence",
+        "design.controller_stability",
+        "tightening.sentence",
+    ]
+    .into_iter()
+    .filter_map(|path| word(summary, path).map(str::to_owned));
     if !sentences.is_empty() {
         sentences.extend(proven);
         return sentences;

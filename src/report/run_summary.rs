@@ -21,11 +21,9 @@ pub fn design_json(design: &Design) -> Value {
         .filter(|s| s.growth_rate_per_s < 0.0)
         .map(|s| s.speed_rpm)
         .collect();
-    let modes: Vec<Value> = design
-        .problems
-        .split
-        .iter()
-        .zip(&design.problems.covered_modes)
+    let covered = design.problems.covered_modes.iter();
+    let modes: Vec<Value> = covered
+        .filter_map(|mode| Some((design.problems.split.get(mode.number)?, mode)))
         .map(|(split, mode)| {
             json!({
                 "natural_frequency_hz": number(split.omega_rad_s / TAU),
@@ -74,6 +72,7 @@ pub fn design_json(design: &Design) -> Value {
             "frequency_hz": number(design.rounded.specification.frequency_hz),
         },
         "gyroscopic_cover": modes,
+        "guard_share_covered": number(design.problems.guard_share),
         "order_per_plane": [design.full.order, design.reduced.order, design.rounded.order],
         "steps": steps,
         "certificates": {

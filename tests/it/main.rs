@@ -5,6 +5,7 @@ mod chatter;
 mod compare_batch;
 mod connections;
 mod control_cases;
+mod design_options;
 mod dfit;
 mod diagnose_examples;
 mod diagnose_folder;

@@ -1,0 +1,210 @@
+//! What a design can be asked for besides Table 2: bounds on T, roll-off, integral action, a stable controller, two routes.
+
+use muspin::augment::GeneralizedPlant;
+use muspin::augment::assembly::{UncertainMode, generalized_plane, unscale_controller};
+use muspin::augment::plane::{Route, design_plane};
+use muspin::augment::weights::Weights;
+use muspin::input::{load_machine, load_weights};
+use muspin::linalg::{Mat, c64, max_singular_value_complex};
+use muspin::lti::sample::tustin;
+use muspin::lti::{Discrete, StateSpace};
+use muspin::pipeline::design::{Design, DesignSettings, design};
+use muspin::predict::closed_loop::{both_planes, compliance, sensitivity};
+use muspin::robust::dk::DkSettings;
+use muspin::robust::{HinfSettings, synthesise};
+use muspin::spindle::{Machine, ModelDetail, Plant};
+use std::f64::consts::TAU;
+
+fn reference() -> (Machine, Weights) {
+    (
+        load_machine("reference", "paper-tool").unwrap(),
+        load_weights("benchmark").unwrap(),
+    )
+}
+
+/// Plain H∞ design of one plane: generalized plant, level, four-axis controller at the sample rate.
+fn plain(machine: &Machine, weights: &Weights) -> (GeneralizedPlant, f64, StateSpace<Discrete>) {
+    let modes: [UncertainMode; 0] = [];
+    let flexible = machine.spindle.flexible_modes + 1;
+    let plane = design_plane(machine, flexible, &[], Route::Direct).unwrap();
+    let plant = generalized_plane(&plane, &modes, weights).unwrap();
+    let found = synthesise(&plant, &HinfSettings::default()).unwrap();
+    let period = machine.spindle.electronics.sample_period_s();
+    let law = tustin(&unscale_controller(&found.controller), period).unwrap();
+    (plant, found.gamma, both_planes(&law))
+}
+
+/// The model of the synthesis: kept modes and one guard mode, with the static flexibility of the rest.
+fn at_rest(machine: &Machine) -> Plant {
+    let detail = ModelDetail::Modes {
+        flexible: machine.spindle.flexible_modes + 1,
+        static_residual: true,
+    };
+    Plant::new(machine, 0.0, detail).unwrap()
+}
+
+#[test]
+fn a_bound_on_the_complementary_sensitivity_is_kept_by_the_loop() {
+    let (machine, written) = reference();
+    let free = plain(&machine, &written);
+    let limit = 4.0;
+    let weights = Weights {
+        complementary_sensitivity_limit: Some(limit),
+        ..written
+    };
+    let (plant, gamma, law) = plain(&machine, &weights);
+    assert_eq!(plant.errors(), free.0.errors() + 2);
+    assert!(gamma < 1.0, "{gamma}");
+    let model = at_rest(&machine);
+    let largest = |law: &StateSpace<Discrete>| {
+        (0..600)
+            .map(|k| {
+                let omega = TAU * 10f64.powf(f64::from(k) / 152.0);
+                let s = sensitivity(&model, law, omega);
+                let t = Mat::from_fn(4, 4, |i, j| {
+                    s[(i, j)] - c64::new(f64::from(u8::from(i == j)), 0.0)
+                });
+                max_singular_value_complex(&t)
+            })
+            .fold(0.0, f64::max)
+    };
+    // The response is that of the plant with its exact hold on a continuous signal: the sampled loop to a per cent in band.
+    let kept = largest(&law);
+    assert!(kept <= 1.02 * gamma * limit, "{kept}");
+    assert!(largest(&free.2) > kept, "the bound does something");
+}
+
+#[test]
+fn an_earlier_roll_off_takes_gain_from_high_frequencies() {
+    let (machine, written) = reference();
+    let gain = |weights: &Weights, hz: f64| {
+        let (_, _, law) = plain(&machine, weights);
+        let k = law.transfer(c64::from_polar(1.0, TAU * hz * law.time.period_s));
+        max_singular_value_complex(&k)
+    };
+    let early = Weights {
+        current_rolloff_hz: 1000.0,
+        ..written.clone()
+    };
+    let (late_gain, early_gain) = (gain(&written, 9000.0), gain(&early, 9000.0));
+    // The optimum need not use all that a later corner allows, but some of it.
+    assert!(early_gain < 0.7 * late_gain, "{early_gain} {late_gain}");
+}
+
+#[test]
+fn integral_action_gives_an_integrator_and_stiffness_at_rest() {
+    let (machine, written) = reference();
+    let corner_hz = 1.0;
+    let weights = Weights {
+        integral_corner_hz: Some(corner_hz),
+        ..written.clone()
+    };
+    let model = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
+    let stiffness = |law: &StateSpace<Discrete>| {
+        let x = compliance(&model, law, 0.0);
+        [2, 4].map(|k| x[(k, k)].norm().recip())
+    };
+    let (without, with) = (plain(&machine, &written), plain(&machine, &weights));
+    assert_eq!(with.0.errors(), without.0.errors() + 2);
+    assert!(with.1 < 1.0, "γ with integral action: {}", with.1);
+    let slowest = |law: &StateSpace<Discrete>| {
+        law.poles()
+            .unwrap()
+            .iter()
+            .map(|z| (z.ln() / law.time.period_s).norm())
+            .fold(f64::INFINITY, f64::min)
+    };
+    // A pole at a thousandth of the corner in each plane and loop, where the plain design has none near.
+    assert!(slowest(&with.2) < 2e-3 * TAU * corner_hz);
+    assert!(slowest(&without.2) > 1.0);
+    for (now, then) in stiffness(&with.2).iter().zip(stiffness(&without.2)) {
+        // 100 N may move the signals by a thousandth of 10 µm; actuator and sensor planes differ by the shaft between.
+        assert!(*now > 1e9 && *now > 10.0 * then, "{now} {then}");
+    }
+}
+
+fn quick() -> DesignSettings {
+    DesignSettings {
+        dk: DkSettings {
+            max_iterations: 1,
+            descent_rounds: 0,
+            ..DesignSettings::default().dk
+        },
+        guard_cover: vec![],
+        ..DesignSettings::default()
+    }
+}
+
+fn designed(weights: &Weights, settings: &DesignSettings) -> Design {
+    let machine = load_machine("reference", "paper-tool").unwrap();
+    design(&machine, weights, settings, &mut |_| {}).unwrap()
+}
+
+#[test]
+fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
+    // Table 2 without a bound on T: the optimal controller has poles in the right half plane.
+    let (_, written) = reference();
+    let settings = DesignSettings {
+        sensitivity_limits: vec![],
+        ..quick()
+    };
+    let found = designed(&written, &settings);
+    let own = &found.own_stability;
+    assert!(own.found_growth_rate_per_s > 0.0, "the case has changed");
+    let words = own.sentence();
+    match own.chosen.and_then(|k| own.alternatives.get(k)) {
+        Some(stable) => {
+            assert!(stable.mu <= 1.05 * own.found_mu);
+            assert!(
+                found.controller_growth_rate_per_s < 0.0,
+                "reduced and rounded as well"
+            );
+            assert!(words.contains("delivered"), "{words}");
+        }
+        None => panic!("{words}: {:?}", own.alternatives),
+    }
+}
+
+#[test]
+fn both_routes_are_judged_on_the_sampled_loop() {
+    let (_, written) = reference();
+    let weights = Weights {
+        complementary_sensitivity_limit: Some(6.0),
+        ..written
+    };
+    let direct = designed(&weights, &quick());
+    let emulated = designed(
+        &weights,
+        &DesignSettings {
+            route: Route::Emulation { pade_order: 4 },
+            ..quick()
+        },
+    );
+    assert!(direct.emulated.is_none());
+    let e = emulated.emulated.unwrap();
+    // In continuous time both promise the same; sampling takes its toll of the emulated one only.
+    assert!((e.mu_continuous / direct.full.synthesis - 1.0).abs() < 0.1);
+    assert!(
+        e.mu_sampled > 1.1 * direct.full.synthesis,
+        "{}",
+        e.mu_sampled
+    );
+    assert!((e.mu_sampled / emulated.full.synthesis - 1.0).abs() < 1e-3);
+    assert!(emulated.rounded.specification.upper > direct.rounded.specification.upper);
+    // Both are proven over speed, and μ of the rotating plant at rest is the certified one.
+    for d in [&direct, &emulated] {
+        assert!(d.speed_proof.is_complete());
+        let rest = d.speed_mu[0];
+        assert!(
+            (rest.mu / d.rounded.specification.upper - 1.0).abs() < 5e-3,
+            "{rest:?}"
+        );
+        let [exact, single, fixed] = &d.arithmetic[..] else {
+            panic!("three arithmetics")
+        };
+        for other in [single, fixed] {
+            let (a, b) = (exact.covered, other.covered);
+            assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+        }
+    }
+}
