@@ -44,8 +44,8 @@ impl TuneSettings {
             // A micrometre of noise or of an unknown mode above the band asks for two amperes at most: what the µ controller
             // of the reference spindle has there, so that neither is held shorter than the other.
             high_frequency_gain_a_per_m: 2.0e6,
-            population: 20,
-            generations: 400,
+            population: 24,
+            generations: 500,
             seed: 1,
             speeds: 6,
         }

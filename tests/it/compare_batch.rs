@@ -181,6 +181,7 @@ fn batch_reads_every_tool_before_it_designs_and_writes_nothing_on_error() {
 }
 
 #[test]
+#[ignore = "a design takes half a minute; run with: cargo test --release --test it batch -- --ignored"]
 fn batch_of_one_tool_fills_table_picture_and_folder() {
     let temporary = tempfile::tempdir().unwrap();
     let out = temporary.path().join("batch");
