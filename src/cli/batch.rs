@@ -45,6 +45,9 @@ pub struct Arguments {
     out: String,
 }
 
+/// Smallest factor on the tool's specification that the search tries.
+const SMALLEST_FACTOR: f64 = 1.0 / 64.0;
+
 /// One line of the table.
 struct Row {
     tool: String,
@@ -156,11 +159,15 @@ fn one(
         None
     } else {
         progress.stage(format!("{tool}: largest tightening"));
-        Some(largest_tightening(
-            machine,
-            weights,
-            &DesignSettings::default(),
-        )?)
+        {
+            let factor = largest_tightening(machine, weights, &DesignSettings::default())?;
+            // The end of the search's range: no factor was found that is met.
+            Some(if factor > SMALLEST_FACTOR {
+                factor
+            } else {
+                0.0
+            })
+        }
     };
     let mut own = ResultsFolder::new();
     add_controller(&mut own, machine, &design)?;
@@ -172,17 +179,12 @@ fn one(
         &format!("{tool}/pid.json"),
         controller_json(&pid.controller),
     )?;
-    let stable = design
-        .verification
-        .speeds
-        .iter()
-        .take_while(|s| s.growth_rate_per_s < 0.0);
     let [own, other] = &rest;
     Ok(Row {
         mu: design.rounded.specification.upper,
         covered: design.rounded.covered.upper,
         order: 2 * design.rounded.order,
-        stable_to_rpm: stable.last().map_or(f64::NAN, |s| s.speed_rpm),
+        stable_to_rpm: design.speed_proof.proven_to_rpm(),
         worst: [least(&worst[0]), least(&worst[1])],
         met,
         tightening,
@@ -207,6 +209,7 @@ fn sentences(rows: &[Row]) -> Value {
         .iter()
         .filter(|r| !r.met)
         .map(|r| match r.tightening {
+            Some(0.0) => format!("{} (at no size of its tool specification)", r.tool),
             Some(t) => format!("{} (up to {t:.2} times its tool specification)", r.tool),
             None => r.tool.clone(),
         })

@@ -15,8 +15,8 @@ use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict};
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
 use crate::predict::chatter::{Engagement, Material};
 use crate::report::comparison::{
-    certificate_json, figure_9_words, measured_json, pid_json, ratio_json, statements_json,
-    worst_json,
+    certificate_json, figure_9_words, measured_json, measured_row, pid_json, ratio_json,
+    statements_json, statements_table, worst_json,
 };
 use crate::report::comparison_figures::worst_figures;
 use crate::report::plot::Curve;
@@ -180,22 +180,35 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let measured: Vec<Measured> = hammers
         .iter()
         .map(|h| Measured {
-            name: format!("measured ({})", h.name),
+            name: format!("measured ({})", stem(&h.name)),
             speed_rpm: h.frf.speed_rpm,
             frequency_hz: h.frf.frequency_hz.clone(),
             stiffness_n_per_m: h.frf.compliance.iter().map(|c| c.norm().recip()).collect(),
         })
         .collect();
     for (m, hammer) in measured.iter().zip(&hammers) {
-        let key = format!("tool_plane.{}", m.name.replace(['.', ' '], "_"));
+        let key = format!(
+            "tool_plane.measured_{}",
+            stem(&hammer.name).replace(['.', ' '], "_")
+        );
         let shown = lightly_damped(&hammer.frf);
         summary.set(&key, measured_json(m, &shown, &flexible_hz, top / 60.0));
     }
     add_ratios(&mut summary, &runs);
-    let words = figure_9_words(
-        &runs.iter().map(|(_, p)| p).collect::<Vec<_>>(),
-        &worst_least(&worst),
-    );
+    let every: Vec<&Prediction> = runs.iter().map(|(_, p)| p).collect();
+    let words = figure_9_words(&every, &worst_least(&worst));
+    let mut statements = statements_table(&every, &worst, &flexible_hz, top / 60.0);
+    let rows = measured.iter();
+    statements.extend(rows.map(|m| measured_row(m, &flexible_hz, top / 60.0)));
+    summary.set("statements", Value::Array(statements));
+    summary.set("verdict.met", result == Outcome::Done);
+    let sentence = match result {
+        Outcome::Done => "every loop is stable at every speed checked",
+        Outcome::TargetMissed => {
+            "a loop is not stable at every speed checked, or the design misses its specification"
+        }
+    };
+    summary.set("verdict.sentence", sentence);
     summary.set("plain_words", words);
     summary.set("speeds_rpm", crate::report::summary::numbers(&speeds));
     summary.set("top_speed_hz", number(machine.spindle.max_rpm / 60.0));
@@ -228,6 +241,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
 const LOBE_POINTS: usize = 1000;
+
+/// The name of a record's file without folders and extension.
+fn stem(name: &str) -> &str {
+    let path = std::path::Path::new(name);
+    path.file_stem().and_then(|s| s.to_str()).unwrap_or(name)
+}
 
 /// Resonances of a hammer record that a local fit resolves: those with a damping ratio of two percent at most.
 fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {

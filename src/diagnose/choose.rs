@@ -7,6 +7,8 @@
 use super::DiagnoseError;
 use super::evidence::Use;
 use super::fit::{FINAL_FLOOR, Point};
+use super::hypothesis::Hypothesis;
+use super::place::Place;
 use super::search::{ACCEPT, BLOCK_FAILS, Candidate, Round, Search, Standing};
 use crate::spindle::{Effect, EffectKind};
 
@@ -31,7 +33,11 @@ pub(super) struct Chosen {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub(super) fn choose(search: &Search, null: &Standing) -> Result<Chosen, DiagnoseError> {
+pub(super) fn choose(
+    search: &Search,
+    null: &Standing,
+    sole: Option<&Place>,
+) -> Result<Chosen, DiagnoseError> {
     let round = search.round(null)?;
     let ranking = ranked(&round);
     let strength = match round.finalists.first() {
@@ -48,6 +54,10 @@ pub(super) fn choose(search: &Search, null: &Standing) -> Result<Chosen, Diagnos
     let Some(first) = better(search, null, &round)? else {
         return Ok(chosen(null.clone(), vec![]));
     };
+    if let (Some(place), false) = (sole, complete(search, &first)?) {
+        let (standing, rivals) = at_place(search, null, place, (first, round.finalists))?;
+        return Ok(chosen(standing, rivals));
+    }
     // What looks explained may hide a second effect behind the small parameters; what does not, has more for certain.
     let mut begins = vec![first.clone()];
     if !complete(search, &first)? {
@@ -69,6 +79,40 @@ pub(super) fn choose(search: &Search, null: &Standing) -> Result<Chosen, Diagnos
         standing = thinned(search, standing, &mut rivals)?;
     }
     Ok(chosen(standing, rivals))
+}
+
+/// Where all that is missing sits at one place and no single effect explains it: one and two effects that the place can host.
+fn at_place(
+    search: &Search,
+    null: &Standing,
+    place: &Place,
+    (mut standing, mut rivals): (Standing, Vec<Candidate>),
+) -> Result<(Standing, Vec<Candidate>), DiagnoseError> {
+    let hosted: Vec<Hypothesis> = search
+        .catalogue
+        .iter()
+        .filter(|h| place.hosts(h.kind, &h.place))
+        .cloned()
+        .collect();
+    let narrow = Search {
+        catalogue: &hosted,
+        ..*search
+    };
+    let mut begins = vec![null.clone()];
+    for _ in 0..2 {
+        let Some((next, others)) = extend(&narrow, &begins)? else {
+            break;
+        };
+        let done = complete(search, &next)?;
+        begins = vec![next.clone()];
+        if done || next.nearer_than(&standing) {
+            (standing, rivals) = (next, others);
+        }
+        if done {
+            break;
+        }
+    }
+    Ok((standing, rivals))
 }
 
 /// The best set with one more effect than one of `begins`, and all that were in the race.

@@ -3,6 +3,7 @@
 //! With v the derivative of the whitened residuals to an effect, J those of the small parameters and of what was named, N = JᵀJ with priors:
 //! what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the score falls by [`ACCEPT`]; it is found nine
 //! times in ten when √λ exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are.
+//! What is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is: then that is the smallest size.
 
 use super::DiagnoseError;
 use super::evidence::Use;
@@ -15,6 +16,10 @@ use rayon::prelude::*;
 
 /// Every so many lines are looked at.
 const STRIDE: usize = 6;
+/// Step of the derivative in a fit coordinate, all of which are of order one: a sharp resonance is linear over no more than this.
+const STEP: f64 = 1e-5;
+/// Growth of a size until it is worth a name.
+const GROWTH: f64 = 1.05;
 /// Quantile of the normal distribution for nine in ten.
 const NINE_IN_TEN: f64 = 1.28;
 
@@ -56,9 +61,12 @@ pub fn detectable(
         .into_par_iter()
         .map(|h| {
             let mut theta = h.start.clone();
-            // No effect, or as little as the coordinate allows.
+            // No effect, or as little as the coordinate allows; a joint stays rigid the other way.
             if let Some(t) = theta.first_mut() {
                 *t -= h.size(&h.start);
+            }
+            if h.kind == EffectKind::ToolJoint {
+                theta.fill(0.0);
             }
             h.clamp(&mut theta);
             let with: Vec<Hypothesis> = named.iter().chain([h]).cloned().collect();
@@ -73,7 +81,11 @@ pub fn detectable(
                 problem.residual(&there, FINAL_FLOOR)
             };
             let start = theta.first().copied().unwrap_or_default();
-            let step = h.step(0).max(1e-3);
+            let step = match h.kind {
+                // Positions are read within 1 µm of a node as the node itself.
+                EffectKind::SensorOffset | EffectKind::ActuatorOffset => h.step(0),
+                _ => STEP,
+            };
             let (a, b) = (residual(start)?, residual(start + step)?);
             let n = a.len();
             let v = Mat::from_fn(n, 1, |i, _| (a[i] - b[i]) / step);
@@ -90,6 +102,15 @@ pub fn detectable(
             let mut smallest = theta.clone();
             if let Some(t) = smallest.first_mut() {
                 *t += needed / left.sqrt();
+            }
+            for _ in 0..400 {
+                if h.matters(&smallest) {
+                    break;
+                }
+                let nothing = start;
+                if let Some(t) = smallest.first_mut() {
+                    *t = nothing + (*t - nothing) * GROWTH;
+                }
             }
             let meant = smallest.first().copied();
             h.clamp(&mut smallest);

@@ -154,9 +154,9 @@ pub fn diagnose(
     };
     progress("the machine as it is");
     let null = search.stand(&[], &search.origin(), Use::ALL)?;
-    let chosen = choose(&search, &null)?;
     progress("where it sits");
     let localisation = localise(&search)?;
+    let chosen = choose(&search, &null, localisation.sole())?;
     let best = chosen.standing.candidate.clone();
     let misfit = search.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
     let explained = best.floor == FINAL_FLOOR && misfit.value < BLOCK_FAILS;

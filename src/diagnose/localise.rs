@@ -29,6 +29,13 @@ const ROUNDS: [Round; 3] = [
 const PASS: [usize; 2] = [20, 8];
 /// Steps by which the best station is moved: stations are a few centimetres apart.
 const STATION_STEPS_M: [f64; 3] = [0.016, 0.008, 0.004];
+/// χ² per degree of freedom below which a place explains everything: noise and floor leave 0.6 to 0.8.
+const EXPLAINED: f64 = 1.2;
+/// Lines of a band, and χ² per degree of freedom that noise does not leave over so many.
+const BAND: usize = 10;
+const QUIET: f64 = 2.2;
+/// Ratio to the χ² of every other place from which a place is the only one.
+const ALONE: f64 = 3.0;
 /// A station closer than this to a named one has its name, m.
 const NEAR_M: f64 = 0.006;
 /// Small parameters further out than this many standard deviations are tried without their prior, the furthest few.
@@ -84,6 +91,27 @@ impl Localisation {
     /// The best place at which something is, if any was followed to the end.
     pub fn named(&self) -> Option<&PortScore> {
         self.ports.iter().find(|p| p.place != Place::Nowhere)
+    }
+
+    /// The one place that explains everything while no other comes near. What is missing is then there, in the catalogue or not.
+    pub fn sole(&self) -> Option<&Place> {
+        let (best, others) = self.ports.split_first()?;
+        let alone = others
+            .iter()
+            .all(|p| p.chi2_after > ALONE * best.chi2_after);
+        // A second effect may hide in a narrow band.
+        let mut left: Vec<(f64, f64)> = best
+            .frequency_hz
+            .iter()
+            .copied()
+            .zip(best.line_after.iter().copied())
+            .collect();
+        left.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let quiet = left
+            .windows(BAND)
+            .all(|w| w.iter().map(|l| l.1).sum::<f64>() < QUIET * BAND as f64);
+        (best.place != Place::Nowhere && best.chi2_after < EXPLAINED && alone && quiet)
+            .then_some(&best.place)
     }
 }
 

@@ -6,6 +6,7 @@
 //! Modes far above the band answer as springs in the derivatives and in the gyroscopic coupling.
 
 pub mod port;
+mod strain;
 
 use super::DiagnoseError;
 use super::chain::{Chain, eliminate};
@@ -17,6 +18,7 @@ use crate::spindle::machine::{Effective, Housing};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 use port::Probe;
 use std::f64::consts::TAU;
+use strain::Strain;
 
 /// Outputs and inputs of a line: four axes, tool x, tool y.
 pub const SIDE: usize = 6;
@@ -64,8 +66,7 @@ pub struct Assembled {
     housings: Vec<Housing>,
     effective: Effective,
     sensor_bandwidth_hz: f64,
-    /// Per modulus group: dynamic×dynamic, dynamic×ports, ports×ports.
-    groups: Vec<[Vec<f64>; 3]>,
+    strain: Option<Strain>,
     coupled: bool,
 }
 
@@ -272,29 +273,7 @@ impl Model {
                 ports: flat(&across * still, factor),
             }
         });
-        let mut groups = vec![];
-        if derivatives {
-            let count = ports.len();
-            let (d, h) = (dynamic - RIGID, n - dynamic);
-            let low = vectors.submatrix(0, 0, m, d);
-            let still = Mat::from_fn(h, count, |k, p| {
-                ports[p][dynamic + k] / omega[dynamic + k].powi(2)
-            });
-            let high = vectors.submatrix(0, d, m, h) * &still;
-            for group in &skeleton.groups {
-                let own = Mat::from_fn(m, m, |i, j| group[(i + RIGID, j + RIGID)]);
-                let (on_low, on_high) = (&own * low, &own * &high);
-                let a = low.transpose() * &on_low;
-                let b = low.transpose() * &on_high;
-                let c = high.transpose() * &on_high;
-                let flat = |m: &Mat<f64>| -> Vec<f64> {
-                    (0..m.nrows())
-                        .flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)]))
-                        .collect()
-                };
-                groups.push([flat(&a), flat(&b), flat(&c)]);
-            }
-        }
+        let strain = derivatives.then(|| Strain::new(skeleton, &vectors, &omega, &ports, dynamic));
         let coupled = gyroscopic.is_some()
             || turning.iter().any(|t| *t != 0.0)
             || feedback
@@ -312,7 +291,7 @@ impl Model {
             ports,
             feedback,
             effective,
-            groups,
+            strain,
             coupled,
         })
     }
@@ -336,8 +315,6 @@ impl Model {
 struct Planar {
     x: Vec<c64>,
     closed: Vec<c64>,
-    left: Vec<c64>,
-    right: Vec<c64>,
 }
 
 impl Assembled {
@@ -479,121 +456,13 @@ impl Assembled {
                 }
             }
         }
-        // L (3×p) and R (p×3) of the closed loop round the ports.
-        let mut left = vec![ZERO; 3 * p];
-        let mut right = vec![ZERO; p * 3];
-        for (o, out) in OUT.into_iter().enumerate() {
-            left[o * p + out] += 1.0;
-            for a in 0..m {
-                left[o * p + f[a].0] += closed[out * p + f[a].0] * gains[a];
-            }
-        }
-        for (i, input) in IN.into_iter().enumerate() {
-            right[input * 3 + i] += 1.0;
-            for a in 0..m {
-                right[f[a].0 * 3 + i] += gains[a] * closed[f[a].0 * p + input];
-            }
-        }
-        Planar {
-            x,
-            closed,
-            left,
-            right,
-        }
+        Planar { x, closed }
     }
 
     /// Derivatives of the closed 3×3 receptance to moduli, ks, ln ζ.
     fn slopes(&self, at: &Planar, w: f64, layout: &Layout) -> Vec<[c64; 9]> {
-        let (p, d) = (self.ports.len(), self.dynamic);
-        let e = d - RIGID;
-        // Coordinates behind the closed loop: outputs × dynamic and dynamic × inputs.
-        let (mut xl, mut xr) = (vec![ZERO; 3 * d], vec![ZERO; d * 3]);
-        for k in 0..d {
-            for o in 0..3 {
-                let mut sum = (ZERO, ZERO);
-                for q in 0..p {
-                    let x = at.x[k * p + q];
-                    sum.0 += at.left[o * p + q] * x;
-                    sum.1 += x * at.right[q * 3 + o];
-                }
-                xl[o * d + k] = sum.0;
-                xr[k * 3 + o] = sum.1;
-            }
-        }
-        let mut all = Vec::with_capacity(layout.groups + 8);
-        let mut zx = vec![ZERO; d * 3];
-        for [a, b, c] in &self.groups {
-            // z = a X_r + b R  (dynamic×3);  dH = −(X_l z + (b L)ᵀ X_r + L c R)
-            for k in 0..e {
-                let row = &a[k * e..(k + 1) * e];
-                let mut sum = [ZERO; 3];
-                for (l, value) in row.iter().enumerate() {
-                    for i in 0..3 {
-                        sum[i] += xr[(l + RIGID) * 3 + i] * *value;
-                    }
-                }
-                for q in 0..p {
-                    for i in 0..3 {
-                        sum[i] += at.right[q * 3 + i] * b[k * p + q];
-                    }
-                }
-                zx[k * 3..k * 3 + 3].copy_from_slice(&sum);
-            }
-            let mut still = [ZERO; 9];
-            // b-part: Σ_q L_oq Σ_k b_kq X_r,k ; c-part: Σ_q L_oq Σ_s c_qs R_s
-            for q in 0..p {
-                let mut t = [ZERO; 3];
-                for k in 0..e {
-                    for i in 0..3 {
-                        t[i] += xr[(k + RIGID) * 3 + i] * b[k * p + q];
-                    }
-                }
-                for s in 0..p {
-                    for i in 0..3 {
-                        t[i] += at.right[s * 3 + i] * c[q * p + s];
-                    }
-                }
-                for o in 0..3 {
-                    for i in 0..3 {
-                        still[3 * o + i] -= at.left[o * p + q] * t[i];
-                    }
-                }
-            }
-            for o in 0..3 {
-                for k in 0..e {
-                    let x = xl[o * d + k + RIGID];
-                    for i in 0..3 {
-                        still[3 * o + i] -= x * zx[k * 3 + i];
-                    }
-                }
-            }
-            all.push(still);
-        }
-        for bearing in 0..2 {
-            let port = 1 + bearing;
-            let ks = self.effective.bearings[bearing].ks_n_per_m;
-            let mut h = [ZERO; 9];
-            for (o, out) in OUT.into_iter().enumerate() {
-                for (i, input) in IN.into_iter().enumerate() {
-                    h[3 * o + i] = ks * at.closed[out * p + port] * at.closed[port * p + input];
-                }
-            }
-            all.push(h);
-        }
-        for mode in 0..super::nuisance::DAMPED_MODES {
-            let mut h = [ZERO; 9];
-            let last = mode + 1 == super::nuisance::DAMPED_MODES;
-            let until = if last { d } else { RIGID + mode + 1 };
-            for k in (RIGID + mode).min(d)..until.min(d) {
-                let slope = c64::new(0.0, w * self.modal[k]);
-                for o in 0..3 {
-                    for i in 0..3 {
-                        h[3 * o + i] -= xl[o * d + k] * slope * xr[k * 3 + i];
-                    }
-                }
-            }
-            all.push(h);
-        }
-        all
+        let all = self.ported_slopes(at, w, &OUT, &IN, layout);
+        let block = |of: &Vec<c64>| std::array::from_fn(|n| of[n]);
+        all.iter().map(block).collect()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::model::Model;
 use super::model::port::Probe;
+use crate::spindle::{EffectKind, Location};
 
 /// A place; bearings and axes by index, front first, x first.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +89,47 @@ impl Place {
             self,
             Self::Station(_) | Self::Apart(_) | Self::Circulating(_) | Self::Joint | Self::Housing
         )
+    }
+
+    /// Whether an effect of this kind may be what is missing here.
+    pub fn hosts(&self, kind: EffectKind, location: &Location) -> bool {
+        use EffectKind as K;
+        let at = |b: usize| matches!(location, Location::Bearing(w) if w.includes(b));
+        let both = at(0) && at(1);
+        match self {
+            Self::Nowhere | Self::Freed(_) => true,
+            Self::Station(_) | Self::Apart(_) | Self::Circulating(_) => matches!(
+                kind,
+                K::ToolMass
+                    | K::AddedMass
+                    | K::AddedStiffness
+                    | K::CrossCoupling
+                    | K::InternalDamping
+                    | K::Gyroscopic
+                    | K::NegativeStiffness
+            ),
+            Self::Joint => matches!(kind, K::ToolJoint | K::ToolMass | K::RegionStiffness),
+            Self::Housing => kind == K::HousingMode,
+            Self::Loop => match kind {
+                K::LoopDelay => true,
+                K::AmplifierBandwidth
+                | K::EddyCurrents
+                | K::ForceConstant
+                | K::SensorLowpass
+                | K::SensorGain => both,
+                _ => false,
+            },
+            Self::Sensors(b) => matches!(kind, K::SensorLowpass | K::SensorGain) && at(*b),
+            Self::Currents(b) => {
+                let kinds = [K::AmplifierBandwidth, K::EddyCurrents, K::ForceConstant];
+                kinds.contains(&kind) && at(*b)
+            }
+            Self::Turned(b) => kind == K::AxisMisalignment && at(*b),
+            Self::Coupled(b) => kind == K::BearingCoupling && at(*b),
+            Self::SensorPlane(b) => kind == K::SensorOffset && at(*b),
+            Self::ActuatorPlane(b) => kind == K::ActuatorOffset && at(*b),
+            Self::Sensor(_) | Self::Current(_) | Self::Crosstalk(_) => false,
+        }
     }
 
     /// Position of a place on the shaft, m.

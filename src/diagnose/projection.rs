@@ -13,6 +13,8 @@ use crate::linalg::{Mat, c64, solve};
 
 /// Standard deviation of a small parameter that is under test: free.
 const FREE_SD: f64 = 1.0;
+/// Flexibility of a usual collet, across (m/N) and in turning (rad/(N m)): the unit in which joints are sought.
+const COLLET: [f64; 2] = [5e-9, 1e-5];
 /// Numbers below this many standard deviations may as well be zero.
 const INSIGNIFICANT: f64 = 3.0;
 /// Longest step of a small parameter: a factor stays one.
@@ -320,8 +322,102 @@ impl Fitted<'_> {
         }
     }
 
+    /// R x of the triangle that whitens X.
+    fn triangle(&self, x: &[c64]) -> Vec<c64> {
+        let n = self.basis.kept.len();
+        (0..n)
+            .map(|k| {
+                (k..n).fold(ZERO, |sum, l| {
+                    sum + self.basis.r[l][k] * x[self.basis.kept[l]]
+                })
+            })
+            .collect()
+    }
+
+    /// Stiffness of a joint in turning and across, nothing between the two: the flexibilities whose X comes nearest to what was found, by
+    /// Gauss–Newton from two starts.
+    fn joint(&self) -> Vec<(c64, f64)> {
+        let at = |z: &[c64; 2]| -> Vec<c64> {
+            let s: [c64; 2] = std::array::from_fn(|i| z[i] * COLLET[i]);
+            self.triangle(&self.view.jointed(s))
+        };
+        let wanted = self.triangle(&self.x);
+        let cost = |there: &[c64]| -> f64 {
+            let both = wanted.iter().zip(there);
+            both.map(|(a, b)| (a - b).norm_sqr()).sum()
+        };
+        let unit = c64::new(1.0, 0.0);
+        let found = self.view.laws(&self.x);
+        let raw = [1, 0].map(|i| found[i].inv() / COLLET[1 - i]);
+        let mut best: Option<(f64, [c64; 2], [f64; 2])> = None;
+        for start in [[unit; 2], raw] {
+            let mut z = start;
+            let mut deviations = [0.0; 2];
+            for _ in 0..12 {
+                let here = at(&z);
+                let step = 1e-4;
+                let columns: Vec<Vec<c64>> = (0..2)
+                    .map(|i| {
+                        let mut there = z;
+                        there[i] += step;
+                        let moved = at(&there);
+                        moved
+                            .iter()
+                            .zip(&here)
+                            .map(|(a, b)| (a - b) / step)
+                            .collect()
+                    })
+                    .collect();
+                let product =
+                    |a: &[c64], b: &[c64]| a.iter().zip(b).fold(ZERO, |s, (a, b)| s + a.conj() * b);
+                let left: Vec<c64> = wanted.iter().zip(&here).map(|(a, b)| a - b).collect();
+                let (a, b, c) = (
+                    product(&columns[0], &columns[0]).re,
+                    product(&columns[0], &columns[1]),
+                    product(&columns[1], &columns[1]).re,
+                );
+                let determinant = a * c - b.norm_sqr();
+                if determinant <= 1e-14 * a * c {
+                    break;
+                }
+                let (p, q) = (product(&columns[0], &left), product(&columns[1], &left));
+                let mut change = [
+                    (p * c - b * q) / determinant,
+                    (q * a - b.conj() * p) / determinant,
+                ];
+                deviations = [(c / determinant).sqrt(), (a / determinant).sqrt()];
+                // Half a step until it is an improvement; six halvings make it small against the deviations.
+                let now = cost(&here);
+                for _ in 0..6 {
+                    if cost(&at(&[z[0] + change[0], z[1] + change[1]])) < now {
+                        break;
+                    }
+                    change = change.map(|c| c * 0.5);
+                }
+                z = [z[0] + change[0], z[1] + change[1]];
+            }
+            let value = cost(&at(&z));
+            if value.is_finite() && best.as_ref().is_none_or(|b| value < b.0) {
+                best = Some((value, z, deviations));
+            }
+        }
+        let Some((_, z, deviations)) = best else {
+            return found.into_iter().map(|v| (v, f64::INFINITY)).collect();
+        };
+        // Turning first, as in the list of laws; d(1/s) = ds/s².
+        [1, 0]
+            .map(|i| {
+                let s = z[i] * COLLET[i];
+                (s.inv(), deviations[i] * COLLET[i] / s.norm_sqr())
+            })
+            .to_vec()
+    }
+
     /// The law and its standard deviation, in the order of [`Place::laws`].
     pub fn laws(&self) -> Vec<(c64, f64)> {
+        if *self.view.place() == Place::Joint && !self.view.split() && self.basis.kept.len() > 1 {
+            return self.joint();
+        }
         let here = self.view.laws(&self.x);
         let mut variance = vec![0.0; here.len()];
         for (a, sd) in self.sd.iter().enumerate() {

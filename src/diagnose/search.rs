@@ -219,28 +219,49 @@ impl Search<'_> {
             self.problem(&with(h), usage).fit(from, stages)
         };
         let lower = rung_below(w);
-        let base = self.problem(present, thin(3)).linear(&standing.from, w)?;
+        // Where nothing fails, a linear step on all lines tells what is worth a fit.
+        let settled = w == FINAL_FLOOR && standing.failure < FAILS;
+        let screen = if settled { Use::ALL } else { thin(3) };
+        let base = self.problem(present, screen).linear(&standing.from, w)?;
         let first: Vec<(Hypothesis, Point, f64)> = free
             .par_iter()
             .filter_map(|h| {
                 let mut from = standing.from.clone();
                 from.theta.push(h.start.clone());
                 let (at, chi2) = self
-                    .problem(&with(h), thin(3))
+                    .problem(&with(h), screen)
                     .predicted(&base, &from, w)
                     .ok()?;
-                Some(((*h).clone(), at, chi2))
+                // A joint has no small size from which a step could tell.
+                let hopeful = chi2 < standing.candidate.fit.chi2 - 0.5 * ACCEPT
+                    || h.kind == crate::spindle::EffectKind::ToolJoint;
+                (!settled || hopeful).then(|| ((*h).clone(), at, chi2))
             })
             .collect();
         let (first, mut ranking) = shortlist(first, lists[0]);
-        let second: Vec<(Hypothesis, Fit)> = first
+        // From a coarser floor again: the new effect may have moved what the small parameters had been fitted to.
+        let stages: &[Stage] = if settled {
+            &[(w, 4)]
+        } else {
+            &[(3.0 * w, 3), (w, 2)]
+        };
+        let begun: Vec<(Hypothesis, Fit)> = first
             .par_iter()
-            .filter_map(|(h, at, _)| {
-                // From a coarser floor again: the new effect may have moved what the small parameters had been fitted to.
-                let stages = [(3.0 * w, 3), (w, 3), (lower, 4)];
-                Some((h.clone(), fit(h, at, thin(3), &stages).ok()?))
+            .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), stages).ok()?)))
+            .collect();
+        let begun = distinct(begun, 2 * lists[1]);
+        let second: Vec<(Hypothesis, Fit)> = begun
+            .kept
+            .into_par_iter()
+            .filter_map(|(h, f)| {
+                let further = fit(&h, &f.at, thin(3), &[(lower, 4)]).ok()?;
+                Some((h, further))
             })
             .collect();
+        ranking.extend(begun.rest.into_iter().map(|(h, f)| {
+            let score = score(&f);
+            (h, f.at, score)
+        }));
         let second = distinct(second, lists[1]);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second

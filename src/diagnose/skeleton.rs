@@ -10,6 +10,7 @@ use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::rotor::{PlanarModes, Rotor, Section};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
+use std::ops::Range;
 
 /// Modes kept: at 58 half elements the fortieth lies beyond 100 kHz.
 const MODES: usize = 34;
@@ -23,6 +24,8 @@ const RIGID_JOINT_MODES: usize = 20;
 const STATIC_DIRECTIONS: usize = 24;
 /// Modes below the end of a sweep, whose change with a modulus the coordinates must follow.
 const BENT_MODES: usize = 3;
+/// Strain energy, relative, that is rounding.
+const NO_STRAIN: f64 = 1e-11;
 /// Ritz vectors whose independent part is smaller than this (squared, relative) repeat the others.
 const INDEPENDENT: f64 = 1e-10;
 
@@ -35,6 +38,10 @@ pub struct Skeleton {
     pub stiffness: Mat<f64>,
     /// Stiffness of each element group, n×n.
     pub groups: Vec<Mat<f64>>,
+    /// Strains v of all groups, K_g = Σ v vᵀ: flexible coordinates × strains.
+    pub strains: Mat<f64>,
+    /// Which of them belong to a group.
+    pub strains_of_group: Vec<Range<usize>>,
     /// Gyroscopic matrix, n×n.
     pub gyroscopic: Mat<f64>,
     /// Relative translation and rotation of the movable joint, if there is one.
@@ -190,7 +197,8 @@ impl Skeleton {
                 }
             })
         };
-        let groups = groups.into_iter().map(clean).collect();
+        let groups: Vec<Mat<f64>> = groups.into_iter().map(clean).collect();
+        let (strains, strains_of_group) = strains(&groups)?;
         let joint = joint_rows.map(|[a, b]| {
             let row = |d: usize| -> Vec<f64> {
                 (0..size)
@@ -219,6 +227,8 @@ impl Skeleton {
             shapes,
             stiffness,
             groups,
+            strains,
+            strains_of_group,
             joint,
         })
     }
@@ -248,6 +258,27 @@ impl Skeleton {
             .map(|k| row.iter().map(|(dof, a)| a * self.shapes[(*dof, k)]).sum())
             .collect())
     }
+}
+
+/// Strains of stiffness matrices, flexible coordinates × strains, and the columns of each.
+fn strains(groups: &[Mat<f64>]) -> Result<(Mat<f64>, Vec<Range<usize>>), DiagnoseError> {
+    let (mut columns, mut ranges): (Vec<Vec<f64>>, _) = (vec![], vec![]);
+    let flexible = groups.first().map_or(0, |g| g.nrows() - RIGID);
+    for group in groups {
+        let own = Mat::from_fn(flexible, flexible, |i, j| group[(i + RIGID, j + RIGID)]);
+        let (values, vectors) = symmetric_eigen(&own)?;
+        let largest = values.last().copied().unwrap_or_default();
+        let from = columns.len();
+        for (k, value) in values.iter().enumerate() {
+            if *value > NO_STRAIN * largest {
+                let amplitude = value.sqrt();
+                columns.push((0..flexible).map(|i| amplitude * vectors[(i, k)]).collect());
+            }
+        }
+        ranges.push(from..columns.len());
+    }
+    let matrix = Mat::from_fn(flexible, columns.len(), |i, j| columns[j][i]);
+    Ok((matrix, ranges))
 }
 
 /// The same machine with every element cut in two at its middle.

@@ -191,6 +191,11 @@ fn product(a: &[c64], b: &[c64], rows: usize, inner: usize, columns: usize) -> V
 }
 
 impl View<'_> {
+    /// The place.
+    pub fn place(&self) -> &Place {
+        self.scene.place
+    }
+
     /// Whether forwards and backwards have laws of their own.
     pub fn split(&self) -> bool {
         self.scene.split
@@ -446,6 +451,15 @@ impl View<'_> {
     /// X from Δ.
     pub fn bound(&self, free: &[c64]) -> Vec<c64> {
         self.signs(free, -1.0)
+    }
+
+    /// X of a joint with flexibility across (m/N) and in turning (rad/(N m)) and none between the two.
+    pub fn jointed(&self, flexibility: [c64; 2]) -> Vec<c64> {
+        let law = |i: usize| {
+            let rigid = RIGID_JOINT[i];
+            c64::new(rigid, 0.0) - (flexibility[i] + 1.0 / rigid).inv()
+        };
+        self.bound(&[law(0), ZERO, law(1)])
     }
 
     /// The laws that X means, in the order of [`Place::laws`]; stiffness positive for a spring.

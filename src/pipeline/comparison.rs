@@ -16,6 +16,8 @@ use std::f64::consts::TAU;
 
 /// Band of the tool's dynamic stiffness and of the sensitivity, Hz.
 pub const BAND_HZ: (f64, f64) = (1.0, 4000.0);
+/// Low frequency at which stiffness is compared, Hz.
+pub const LOW_HZ: f64 = 10.0;
 /// Points of the plain grid over the band; points round the closed-loop poles are added.
 const GRID_POINTS: usize = 400;
 /// Points on each side of every closed-loop pole: both skirts of a lightly damped peak to a percent of its height.
@@ -55,6 +57,10 @@ pub fn predict(
 ) -> Result<Prediction, PipelineError> {
     let (plant, poles, grid) = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
     let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
+    // The two frequencies at which stiffness is stated are lines of their own: beside a sharp zero nothing can be interpolated.
+    let top_speed_hz = machine.spindle.max_rpm / 60.0;
+    let stated = [LOW_HZ, top_speed_hz].map(|f| f * TAU);
+    let grid = FrequencyGrid::from_rad_s(grid.omega_rad_s().iter().copied().chain(stated));
     let stiffness = [0, 1].map(|axis| dynamic_stiffness(&plant, controller, axis, &grid));
     let minimum = stiffness
         .iter()
@@ -65,8 +71,8 @@ pub fn predict(
         name: controller.name.clone(),
         speed_rpm,
         minimum,
-        at_10_hz_n_per_m: stiffness_at(&plant, controller, 0, 10.0),
-        at_max_speed_n_per_m: stiffness_at(&plant, controller, 0, machine.spindle.max_rpm / 60.0),
+        at_10_hz_n_per_m: stiffness_at(&plant, controller, 0, LOW_HZ),
+        at_max_speed_n_per_m: stiffness_at(&plant, controller, 0, top_speed_hz),
         sensitivity: axis_sensitivity(&plant, controller, &grid),
         poles_rad_s: poles,
         modes: loop_modes(&plant, &law)?,

@@ -2,7 +2,7 @@
 //! at rest over that uncertainty widened by the gyroscopic split of the top speed, which stands for every speed at once.
 
 use super::PipelineError;
-use super::comparison::{BAND_HZ, closed_loop, discrete};
+use super::comparison::{BAND_HZ, LOW_HZ, closed_loop, discrete};
 use crate::augment::split::gyroscopic_split;
 use crate::controller::Controller;
 use crate::controller::verification::growth_rate;
@@ -38,8 +38,6 @@ pub struct WorstPrediction {
     pub corner_growth_rate_per_s: f64,
 }
 
-/// Low frequency at which stiffness is compared, Hz.
-pub const LOW_HZ: f64 = 10.0;
 /// Points of the plain grid.
 const GRID_POINTS: usize = 240;
 /// Points on each side of a closed-loop pole.

@@ -6,11 +6,12 @@ use super::summary::{number, numbers};
 use crate::controller::pid_certificate::{PeakSensitivity, PidCertificate, ZONE_B_DB};
 use crate::controller::pid_tune::{TuneSettings, TunedPid};
 use crate::identify::peaks::Resonance;
-use crate::pipeline::comparison::Prediction;
-use crate::pipeline::worst::{Cover, LOW_HZ, WorstPrediction};
+use crate::pipeline::comparison::{LOW_HZ, Prediction};
+use crate::pipeline::worst::{Cover, WorstPrediction};
 use crate::predict::dips::{Dip, dips};
 use crate::predict::modes::{FLEXIBLE, LoopMode};
 use crate::predict::worst_case::WorstCurve;
+use crate::report::comparison_figures::NamedWorst;
 use crate::report::run_figures::Measured;
 use serde_json::{Map, Value, json};
 
@@ -114,6 +115,8 @@ fn curve_json(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> V
         })
         .collect();
     json!({
+        "from_hz": number(first),
+        "at_lowest_line_n_per_m": number(at(f, k, first)),
         "at_10_hz_n_per_m": number(at(f, k, LOW_HZ)),
         "at_max_speed_n_per_m": number(at(f, k, top_speed_hz)),
         "minimum_n_per_m": number(lowest.1),
@@ -125,14 +128,15 @@ fn curve_json(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> V
 
 /// The curve at a frequency, linear between lines in both logarithms; not a number outside.
 fn at(f: &[f64], k: &[f64], hz: f64) -> f64 {
+    // A line that differs by rounding of its unit is the line.
+    let same = |x: &f64| (x / hz - 1.0).abs() < 1e-9;
+    if let Some((_, k)) = f.iter().zip(k).find(|(x, _)| same(x)) {
+        return *k;
+    }
     let after = f.partition_point(|x| *x < hz);
-    match (
-        after
-            .checked_sub(1)
-            .and_then(|i| Some((f.get(i)?, k.get(i)?))),
-        f.get(after).zip(k.get(after)),
-    ) {
-        (_, Some((f1, k1))) if *f1 == hz => *k1,
+    let before = after.checked_sub(1);
+    let line = |i: usize| f.get(i).zip(k.get(i));
+    match (before.and_then(line), line(after)) {
         (Some((f0, k0)), Some((f1, k1))) => {
             let t = (hz / f0).ln() / (f1 / f0).ln();
             k0 * (k1 / k0).powf(t)
@@ -196,6 +200,102 @@ pub fn ratio_json(first: &Prediction, other: &Prediction) -> Value {
     })
 }
 
+/// The statements of figure 9 as one table: a record per controller, speed and axis. Axes that agree share one.
+pub fn statements_table(
+    runs: &[&Prediction],
+    worst: &[NamedWorst],
+    flexible_hz: &[f64],
+    top_speed_hz: f64,
+) -> Vec<Value> {
+    let mut rows = vec![];
+    for run in runs {
+        let same_speed =
+            |w: &&WorstPrediction| w.cover == Cover::Speed && w.speed_rpm == run.speed_rpm;
+        let cases = worst.iter().find(|(_, name, _)| *name == run.name);
+        let at_speed = cases.and_then(|(_, _, cases)| cases.iter().find(same_speed));
+        let [x, y] = &run.stiffness;
+        let alike = match (x.minimum(), y.minimum()) {
+            (Some(a), Some(b)) => (a.0 / b.0 - 1.0).abs() < 1e-6,
+            _ => false,
+        };
+        for (axis, curve) in run
+            .stiffness
+            .iter()
+            .enumerate()
+            .take(if alike { 1 } else { 2 })
+        {
+            let (f, k) = (&curve.frequency_hz, &curve.magnitude_n_per_m);
+            let figures = curve_json(f, k, flexible_hz, top_speed_hz);
+            let peak = at_speed.and_then(|w| w.worst.compliance[axis].peak());
+            let mut row = Map::new();
+            row.insert("controller".to_owned(), run.name.as_str().into());
+            row.insert("speed_rpm".to_owned(), number(run.speed_rpm));
+            let name = if alike { "x and y" } else { ["x", "y"][axis] };
+            row.insert("axis".to_owned(), name.into());
+            copy_figures(&mut row, &figures);
+            row.insert(
+                "worst_n_per_m".to_owned(),
+                number(peak.map_or(f64::NAN, |(_, e)| 1.0 / e.upper)),
+            );
+            for (n, mode) in run.modes.flexible.iter().enumerate() {
+                row.insert(
+                    format!("damping_mode_{}_percent", n + 1),
+                    mode.map_or(Value::Null, |m| number(100.0 * m.damping_ratio)),
+                );
+            }
+            row.insert("rigid_body_modes".to_owned(), rigid_words(run).into());
+            rows.push(Value::Object(row));
+        }
+    }
+    rows
+}
+
+/// A measured record as a row of the same table.
+pub fn measured_row(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
+    let figures = curve_json(
+        &measured.frequency_hz,
+        &measured.stiffness_n_per_m,
+        flexible_hz,
+        top_speed_hz,
+    );
+    let mut row = Map::new();
+    row.insert("controller".to_owned(), measured.name.as_str().into());
+    row.insert("speed_rpm".to_owned(), number(measured.speed_rpm));
+    copy_figures(&mut row, &figures);
+    Value::Object(row)
+}
+
+fn copy_figures(row: &mut Map<String, Value>, figures: &Value) {
+    for (to, from) in [
+        ("at_10_hz_n_per_m", "at_10_hz_n_per_m"),
+        ("at_top_speed_n_per_m", "at_max_speed_n_per_m"),
+        ("smallest_n_per_m", "minimum_n_per_m"),
+        ("where_hz", "minimum_frequency_hz"),
+    ] {
+        row.insert(to.to_owned(), figures[from].clone());
+    }
+}
+
+fn rigid_words(prediction: &Prediction) -> String {
+    let each: Vec<String> = prediction
+        .modes
+        .rigid
+        .iter()
+        .map(|m| {
+            format!(
+                "{:.0} Hz with {:.0} % damping",
+                m.frequency_hz,
+                100.0 * m.damping_ratio
+            )
+        })
+        .collect();
+    if each.is_empty() {
+        "no oscillating one".to_owned()
+    } else {
+        each.join(" and ")
+    }
+}
+
 /// The statements of figure 9 in sentences: the first controller against the others, at the first speed.
 pub fn figure_9_words(runs: &[&Prediction], worst: &[(String, f64)]) -> Value {
     let mut words: Vec<String> = vec![];
@@ -238,23 +338,7 @@ pub fn figure_9_words(runs: &[&Prediction], worst: &[(String, f64)]) -> Value {
         "Damping of the flexible modes in percent: {}.",
         list(&damping)
     ));
-    let rigid = |p: &Prediction| match p.modes.rigid.as_slice() {
-        [] => "no oscillating one".to_owned(),
-        all => {
-            let each: Vec<String> = all
-                .iter()
-                .map(|m| {
-                    format!(
-                        "{:.0} Hz with {:.0} % damping",
-                        m.frequency_hz,
-                        100.0 * m.damping_ratio
-                    )
-                })
-                .collect();
-            each.join(" and ")
-        }
-    };
-    words.push(format!("Rigid-body modes: {}.", list(&rigid)));
+    words.push(format!("Rigid-body modes: {}.", list(&rigid_words)));
     let bounds: Vec<String> = worst
         .iter()
         .map(|(name, k)| format!("{name} {:.2}", micro(*k)))

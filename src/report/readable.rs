@@ -40,12 +40,13 @@ const fn unit(suffix: &'static str, printed: &'static str, factor: f64) -> Unit 
 }
 
 /// Longer suffixes first: `_n_per_m` also ends in `_m`.
-const UNITS: [Unit; 22] = [
+const UNITS: [Unit; 23] = [
     unit("_n_m_s_per_rad", "N·m·s/rad", 1.0),
     unit("_n_m_per_rad", "N·m/rad", 1.0),
     unit("_n_per_m", "N/µm", 1e-6),
     unit("_n_per_a", "N/A", 1.0),
     unit("_m_per_n", "µm/N", 1e6),
+    unit("_a_per_m", "A/µm", 1e-6),
     unit("_kg_m2", "kg·m²", 1.0),
     unit("_rad_s", "rad/s", 1.0),
     unit("_percent", "%", 1.0),

@@ -75,7 +75,7 @@ fn compare_shows_what_the_reference_run_found() {
         let same = found
             .pointer(&format!("/stiffness/{name}/at_10_hz_n_per_m"))
             .unwrap();
-        assert!((ten / same.as_f64().unwrap() - 1.0).abs() < 1e-3);
+        assert!((ten / same.as_f64().unwrap() - 1.0).abs() < 1e-9);
         assert_eq!(first["flexible_modes"].as_array().unwrap().len(), 3);
         assert!(
             first["flexible_modes"][0]["damping_ratio"]
@@ -132,10 +132,9 @@ fn a_hammer_record_stands_beside_the_prediction_of_its_loop() {
         v["tool_stiffness"].get("x").unwrap_or(&v["tool_stiffness"])[key].as_f64()
     };
     // The record has an effect that the model lacks: the same size, not the same number.
-    for key in ["at_max_speed_n_per_m", "minimum_n_per_m"] {
-        let ratio = at(measured, key).unwrap() / at(&predicted[0], key).unwrap();
-        assert!((0.2..5.0).contains(&ratio), "{key}: {ratio}");
-    }
+    let key = "at_max_speed_n_per_m";
+    let ratio = at(measured, key).unwrap() / at(&predicted[0], key).unwrap();
+    assert!((0.3..3.0).contains(&ratio), "{ratio}");
     // Resonances that the record resolves are near poles of the predicted loop.
     let light = measured["lightly_damped_modes"].as_array().unwrap();
     for mode in light {

@@ -7,6 +7,7 @@ use super::super::DiagnoseError;
 use super::super::chain::Chain;
 use super::super::nuisance::{DAMPED_MODES, Layout};
 use super::super::skeleton::Skeleton;
+use super::strain::Behind;
 use super::{Assembled, IN, Law, OUT, Planar, RIGID, SIDE, Square, ZERO};
 use crate::linalg::c64;
 
@@ -112,7 +113,7 @@ impl Assembled {
         }
     }
 
-    fn ported_slopes(
+    pub(super) fn ported_slopes(
         &self,
         at: &Planar,
         w: f64,
@@ -121,7 +122,6 @@ impl Assembled {
         layout: &Layout,
     ) -> Vec<Vec<c64>> {
         let (p, d, n) = (self.ports.len(), self.dynamic, outs.len());
-        let e = d - RIGID;
         let gains: Vec<c64> = self.feedback.iter().map(|(_, law)| law.gain(w)).collect();
         // L = 1 + H_c κ (n×p) and R = 1 + κ H_c (p×n), then the coordinates behind them.
         let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
@@ -151,46 +151,14 @@ impl Assembled {
             }
         }
         let mut all = Vec::with_capacity(layout.groups + 2 + DAMPED_MODES);
-        let mut zx = vec![ZERO; n];
-        for [a, b, c] in &self.groups {
-            let mut slope = vec![ZERO; n * n];
-            for k in 0..e {
-                // Row k of a X_r + b R, and of b L for the static part on the left.
-                zx.fill(ZERO);
-                for (l, value) in a[k * e..(k + 1) * e].iter().enumerate() {
-                    let row = &xr[(l + RIGID) * n..(l + RIGID + 1) * n];
-                    for (z, x) in zx.iter_mut().zip(row) {
-                        *z += x * *value;
-                    }
-                }
-                for q in 0..p {
-                    for (i, z) in zx.iter_mut().enumerate() {
-                        *z += right[q * n + i] * b[k * p + q];
-                    }
-                }
-                for o in 0..n {
-                    let x = xl[o * d + k + RIGID];
-                    let mut still = ZERO;
-                    for q in 0..p {
-                        still += left[o * p + q] * b[k * p + q];
-                    }
-                    for i in 0..n {
-                        slope[o * n + i] -= x * zx[i] + still * xr[(k + RIGID) * n + i];
-                    }
-                }
-            }
-            for o in 0..n {
-                for s in 0..p {
-                    let mut sum = ZERO;
-                    for q in 0..p {
-                        sum += left[o * p + q] * c[q * p + s];
-                    }
-                    for i in 0..n {
-                        slope[o * n + i] -= sum * right[s * n + i];
-                    }
-                }
-            }
-            all.push(slope);
+        if let Some(strain) = &self.strain {
+            all.extend(strain.slopes(&Behind {
+                n,
+                left: &xl,
+                right: &xr,
+                left_ports: &left,
+                right_ports: &right,
+            }));
         }
         for (port, ks) in Self::MAGNETS.into_iter().zip(self.negative_stiffness()) {
             let entry = |o: usize, i: usize| at.closed[o * p + port] * at.closed[port * p + i] * ks;

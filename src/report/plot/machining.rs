@@ -58,7 +58,9 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
     let panels = quantities.iter().enumerate().map(|(row, q)| {
         let x = Axis::categories("", tools.to_vec());
         let x = if row == last { x } else { x.unlabelled() };
-        let mut panel = Panel::new(q.label, x, Axis::linear("", q.unit));
+        // The heading says what it is, the axis only in which unit.
+        let mut panel = Panel::new(q.label, x, Axis::linear(q.unit, ""));
+        panel.y.range = outlier_free(q);
         let width = 0.76 / q.bars.len().max(1) as f64;
         for (k, (name, values)) in q.bars.iter().enumerate() {
             let place = names.iter().position(|n| n == name).unwrap_or(0) % COLORS.len();
@@ -82,26 +84,46 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
         panel.height_px = if row == last { 215 } else { 175 };
         panel
     });
-    Figure::new(
+    let mut figure = Figure::new(
         title,
         "Designs for each tool side by side.",
         panels.collect(),
-    )
+    );
+    // Every name of a tool is to be read: a name takes up to 110 px.
+    figure.width_px = figure.width_px.max(110 * tools.len() as u32 + 120);
+    figure
+}
+
+/// A range that shows most bars well when one of them is out of all proportion (it then ends at the frame; the table has
+/// its value); `None` when all of them fit.
+fn outlier_free(q: &ToolQuantity) -> Option<[f64; 2]> {
+    let bars = q.bars.iter().flat_map(|(_, values)| values.iter().copied());
+    let lines = q.references.iter().map(|(value, _)| *value);
+    let mut values: Vec<f64> = bars.filter(|v| v.is_finite() && *v > 0.0).collect();
+    values.sort_by(f64::total_cmp);
+    let (median, largest) = (*values.get(values.len() / 2)?, *values.last()?);
+    let limit = 2.5 * median;
+    if largest <= limit {
+        return None;
+    }
+    let shown = values.iter().copied().filter(|v| *v <= limit).chain(lines);
+    Some([0.0, 1.15 * shown.fold(0.0, f64::max)])
 }
 
 /// Dynamic stiffness of every tool (N/m over Hz, drawn in N/µm), one panel a controller: heading and curves.
 pub fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: f64) -> Figure {
-    let every = panels.iter().flat_map(|(_, curves)| curves);
-    let values = every
-        .flat_map(|c| c.y.iter().copied())
-        .filter(|y| y.is_finite());
-    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(a, b), y| (a.min(y), b.max(y)));
+    // One range for both, round the softest points of the tools: far above them, and far below the usual, nothing is decided.
+    let softest = panels.iter().flat_map(|(_, curves)| curves).map(|c| {
+        let finite = c.y.iter().copied().filter(|y| *y > 0.0);
+        1e-6 * finite.fold(f64::INFINITY, f64::min)
+    });
+    let mut softest: Vec<f64> = softest.filter(|y| y.is_finite()).collect();
+    softest.sort_by(f64::total_cmp);
+    let range = softest.first().zip(softest.get(softest.len() / 2));
+    let range = range.map(|(least, median)| (least.max(median / 60.0) * 0.7, 40.0 * median));
     let drawn = panels.iter().map(|(name, curves)| {
-        let mut y = Axis::log("Dynamic stiffness", "N/µm");
-        // One range, so that the controllers compare; far above the softest point nothing is decided.
-        if low > 0.0 && high > low {
-            y = y.with_range(0.7e-6 * low, 1e-6 * high.min(300.0 * low));
-        }
+        let y = Axis::log("Dynamic stiffness", "N/µm");
+        let y = range.map_or(y.clone(), |(low, high)| y.with_range(low, high));
         let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
         panel.series = curves.iter().map(|c| c.scaled(1e-6)).collect();
         panel.marks = vec![super::figure::Mark {
