@@ -26,7 +26,6 @@ use crate::controller::{ControlLaw, Controller};
 use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::predict::closed_loop::{both_planes, compliance};
-use crate::robust::MuError;
 use crate::robust::dk::{DkSettings, DkStep, iterate};
 use crate::robust::prescale::scaled;
 use crate::spindle::{Machine, ModelDetail, Plant};

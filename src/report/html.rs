@@ -404,10 +404,6 @@ fn plain_words(summary: &Value) -> Vec<String> {
         .filter_map(Value::as_str)
         .map(str::to_owned)
         .collect();
-    let proven = ["design.speed_proof.sentence", "design.controller_stability"]
-        .into_iter()
-        .filter_map(|path| word(summary, path).map(str::to_owned));
-=======
     let proven = [
         "design.speed_proof.sentence",
         "design.controller_stability",
