@@ -173,6 +173,6 @@ pub fn routes_json(
             },
         );
     }
-    progress.line("both routes designed".to_owned());
+    progress.line("both routes designed");
     Ok(Value::Array(rows))
 }
