@@ -264,9 +264,12 @@ impl Search<'_> {
         }));
         let second = distinct(second, lists[1]);
         (self.progress)("finalists");
+        let leader = second.kept.first().map_or(0.0, |(_, f)| f.chi2);
         let third: Vec<(Hypothesis, Fit)> = second
             .kept
             .par_iter()
+            // Ten times the leader's χ² on the same lines: whatever is still to come down does not come down by that much.
+            .filter(|(_, f)| f.chi2 < 10.0 * leader + 100.0)
             .filter_map(|(h, f)| Some((h.clone(), fit(h, &f.at, Use::ALL, &[(lower, 4)]).ok()?)))
             .collect();
         let third = distinct(third, lists[2]);
@@ -277,7 +280,7 @@ impl Search<'_> {
             // Four times the best χ² at a floor above the final one: out of the race.
             .filter(|(_, f)| f.chi2 < 4.0 * best + 100.0)
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Use::ALL).ok())
-            .filter(|c| matters(c))
+            .filter(matters)
             .collect();
         // Whoever reaches a lower floor is ahead; at one floor the score counts.
         finalists.sort_by(|a, b| {
