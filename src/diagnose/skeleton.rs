@@ -1,6 +1,6 @@
 //! The free-free shaft in Ritz coordinates in which moduli, joint and ports can move without a new FE assembly.
 //!
-//! Every element of the file is halved, so that the mesh of the model is not what the data complain about. The coordinates are the
+//! Every element of the file is cut in four, so that the mesh of the model is not what the data complain about. The coordinates are the
 //! lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g K_g
 //! (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes.
 //! Limits: valid up to about the highest kept mode; 4 kHz lies far below.
@@ -12,7 +12,9 @@ use crate::rotor::{PlanarModes, Rotor, Section};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 use std::ops::Range;
 
-/// Modes kept: at 58 half elements the fortieth lies beyond 100 kHz.
+/// Parts of an element of the file. With two, the mesh looked like 0.1 g at the tip of the tool.
+const PARTS: usize = 4;
+/// Modes kept: of the reference shaft the fortieth lies beyond 100 kHz.
 const MODES: usize = 34;
 /// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept modes' range serves.
 const SHIFT_RAD_S: f64 = 2000.0;
@@ -26,8 +28,12 @@ const STATIC_DIRECTIONS: usize = 24;
 const BENT_MODES: usize = 3;
 /// Strain energy, relative, that is rounding.
 const NO_STRAIN: f64 = 1e-11;
+/// Tool plane, nose, sensors and actuators: the first of the quasi-static shapes.
+const PORTS: usize = 6;
+/// How much more the shapes of the ports and of the joint count, so that none of them is lost among the others.
+const PORT_WEIGHT: f64 = 10.0;
 /// Ritz vectors whose independent part is smaller than this (squared, relative) repeat the others.
-const INDEPENDENT: f64 = 1e-10;
+const INDEPENDENT: f64 = 1e-8;
 
 /// Reduced matrices of a shaft, and what its ports see.
 #[derive(Clone, Debug)]
@@ -111,7 +117,7 @@ impl Skeleton {
             }
         }
         // The forces by which a changed modulus bends the lowest modes.
-        let group = |element: usize| group_of_element.get(element / 2).copied();
+        let group = |element: usize| group_of_element.get(element / PARTS).copied();
         for element in 0..rotor.sections().len() {
             let Some(group) = group(element) else {
                 continue;
@@ -148,10 +154,13 @@ impl Skeleton {
         let rest = &statics - &modal * shared;
         let gram = rest.transpose() * (m * &rest);
         let candidates = statics.ncols();
+        let first =
+            |i: usize| i < PORTS || (i + 2 >= rows.len() && i < rows.len() && movable_joint);
         let scale: Vec<f64> = (0..candidates)
             .map(|i| {
                 let own = gram[(i, i)].max(0.0).sqrt();
-                if own > 0.0 { own.recip() } else { 0.0 }
+                let weight = if first(i) { PORT_WEIGHT } else { 1.0 };
+                if own > 0.0 { weight / own } else { 0.0 }
             })
             .collect();
         let gram = Mat::from_fn(candidates, candidates, |i, j| {
@@ -162,7 +171,7 @@ impl Skeleton {
         let largest = values.last().copied().unwrap_or(0.0);
         let used: Vec<usize> = (0..candidates)
             .rev()
-            .filter(|i| values[*i] > INDEPENDENT.sqrt() * 1e-1 * largest)
+            .filter(|i| values[*i] > INDEPENDENT * largest)
             .take(directions)
             .collect();
         let combine = Mat::from_fn(candidates, used.len(), |i, j| {
@@ -281,11 +290,12 @@ fn strains(groups: &[Mat<f64>]) -> Result<(Mat<f64>, Vec<Range<usize>>), Diagnos
     Ok((matrix, ranges))
 }
 
-/// The same machine with every element cut in two at its middle.
+/// The same machine with every element cut in [`PARTS`].
 pub fn refined(machine: &Machine) -> Machine {
     let mut machine = machine.clone();
-    machine.spindle.sections = halves(&machine.spindle.sections);
-    machine.tool.sections = halves(&machine.tool.sections);
+    for sections in [&mut machine.spindle.sections, &mut machine.tool.sections] {
+        *sections = halves(&halves(sections));
+    }
     machine
 }
 

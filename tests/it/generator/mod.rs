@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};
 
 const CUTS: usize = 3;
-/// Modes used; at rest the mesh's own number limits it.
+/// Modes used at speed; at rest all are.
 const MODES: usize = 60;
 
 /// What no catalogue holds.
@@ -239,7 +239,7 @@ pub fn simulate(
         k[(i, j)] + if i == j && i % 2 == 0 { 1.0 } else { 0.0 }
     });
     let modes = definite_eigen(&lifted, &m).expect("modes");
-    let count = MODES.min(n);
+    let count = if speed_rad_s == 0.0 { n } else { MODES.min(n) };
     let omega: Vec<f64> = modes
         .values
         .iter()
@@ -261,7 +261,8 @@ pub fn simulate(
                 .filter(|e| e.location == Location::Mode(c - 1))
                 .map(|e| e.values[0])
                 .product();
-            nominal[(c - 2).min(nominal.len() - 1)] * factor * (1.0 + 0.15 * draw.normal()).max(0.1)
+            let own = if c < MODES { draw.normal() } else { 0.0 };
+            nominal[(c - 2).min(nominal.len() - 1)] * factor * (1.0 + 0.15 * own).max(0.1)
         })
         .collect();
     let loss = of(EffectKind::InternalDamping)
