@@ -66,6 +66,14 @@ impl Chain {
             }
         }
         for (i, m) in self.force.iter().enumerate() {
+            // Without coupling across a bearing, the usual case, both axes are only scaled.
+            if m[1] == ZERO && m[2] == ZERO {
+                for row in f.chunks_mut(SIDE) {
+                    row[2 * i] *= m[0];
+                    row[2 * i + 1] *= m[3];
+                }
+                continue;
+            }
             for row in 0..SIDE {
                 let (x, y) = (f[row * SIDE + 2 * i], f[row * SIDE + 2 * i + 1]);
                 f[row * SIDE + 2 * i] = x * m[0] + y * m[2];
@@ -73,6 +81,13 @@ impl Chain {
             }
         }
         for (i, m) in self.axes.iter().enumerate() {
+            if m[1] == ZERO && m[2] == ZERO {
+                for col in 0..SIDE {
+                    f[2 * i * SIDE + col] *= m[0];
+                    f[(2 * i + 1) * SIDE + col] *= m[3];
+                }
+                continue;
+            }
             for col in 0..SIDE {
                 let (x, y) = (f[2 * i * SIDE + col], f[(2 * i + 1) * SIDE + col]);
                 f[2 * i * SIDE + col] = m[0] * x + m[1] * y;

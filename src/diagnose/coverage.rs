@@ -90,7 +90,7 @@ pub fn detectable(
             let n = a.len();
             let v = Mat::from_fn(n, 1, |i, _| (a[i] - b[i]) / step);
             let own: f64 = (0..n).map(|i| v[(i, 0)] * v[(i, 0)]).sum();
-            let shared = jacobian.transpose() * &v;
+            let shared = jacobian.transpose_times(&v);
             let absorbed = solve(normal, &shared)?;
             let taken: f64 = (0..shared.nrows())
                 .map(|i| shared[(i, 0)] * absorbed[(i, 0)])

@@ -1,13 +1,13 @@
 //! The most probable parameters of a set of effects: min χ²(θ, η) + Σ(η/sd)² by Levenberg–Marquardt, the model floor lowered
-//! in steps. Small parameters have analytic derivatives, effects are differenced.
+//! in steps.
 
 use super::DiagnoseError;
-use super::evidence::{Evidence, Use, whiten};
+use super::evidence::{Evidence, Use};
 use super::hypothesis::Hypothesis;
-use super::model::{Assembled, Model, SIDE, Square, ZERO};
-use super::nuisance::DAMPED_MODES;
-use crate::linalg::{Mat, c64, solve, symmetric_eigen};
-use crate::spindle::Effect;
+use super::jacobian::Jacobian;
+use super::linearise::Linearised;
+use super::model::{Model, Receptance};
+use crate::linalg::{Mat, solve, symmetric_eigen};
 
 /// Model floor of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
 pub const FINAL_FLOOR: f64 = 5e-4;
@@ -39,13 +39,14 @@ pub struct Fit {
 /// Effects at a point, linearised.
 pub struct Linear {
     residual: Vec<f64>,
-    jacobian: Mat<f64>,
+    jacobian: Jacobian,
     normal: Mat<f64>,
+    shaft: Vec<Receptance>,
 }
 
 impl Linear {
     /// Residuals, their derivatives (of the prediction) and JᵀJ with priors.
-    pub fn parts(&self) -> (&[f64], &Mat<f64>, &Mat<f64>) {
+    pub fn parts(&self) -> (&[f64], &Jacobian, &Mat<f64>) {
         (&self.residual, &self.jacobian, &self.normal)
     }
 
@@ -70,278 +71,31 @@ pub struct Problem<'a> {
     pub effects: &'a [Hypothesis],
 }
 
+/// A continuum, and what rounding and other element formulations may add.
+const FINEST_MESH: f64 = 1.5;
 /// Relative decrease of χ² below which an iteration ends a stage; χ² differences below 0.01 mean nothing.
 const SETTLED: f64 = 1e-5;
 
 impl Problem<'_> {
-    fn named(&self, theta: &[Vec<f64>]) -> Vec<Effect> {
-        self.effects
-            .iter()
-            .zip(theta)
-            .map(|(h, t)| h.effect(t))
-            .collect()
-    }
-
-    fn assembled(
-        &self,
-        at: &Point,
-        speeds: &[f64],
-        derivatives: bool,
-    ) -> Result<Vec<Assembled>, DiagnoseError> {
-        let effects = self.named(&at.theta);
-        let model = self.model;
-        speeds
-            .iter()
-            .map(|speed| model.assemble(&at.p, &effects, *speed, derivatives))
-            .collect()
-    }
-
-    fn speeds(&self) -> Vec<f64> {
-        let sweeps = self.evidence.sweeps.iter().map(|s| s.speed_rad_s);
-        let taps = self.evidence.taps.iter().map(|t| t.speed_rad_s);
-        let all = sweeps.chain(taps.filter(|_| self.usage.taps));
-        let mut speeds: Vec<f64> = all.collect();
-        speeds.sort_by(f64::total_cmp);
-        speeds.dedup();
-        speeds
-    }
-
-    /// Whitened residuals (real and imaginary parts, times √2) at a point.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] when the model cannot be assembled.
-    pub fn residual(&self, at: &Point, floor: f64) -> Result<Vec<f64>, DiagnoseError> {
-        let speeds = self.speeds();
-        let models = self.assembled(at, &speeds, false)?;
-        let mut r = Vec::new();
-        self.walk(&speeds, floor, |record, speed, omega, line, weight| {
-            let f = models[speed].line(omega, None).response;
-            self.one(record, line, &f, &at.p, weight, &mut r);
-        });
-        Ok(r)
-    }
-
-    /// Residual of one line appended to `r`.
-    fn one(
-        &self,
-        record: Record,
-        line: usize,
-        f: &Square,
-        p: &[f64],
-        weight: &Weight,
-        r: &mut Vec<f64>,
-    ) {
-        match (record, weight) {
-            (Record::Sweep(s), Weight::Rows(rows)) => {
-                let g = &self.evidence.sweeps[s].response[line];
-                for i in 0..4 {
-                    let gain = 1.0 + p[self.model.layout.axis(s, i)];
-                    let mut d: [c64; 4] =
-                        std::array::from_fn(|j| g[4 * i + j] - f[SIDE * i + j] * gain);
-                    whiten(&rows[i], &mut d);
-                    push(r, &d);
-                }
-            }
-            (Record::Tap(t), Weight::One(sd)) => {
-                let tap = &self.evidence.taps[t];
-                let (h, ..) = tap.close(line, f);
-                push(r, &[(tap.compliance[line] - h) / *sd]);
-            }
-            _ => {}
-        }
-    }
-
-    fn walk(
-        &self,
-        speeds: &[f64],
-        floor: f64,
-        mut visit: impl FnMut(Record, usize, f64, usize, &Weight),
-    ) {
-        let index = |speed: f64| speeds.iter().position(|s| *s == speed).unwrap_or_default();
-        for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
-            for line in (0..sweep.omega_rad_s.len()).step_by(self.usage.stride) {
-                let rows = sweep.whitening(line, floor, self.usage.off_diagonal);
-                let omega = sweep.omega_rad_s[line];
-                visit(
-                    Record::Sweep(s),
-                    index(sweep.speed_rad_s),
-                    omega,
-                    line,
-                    &Weight::Rows(Box::new(rows)),
-                );
-            }
-        }
-        if !self.usage.taps {
-            return;
-        }
-        for (t, tap) in self.evidence.taps.iter().enumerate() {
-            for line in (0..tap.omega_rad_s.len()).step_by(self.usage.stride) {
-                let weight = Weight::One(tap.sd(line, floor));
-                visit(
-                    Record::Tap(t),
-                    index(tap.speed_rad_s),
-                    tap.omega_rad_s[line],
-                    line,
-                    &weight,
-                );
-            }
-        }
-    }
-
-    /// Residuals and Jacobian of the model (∂prediction, whitened) at a point.
-    fn linearised(&self, at: &Point, floor: f64) -> Result<(Vec<f64>, Mat<f64>), DiagnoseError> {
-        let speeds = self.speeds();
-        let layout = &self.model.layout;
-        let models = self.assembled(at, &speeds, true)?;
-        let mut moved = vec![];
-        for (e, hypothesis) in self.effects.iter().enumerate() {
-            for i in 0..at.theta[e].len() {
-                let mut there = at.clone();
-                let step = hypothesis.step(i);
-                there.theta[e][i] += step;
-                hypothesis.clamp(&mut there.theta[e]);
-                let mut taken = there.theta[e][i] - at.theta[e][i];
-                if taken.abs() < 0.5 * step {
-                    there.theta[e][i] = at.theta[e][i] - step;
-                    taken = -step;
-                }
-                moved.push((self.assembled(&there, &speeds, false)?, taken));
-            }
-        }
-        let (small, columns) = (layout.len(), layout.len() + moved.len());
-        let mut r = Vec::new();
-        let mut rows: Vec<f64> = Vec::new();
-        self.walk(&speeds, floor, |record, speed, omega, line, weight| {
-            let here = models[speed].line(omega, Some(layout));
-            let f = &here.response;
-            self.one(record, line, f, &at.p, weight, &mut r);
-            let derivative = |column: &mut dyn FnMut(&[c64])| match (record, weight) {
-                (Record::Sweep(s), Weight::Rows(l)) => {
-                    for c in 0..columns {
-                        let df =
-                            self.derivative(c, f, &here.derivatives, &moved, speed, omega, &at.p);
-                        let mut all = [ZERO; 16];
-                        for i in 0..4 {
-                            let gain = 1.0 + at.p[layout.axis(s, i)];
-                            let mut d: [c64; 4] = std::array::from_fn(|j| match &df {
-                                Some(df) => df[SIDE * i + j] * gain,
-                                None if c == layout.axis(s, i) => f[SIDE * i + j],
-                                None => ZERO,
-                            });
-                            whiten(&l[i], &mut d);
-                            all[4 * i..4 * i + 4].copy_from_slice(&d);
-                        }
-                        column(&all);
-                    }
-                }
-                (Record::Tap(t), Weight::One(sd)) => {
-                    let (_, left, right) = self.evidence.taps[t].close(line, f);
-                    for c in 0..columns {
-                        let df =
-                            self.derivative(c, f, &here.derivatives, &moved, speed, omega, &at.p);
-                        let mut sum = ZERO;
-                        if let Some(df) = &df {
-                            for i in 0..SIDE {
-                                for j in 0..SIDE {
-                                    sum += left[i] * df[SIDE * i + j] * right[j];
-                                }
-                            }
-                        }
-                        column(&[sum / *sd]);
-                    }
-                }
-                _ => {}
-            };
-            // Column by column for this line; the block is stored columns × real rows.
-            derivative(&mut |values| push(&mut rows, values));
-        });
-        debug_assert_eq!(rows.len(), r.len() * columns);
-        // Blocks of a line: columns × (2 × complex rows). Unfold into rows × columns.
-        let mut jacobian = Mat::zeros(r.len(), columns);
-        let (mut from, mut row) = (0, 0);
-        self.walk(&speeds, 1.0, |record, _, _, _, _| {
-            let height = if matches!(record, Record::Sweep(_)) {
-                32
-            } else {
-                2
-            };
-            for c in 0..columns {
-                for i in 0..height {
-                    jacobian[(row + i, c)] = rows[from + c * height + i];
-                }
-            }
-            from += columns * height;
-            row += height;
-        });
-        let _ = small;
-        Ok((r, jacobian))
-    }
-
-    /// ∂F to column `c`; `None` for axis gains, which act on rows of one sweep only.
-    #[allow(clippy::too_many_arguments)]
-    fn derivative(
-        &self,
-        c: usize,
-        f: &Square,
-        analytic: &[Square],
-        moved: &[(Vec<Assembled>, f64)],
-        speed: usize,
-        omega: f64,
-        p: &[f64],
-    ) -> Option<Square> {
-        let layout = &self.model.layout;
-        let groups = layout.groups;
-        if c < groups {
-            return analytic.get(c).copied();
-        }
-        for b in 0..2 {
-            if c == layout.ki(b) {
-                return Some(std::array::from_fn(|n| {
-                    if n % SIDE / 2 == b {
-                        f[n] / (1.0 + p[c])
-                    } else {
-                        ZERO
-                    }
-                }));
-            }
-            if c == layout.gain(b) {
-                return Some(std::array::from_fn(|n| {
-                    if n / SIDE / 2 == b {
-                        f[n] / (1.0 + p[c])
-                    } else {
-                        ZERO
-                    }
-                }));
-            }
-            if c == layout.ks(b) {
-                return analytic
-                    .get(groups + b)
-                    .map(|d| d.map(|x| x / (1.0 + p[c])));
-            }
-        }
-        let first = layout.damping(0);
-        if (first..first + DAMPED_MODES).contains(&c) {
-            return analytic.get(groups + 2 + c - first).copied();
-        }
-        let (models, step) = moved.get(c.checked_sub(layout.len())?)?;
-        let there = models[speed].line(omega, None).response;
-        Some(std::array::from_fn(|n| (there[n] - f[n]) / *step))
-    }
-
     /// Residuals and derivatives of these effects at a point, for [`Self::predicted`].
     ///
     /// # Errors
     /// As [`Self::residual`].
     pub fn linear(&self, at: &Point, floor: f64) -> Result<Linear, DiagnoseError> {
-        let (r, jacobian) = self.linearised(at, floor)?;
-        let mut normal = jacobian.transpose() * &jacobian;
+        let Linearised {
+            residual,
+            jacobian,
+            shaft,
+        } = self.linearised(at, floor)?;
+        let mut normal = jacobian.normal();
         for (k, sd) in self.model.layout.sd.iter().enumerate() {
             normal[(k, k)] += sd.powi(-2);
         }
         Ok(Linear {
-            residual: r,
+            residual,
             jacobian,
             normal,
+            shaft,
         })
     }
 
@@ -359,24 +113,28 @@ impl Problem<'_> {
             return Ok((from.clone(), f64::INFINITY));
         };
         let last = from.theta.len() - 1;
-        let here = self.residual(from, floor)?;
-        let (n, d) = (base.jacobian.ncols(), theta.len());
+        let shaft = hypothesis.electronic().then_some(base.shaft.as_slice());
+        let here = match hypothesis.starts_at_nothing() {
+            true => base.residual.clone(),
+            false => self.residual_round(from, floor, shaft)?,
+        };
+        let (n, d) = (base.jacobian.columns(), theta.len());
         let mut columns = Mat::zeros(here.len(), d);
         for i in 0..d {
             let mut there = from.clone();
             there.theta[last][i] += hypothesis.step(i);
             hypothesis.clamp(&mut there.theta[last]);
             let taken = there.theta[last][i] - theta[i];
-            let moved = self.residual(&there, floor)?;
+            let moved = self.residual_round(&there, floor, shaft)?;
             for (k, (a, b)) in moved.iter().zip(&here).enumerate() {
                 columns[(k, i)] = if taken != 0.0 { (b - a) / taken } else { 0.0 };
             }
         }
         let r = Mat::from_fn(here.len(), 1, |i, _| here[i]);
-        let cross = base.jacobian.transpose() * &columns;
+        let cross = base.jacobian.transpose_times(&columns);
         let own = columns.transpose() * &columns;
         let mut slope = Mat::zeros(n + d, 1);
-        let (small, new) = (base.jacobian.transpose() * &r, columns.transpose() * &r);
+        let (small, new) = (base.jacobian.transpose_times(&r), columns.transpose() * &r);
         for k in 0..n {
             let weight = self.model.layout.sd.get(k).map_or(0.0, |sd| sd.powi(-2));
             slope[(k, 0)] = small[(k, 0)] - weight * from.p.get(k).copied().unwrap_or_default();
@@ -406,18 +164,8 @@ impl Problem<'_> {
             let limit = 2.0 + theta[i].abs();
             share.min(limit / step[(n + i, 0)].abs().max(f64::MIN_POSITIVE))
         });
-        let mut there = from.clone();
-        for (k, p) in there.p.iter_mut().enumerate() {
-            *p = (*p + share * step[(k, 0)]).clamp(-0.5, 3.0);
-        }
-        let mut c = there.p.len();
-        for (h, theta) in self.effects.iter().zip(&mut there.theta) {
-            for t in theta.iter_mut() {
-                *t += share * step[(c, 0)];
-                c += 1;
-            }
-            h.clamp(theta);
-        }
+        let taken = Mat::from_fn(n + d, 1, |k, _| share * step[(k, 0)]);
+        let there = self.stepped(from, &taken);
         let data: f64 = here.iter().map(|r| r * r).sum();
         let chi2 = data + self.prior(&from.p) - gain;
         // The longer a step, the less a linear prediction is worth; a negative χ² is none.
@@ -440,6 +188,26 @@ impl Problem<'_> {
         Ok(r.iter().map(|r| r * r).sum::<f64>() + self.prior(&at.p))
     }
 
+    /// A point moved by a step of all parameters, kept where it makes sense.
+    fn stepped(&self, at: &Point, step: &Mat<f64>) -> Point {
+        let mut there = at.clone();
+        for (k, p) in there.p.iter_mut().enumerate() {
+            // A factor stays a factor: no step beyond half.
+            *p = (*p + step[(k, 0)]).clamp(-0.5, 3.0);
+        }
+        let mesh = &mut there.p[self.model.layout.mesh()];
+        *mesh = mesh.min(FINEST_MESH);
+        let mut c = there.p.len();
+        for (hypothesis, theta) in self.effects.iter().zip(&mut there.theta) {
+            for t in theta.iter_mut() {
+                *t += step[(c, 0)];
+                c += 1;
+            }
+            hypothesis.clamp(theta);
+        }
+        there
+    }
+
     /// Fits from a start through stages.
     ///
     /// # Errors
@@ -453,32 +221,45 @@ impl Problem<'_> {
             // Next to none: a small parameter and an effect of the same kind are told apart by the prior alone, whose
             // curvature is 10⁴ times below that of the data, and a larger damping would stop on the way.
             let mut damping = 1e-10;
-            let (mut r, mut j) = self.linearised(&at, *floor)?;
+            let mut here = self.linearised(&at, *floor)?;
             for iteration in 0..=*iterations {
+                let (r, j) = (&here.residual, &here.jacobian);
                 let data: f64 = r.iter().map(|r| r * r).sum();
-                let here = data + self.prior(&at.p);
-                let n = j.ncols();
-                let mut normal = j.transpose() * &j;
+                let chi2 = data + self.prior(&at.p);
+                let n = j.columns();
+                let mut normal = j.normal();
                 let residual = Mat::from_fn(r.len(), 1, |i, _| r[i]);
-                let mut slope = j.transpose() * residual;
+                let mut slope = j.transpose_times(&residual);
                 for k in 0..small {
                     let weight = layout.sd[k].powi(-2);
                     normal[(k, k)] += weight;
                     slope[(k, 0)] -= weight * at.p[k];
                 }
-                end = Some(Fit {
+                let residuals = r.len();
+                let information = normal.clone();
+                let fit = Fit {
                     at: at.clone(),
-                    chi2: here,
+                    chi2,
                     data_chi2: data,
-                    residuals: r.len(),
-                    information: normal.clone(),
-                });
-                if iteration == *iterations {
+                    residuals,
+                    information,
+                };
+                let gain = end.replace(fit).map(|before: Fit| before.chi2 - chi2);
+                // The last step gained next to nothing: the point and its curvature are final.
+                let still = iteration > 0 && gain.is_some_and(|g| g < (SETTLED * chi2).max(0.01));
+                if iteration == *iterations || still {
+                    break;
+                }
+                let Ok(whole) = solve(&normal, &slope) else {
+                    break;
+                };
+                let promised: f64 = (0..n).map(|k| whole[(k, 0)] * slope[(k, 0)]).sum();
+                if promised < (SETTLED * chi2).max(0.01) {
                     break;
                 }
                 let mut accepted = None;
                 // Twelve tries span twelve decades of damping; beyond, the point is a minimum to rounding.
-                for _ in 0..12 {
+                for attempt in 0..12 {
                     let damped = Mat::from_fn(n, n, |a, b| {
                         let own = normal[(a, b)];
                         if a == b {
@@ -491,39 +272,37 @@ impl Problem<'_> {
                         damping = (damping * 10.0f64).max(1e-7);
                         continue;
                     };
-                    let mut there = at.clone();
-                    for k in 0..small {
-                        // A factor stays a factor: no step beyond half.
-                        there.p[k] = (there.p[k] + step[(k, 0)]).clamp(-0.5, 3.0);
-                    }
-                    let mut c = small;
-                    for (hypothesis, theta) in self.effects.iter().zip(&mut there.theta) {
-                        for t in theta.iter_mut() {
-                            *t += step[(c, 0)];
-                            c += 1;
+                    let there = self.stepped(&at, &step);
+                    // The first try is nearly always taken: its derivatives come with it.
+                    let ahead = match attempt {
+                        0 => self.linearised(&there, *floor).ok(),
+                        _ => None,
+                    };
+                    let value = match &ahead {
+                        Some(ahead) => {
+                            let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
+                            data + self.prior(&there.p)
                         }
-                        hypothesis.clamp(theta);
-                    }
-                    let value = self.chi2(&there, *floor).unwrap_or(f64::INFINITY);
-                    if value < here {
-                        damping = (damping * 0.01).max(1e-10);
-                        accepted = Some((there, here - value));
+                        None => self.chi2(&there, *floor).unwrap_or(f64::INFINITY),
+                    };
+                    if value < chi2 {
+                        // What was needed once will be needed again.
+                        if attempt == 0 {
+                            damping = (damping * 0.01).max(1e-10);
+                        }
+                        accepted = Some((there, ahead));
                         break;
                     }
-                    damping = (damping * 10.0).max(1e-7);
+                    damping = (damping * 10.0).max(1e-6);
                 }
-                let Some((there, gain)) = accepted else { break };
-                at = there;
-                (r, j) = self.linearised(&at, *floor)?;
-                if gain < SETTLED * here || gain < 0.01 {
-                    let data: f64 = r.iter().map(|r| r * r).sum();
-                    if let Some(end) = &mut end {
-                        end.at = at.clone();
-                        end.data_chi2 = data;
-                        end.chi2 = data + self.prior(&at.p);
-                    }
+                let Some((there, ahead)) = accepted else {
                     break;
-                }
+                };
+                at = there;
+                here = match ahead {
+                    Some(ahead) => ahead,
+                    None => self.linearised(&at, *floor)?,
+                };
             }
         }
         match end {
@@ -567,23 +346,5 @@ impl Fit {
                 .sum();
             sum * scale[i] * scale[j]
         }))
-    }
-}
-
-#[derive(Clone, Copy)]
-enum Record {
-    Sweep(usize),
-    Tap(usize),
-}
-
-enum Weight {
-    Rows(Box<[[c64; 16]; 4]>),
-    One(f64),
-}
-
-fn push(all: &mut Vec<f64>, values: &[c64]) {
-    for v in values {
-        all.push(std::f64::consts::SQRT_2 * v.re);
-        all.push(std::f64::consts::SQRT_2 * v.im);
     }
 }

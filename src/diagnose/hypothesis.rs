@@ -155,6 +155,33 @@ impl Hypothesis {
         }
     }
 
+    /// Whether the effect changes the electronics only, and the receptance of the shaft not at all.
+    pub fn electronic(&self) -> bool {
+        matches!(
+            self.kind,
+            EffectKind::LoopDelay
+                | EffectKind::AmplifierBandwidth
+                | EffectKind::EddyCurrents
+                | EffectKind::SensorLowpass
+                | EffectKind::ForceConstant
+                | EffectKind::SensorGain
+                | EffectKind::BearingCoupling
+                | EffectKind::AxisMisalignment
+        )
+    }
+
+    /// Whether the effect is none at its start.
+    pub fn starts_at_nothing(&self) -> bool {
+        let nothing = !matches!(
+            self.kind,
+            EffectKind::ToolJoint
+                | EffectKind::HousingMode
+                | EffectKind::EddyCurrents
+                | EffectKind::SensorLowpass
+        );
+        nothing && self.size(&self.start) == 0.0
+    }
+
     /// Whether two hypotheses name the same effect at the same place; positions count as one place, as they are fitted.
     pub fn same_name(&self, other: &Self) -> bool {
         self.kind == other.kind
@@ -178,6 +205,12 @@ impl Hypothesis {
         };
         theta.first().map_or(0.0, |t| t - null)
     }
+}
+
+/// The effects of hypotheses at their fit coordinates.
+pub fn effects(hypotheses: &[Hypothesis], theta: &[Vec<f64>]) -> Vec<Effect> {
+    let both = hypotheses.iter().zip(theta);
+    both.map(|(h, t)| h.effect(t)).collect()
 }
 
 /// What a set of records can show: turning or not, and the highest frequency.

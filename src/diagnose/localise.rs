@@ -363,8 +363,8 @@ fn strained(model: &Model, p: &[f64]) -> Vec<Start> {
         }
     };
     far.into_iter()
-        // Axis gains belong to a record, not to the machine.
-        .filter(|(k, _)| *k < layout.axis(0, 0))
+        // The mesh belongs to the model and axis gains to a record, not to the machine.
+        .filter(|(k, _)| *k < layout.mesh())
         .take(STRAINED.1)
         .map(|(k, _)| (name(k), Place::Freed(k), p.to_vec()))
         .collect()

@@ -4,7 +4,11 @@
 //! feedback at ports:  H_c = H + H_f κ (I − H_ff κ)⁻¹ H_f·.  With L = I + H_c κ the derivative to a stiffness is −(XLᵀ)ᵀ dK (XLᵀ).
 //! The response F is 6×6: sensor signals and tool displacement (x, y) from commanded currents and tool force (x, y).
 //! Modes far above the band answer as springs in the derivatives and in the gyroscopic coupling.
+//!
+//! A finer mesh, Z − sω⁴C, is brought back to mass and stiffness: −λ²C = −(K−λ)C(K−λ) + KCK − λ(KC+CK), whose first part is a constant
+//! receptance and whose rest is a change of coordinates: with T = (1 + sKC)⁻¹ the stiffness is TK, ports are T b, and s bᵀCTb is added.
 
+mod finer;
 pub mod port;
 mod strain;
 
@@ -16,6 +20,7 @@ use crate::linalg::{Mat, c64, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::spindle::machine::{Effective, Housing};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
+use finer::Finer;
 use port::Probe;
 use std::f64::consts::TAU;
 use strain::Strain;
@@ -29,6 +34,9 @@ pub const ZERO: c64 = c64::new(0.0, 0.0);
 /// Modes up to here are dynamic in derivatives and gyroscopic coupling, those above follow as springs, Hz: six times the end of a 4 kHz sweep.
 const DYNAMIC_BELOW_HZ: f64 = 24_000.0;
 
+/// Modes up to here couple with each other gyroscopically, those between couple with these, Hz.
+const COUPLED_BELOW_HZ: f64 = 12_000.0;
+
 const TOOL: usize = 0;
 const OUT: [usize; 3] = [3, 4, TOOL];
 const IN: [usize; 3] = [1, 2, TOOL];
@@ -38,6 +46,17 @@ enum Law {
     Spring(c64),
     Mass(f64),
     Dashpot(f64),
+}
+
+impl Law {
+    /// Force per displacement, N/m.
+    fn gain(&self, w: f64) -> c64 {
+        match self {
+            Self::Spring(k) => *k,
+            Self::Mass(m) => c64::new(m * w * w, 0.0),
+            Self::Dashpot(c) => c64::new(0.0, -w * c),
+        }
+    }
 }
 
 /// The base machine in reduced coordinates, rigid and with a joint at the nose.
@@ -62,6 +81,8 @@ pub struct Assembled {
     gyroscopic: Option<Gyroscopic>,
     /// Amplitudes, ports × coordinates.
     ports: Vec<Vec<f64>>,
+    /// Constant receptance between ports, ports×ports; empty with the mesh of the model.
+    constant: Vec<f64>,
     feedback: Vec<(usize, Law)>,
     housings: Vec<Housing>,
     effective: Effective,
@@ -79,11 +100,91 @@ struct Gyroscopic {
     through: Vec<f64>,
     /// ΩG_dh Ω_h⁻² B_h, d×ports.
     ports: Vec<f64>,
+    /// The first coordinates, which act on each other without limit; the others act on those and on themselves.
+    near: usize,
 }
 
-/// F of a line and its derivatives to moduli, ks front, ks rear, and ln ζ, in that order.
+impl Gyroscopic {
+    /// Z⁻¹B: coordinates × ports at a signed frequency, `diagonal` what Z is without gyroscopic terms.
+    fn solve(
+        &self,
+        w: f64,
+        dynamic: usize,
+        ports: &[Vec<f64>],
+        diagonal: &impl Fn(usize) -> c64,
+    ) -> Vec<c64> {
+        let (l, d, p) = (self.near, dynamic, ports.len());
+        let both = self.own.iter().zip(&self.through);
+        let term: Vec<f64> = both.map(|(own, t)| w * own - w * w * t).collect();
+        // Of every coordinate: its row of near terms, then its inputs.
+        let width = l + p;
+        let mut rows = vec![0.0; d * width];
+        for (k, row) in rows.chunks_mut(width).enumerate() {
+            row[..l].copy_from_slice(&term[k * d..k * d + l]);
+            for j in 0..p {
+                row[l + j] = ports[j][k] - w * self.ports[k * p + j];
+            }
+        }
+        let far: Vec<c64> = (l..d)
+            .map(|k| (diagonal(k) + term[k * d + k]).inv())
+            .collect();
+        let mut z = vec![ZERO; l * l];
+        let mut x = vec![ZERO; d * p];
+        let (mut re, mut im) = (vec![0.0; width], vec![0.0; width]);
+        for i in 0..l {
+            re.copy_from_slice(&rows[i * width..(i + 1) * width]);
+            im.fill(0.0);
+            for (row, inverse) in rows[l * width..].chunks(width).zip(&far) {
+                let (a, b) = (row[i] * inverse.re, row[i] * inverse.im);
+                for ((re, im), t) in re.iter_mut().zip(&mut im).zip(row) {
+                    *re -= a * t;
+                    *im -= b * t;
+                }
+            }
+            for j in 0..l {
+                z[i * l + j] = c64::new(re[j], im[j]);
+            }
+            z[i * l + i] += diagonal(i);
+            for j in 0..p {
+                x[i * p + j] = c64::new(re[l + j], im[l + j]);
+            }
+        }
+        let (low, high) = x.split_at_mut(l * p);
+        eliminate(&mut z, low, l, p);
+        for ((row, inverse), x) in rows[l * width..]
+            .chunks(width)
+            .zip(&far)
+            .zip(high.chunks_mut(p))
+        {
+            for (x, input) in x.iter_mut().zip(&row[l..]) {
+                *x = c64::new(*input, 0.0);
+            }
+            for (low, t) in low.chunks(p).zip(row) {
+                for (x, low) in x.iter_mut().zip(low) {
+                    *x -= low * *t;
+                }
+            }
+            for x in x {
+                *x *= inverse;
+            }
+        }
+        x
+    }
+}
+
+/// Closed receptance of the shaft at a line: sensors and tool from bearings and tool.
+#[derive(Clone, Copy, Debug)]
+pub struct Receptance {
+    plus: [c64; 9],
+    /// Backwards, where that differs.
+    minus: Option<[c64; 9]>,
+}
+
+/// F of a line and its derivatives to moduli, ks front, ks rear, ln ζ, and the mesh, in that order.
 #[derive(Clone, Debug)]
 pub struct Line {
+    /// What the shaft does to it.
+    pub receptance: Receptance,
     /// F.
     pub response: Square,
     /// ∂F.
@@ -176,6 +277,7 @@ impl Model {
                 k = Mat::from_fn(n, n, |i, j| k[(i, j)] + value * row[i] * row[j]);
             }
         }
+        let finer = Finer::new(skeleton, &mut k, p[layout.mesh()])?;
         let m = n - RIGID;
         let flexible = Mat::from_fn(m, m, |i, j| k[(i + RIGID, j + RIGID)]);
         let (values, vectors) = symmetric_eigen(&flexible)?;
@@ -186,15 +288,6 @@ impl Model {
             .filter(|w| **w < TAU * DYNAMIC_BELOW_HZ)
             .count()
             .clamp(RIGID + 4, n);
-        let turn = |row: &[f64]| -> Vec<f64> {
-            let mut turned = row[..RIGID].to_vec();
-            turned.extend((0..m).map(|k| {
-                (0..m)
-                    .map(|i| row[i + RIGID] * vectors[(i, k)])
-                    .sum::<f64>()
-            }));
-            turned
-        };
         let mut modal = vec![0.0; n];
         let mut damping = vec![0.0; n];
         let mut turning = vec![0.0; n];
@@ -205,7 +298,7 @@ impl Model {
             turning[k] = speed_rad_s * effective.loss_time_s * omega[k] * omega[k];
         }
         let [front, rear] = &effective.bearings;
-        let mut ports = vec![];
+        let mut rows = vec![];
         for z in [
             machine.tool_plane_m(),
             front.actuator_m,
@@ -213,13 +306,13 @@ impl Model {
             front.sensor_m,
             rear.sensor_m,
         ] {
-            ports.push(turn(&skeleton.row(z)?));
+            rows.push(skeleton.row(z)?);
         }
         let spring = |k: f64| Law::Spring(c64::new(k, 0.0));
         let mut feedback = vec![(1, spring(front.ks_n_per_m)), (2, spring(rear.ks_n_per_m))];
         let mut attach = |z: f64, law: Law| -> Result<(), DiagnoseError> {
-            feedback.push((ports.len(), law));
-            ports.push(turn(&skeleton.row(z)?));
+            feedback.push((rows.len(), law));
+            rows.push(skeleton.row(z)?);
             Ok(())
         };
         for (z, k) in &effective.added_stiffness {
@@ -236,22 +329,30 @@ impl Model {
                 _ => {}
             }
         }
-        if let (Some(effect), Some(rows)) = (joint, &skeleton.joint) {
+        if let (Some(effect), Some([_, turning])) = (joint, &skeleton.joint) {
             let c = effect.values.get(2).copied().unwrap_or_default();
             if c != 0.0 {
-                feedback.push((ports.len(), Law::Dashpot(c)));
-                ports.push(turn(&rows[1]));
+                feedback.push((rows.len(), Law::Dashpot(c)));
+                rows.push(turning.clone());
             }
         }
         for probe in probes {
-            ports.push(turn(&probe.row(skeleton)?));
+            rows.push(probe.row(skeleton)?);
         }
+        let mut constant = vec![];
+        if let Some(finer) = &finer {
+            constant = finer.move_ports(&mut rows)?;
+        }
+        let turned = Mat::from_fn(n, n, |i, k| match (i < RIGID, k < RIGID) {
+            (true, _) | (_, true) => f64::from(u8::from(i == k)),
+            _ => vectors[(i - RIGID, k - RIGID)],
+        });
+        let modal_ports = turned.transpose() * Mat::from_fn(n, rows.len(), |i, p| rows[p][i]);
+        let ports: Vec<Vec<f64>> = (0..rows.len())
+            .map(|p| (0..n).map(|k| modal_ports[(k, p)]).collect())
+            .collect();
         let factor = speed_rad_s * effective.gyroscopic_factor;
         let gyroscopic = (factor != 0.0).then(|| {
-            let turned = Mat::from_fn(n, n, |i, k| match (i < RIGID, k < RIGID) {
-                (true, _) | (_, true) => f64::from(u8::from(i == k)),
-                _ => vectors[(i - RIGID, k - RIGID)],
-            });
             let low = turned.submatrix(0, 0, n, dynamic);
             let high = Mat::from_fn(n, n - dynamic, |i, k| {
                 turned[(i, dynamic + k)] / omega[dynamic + k]
@@ -271,9 +372,14 @@ impl Model {
                 own: flat(low.transpose() * &on_low, factor),
                 through: flat(&across * across.transpose(), factor * factor),
                 ports: flat(&across * still, factor),
+                near: omega
+                    .iter()
+                    .filter(|w| **w < TAU * COUPLED_BELOW_HZ)
+                    .count()
+                    .clamp(RIGID, dynamic),
             }
         });
-        let strain = derivatives.then(|| Strain::new(skeleton, &vectors, &omega, &ports, dynamic));
+        let strain = derivatives.then(|| Strain::new(skeleton, &turned, &omega, &ports, dynamic));
         let coupled = gyroscopic.is_some()
             || turning.iter().any(|t| *t != 0.0)
             || feedback
@@ -289,6 +395,7 @@ impl Model {
             dynamic,
             gyroscopic,
             ports,
+            constant,
             feedback,
             effective,
             strain,
@@ -318,22 +425,15 @@ struct Planar {
 }
 
 impl Assembled {
-    /// F at `omega_rad_s`; with derivatives to moduli, ks and ln ζ when `count` modes of damping are asked for.
+    /// F at `omega_rad_s`; with derivatives to moduli, ks and ln ζ when there is a layout.
     pub fn line(&self, omega_rad_s: f64, layout: Option<&Layout>) -> Line {
         let forward = self.planar(omega_rad_s);
         let backward = self.coupled.then(|| self.planar(-omega_rad_s));
-        let pick = |p: &Planar| {
-            let n = self.ports.len();
-            let mut h = [ZERO; 9];
-            for (o, out) in OUT.into_iter().enumerate() {
-                for (i, input) in IN.into_iter().enumerate() {
-                    h[3 * o + i] = p.closed[out * n + input];
-                }
-            }
-            h
+        let receptance = Receptance {
+            plus: self.pick(&forward),
+            minus: backward.as_ref().map(|b| self.pick(b)),
         };
         let chain = Chain::new(&self.effective, self.sensor_bandwidth_hz, omega_rad_s);
-        let response = chain.apply(&pick(&forward), backward.as_ref().map(&pick).as_ref());
         let mut derivatives = vec![];
         if let Some(layout) = layout {
             let plus = self.slopes(&forward, omega_rad_s, layout);
@@ -345,9 +445,21 @@ impl Assembled {
                 .collect();
         }
         Line {
-            response,
+            response: chain.apply(&receptance.plus, receptance.minus.as_ref()),
+            receptance,
             derivatives,
         }
+    }
+
+    /// F of this machine's electronics round a shaft that is known.
+    pub fn round(&self, receptance: &Receptance, omega_rad_s: f64) -> Square {
+        let chain = Chain::new(&self.effective, self.sensor_bandwidth_hz, omega_rad_s);
+        chain.apply(&receptance.plus, receptance.minus.as_ref())
+    }
+
+    fn pick(&self, at: &Planar) -> [c64; 9] {
+        let n = self.ports.len();
+        std::array::from_fn(|k| at.closed[OUT[k / 3] * n + IN[k % 3]])
     }
 
     fn planar(&self, w: f64) -> Planar {
@@ -369,21 +481,12 @@ impl Assembled {
                     }
                 }
             }
-            Some(g) => {
-                let both = g.own.iter().zip(&g.through);
-                let mut z: Vec<c64> = both
-                    .map(|(own, through)| c64::new(w * own - w * w * through, 0.0))
-                    .collect();
-                for k in 0..d {
-                    z[k * d + k] += diagonal(k);
-                    for j in 0..p {
-                        x[k * p + j] = c64::new(self.ports[j][k] - w * g.ports[k * p + j], 0.0);
-                    }
-                }
-                eliminate(&mut z, &mut x, d, p);
-            }
+            Some(g) => x = g.solve(w, d, &self.ports, &diagonal),
         }
         let mut h = vec![ZERO; p * p];
+        for (h, c) in h.iter_mut().zip(&self.constant) {
+            *h += c;
+        }
         for k in 0..d {
             for i in 0..p {
                 let a = self.ports[i][k];
@@ -428,14 +531,7 @@ impl Assembled {
         }
         // X_c = (I − H_ff κ)⁻¹ H_f·
         let f = &self.feedback;
-        let gains: Vec<c64> = f
-            .iter()
-            .map(|(_, law)| match law {
-                Law::Spring(k) => *k,
-                Law::Mass(m) => c64::new(m * w * w, 0.0),
-                Law::Dashpot(c) => c64::new(0.0, -w * c),
-            })
-            .collect();
+        let gains: Vec<c64> = f.iter().map(|(_, law)| law.gain(w)).collect();
         let m = f.len();
         let mut unit = vec![ZERO; m * m];
         let mut rows = vec![ZERO; m * p];

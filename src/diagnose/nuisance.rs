@@ -1,5 +1,5 @@
 //! Small parameters that are never exactly right: moduli, force constants, negative stiffness, sensor gains, damping,
-//! and the gain of every sensor axis after each levitation. They are fitted with every hypothesis, held by priors.
+//! the mesh, and the gain of every sensor axis after each levitation. They are fitted with every hypothesis, held by priors.
 //!
 //! Prior standard deviations: what a careful updating leaves open (ki 2 %, ks 4 %, sensor gain 1 %, moduli 1 %, ln ζ 0.15).
 
@@ -15,6 +15,8 @@ const GAIN_SD: f64 = 0.01;
 const MODULUS_SD: f64 = 0.01;
 /// Standard deviation of the logarithm of a damping ratio.
 const DAMPING_SD: f64 = 0.15;
+/// Standard deviation of the mesh: 0 is the mesh of the model, 1 one twice as fine, 4/3 a continuum.
+const MESH_SD: f64 = 0.7;
 /// Flexible modes whose damping is a parameter; the last one's also moves all higher.
 pub const DAMPED_MODES: usize = 6;
 /// More groups than this say nothing more about a shaft with four ports.
@@ -76,6 +78,7 @@ impl Layout {
         let mut sd = vec![MODULUS_SD; next];
         sd.extend([KI_SD, KI_SD, KS_SD, KS_SD, GAIN_SD, GAIN_SD]);
         sd.extend([DAMPING_SD; DAMPED_MODES]);
+        sd.push(MESH_SD);
         sd.extend(axis_gain_sd.iter().flatten());
         Self {
             group_of_element,
@@ -115,9 +118,19 @@ impl Layout {
         self.groups + 6 + k.min(DAMPED_MODES - 1)
     }
 
+    /// Index of the mesh.
+    pub fn mesh(&self) -> usize {
+        self.groups + 6 + DAMPED_MODES
+    }
+
+    /// Number of parameters whose derivatives follow from the shaft's coordinates: moduli, ks, ln ζ, mesh.
+    pub fn analytic(&self) -> usize {
+        self.groups + 2 + DAMPED_MODES + 1
+    }
+
     /// Index of the gain of an axis in a sweep.
     pub fn axis(&self, sweep: usize, axis: usize) -> usize {
-        self.groups + 6 + DAMPED_MODES + 4 * sweep + axis
+        self.mesh() + 1 + 4 * sweep + axis
     }
 
     /// The machine with bearings and damping moved (moduli are moved in the reduced model).

@@ -1,19 +1,18 @@
 //! The free-free shaft in Ritz coordinates in which moduli, joint and ports can move without a new FE assembly.
 //!
-//! Every element of the file is halved, so that the mesh of the model is not what the data complain about. The coordinates are the
-//! lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g K_g
+//! Every element of the file is halved, and what a finer mesh would change is kept as a number of its own ([`super::mesh`]), so that the
+//! mesh of the model is not what the data complain about. The coordinates are the lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g K_g
 //! (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes.
 //! Limits: valid up to about the highest kept mode; 4 kHz lies far below.
 
-use super::DiagnoseError;
+use super::{DiagnoseError, mesh};
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::rotor::{PlanarModes, Rotor, Section};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 use std::ops::Range;
 
-/// Parts of an element of the file. Four instead of two look like 0.1 g at the tip of the tool and fit the example records slightly
-/// worse.
+/// Parts of an element of the file.
 const PARTS: usize = 2;
 /// Modes kept: of the reference shaft the fortieth lies beyond 100 kHz.
 const MODES: usize = 34;
@@ -27,8 +26,10 @@ const RIGID_JOINT_MODES: usize = 20;
 const STATIC_DIRECTIONS: usize = 24;
 /// Modes below the end of a sweep, whose change with a modulus the coordinates must follow.
 const BENT_MODES: usize = 3;
-/// Strain energy, relative, that is rounding.
-const NO_STRAIN: f64 = 1e-11;
+/// Part of a group's influence on slow motion below which a strain is left out of derivatives.
+const NO_STRAIN: f64 = 1e-4;
+/// Coordinates slower than this count alike in it, rad/s: the end of a 4 kHz sweep.
+const SLOW_RAD_S: f64 = 25_000.0;
 /// Tool plane, nose, sensors and actuators: the first of the quasi-static shapes.
 const PORTS: usize = 6;
 /// How much more the shapes of the ports and of the joint count, so that none of them is lost among the others.
@@ -45,9 +46,11 @@ pub struct Skeleton {
     pub stiffness: Mat<f64>,
     /// Stiffness of each element group, n×n.
     pub groups: Vec<Mat<f64>>,
-    /// Strains v of all groups, K_g = Σ v vᵀ: flexible coordinates × strains.
+    /// What a mesh twice as fine adds to the flexibility under inertia, n×n: Z = K − ω²M − ω⁴ C.
+    pub mesh: Mat<f64>,
+    /// Strains v of all groups and of the mesh, K_g = Σ v vᵀ: coordinates × strains.
     pub strains: Mat<f64>,
-    /// Which of them belong to a group.
+    /// Which of them belong to a group; the last are those of the mesh.
     pub strains_of_group: Vec<Range<usize>>,
     /// Gyroscopic matrix, n×n.
     pub gyroscopic: Mat<f64>,
@@ -208,7 +211,8 @@ impl Skeleton {
             })
         };
         let groups: Vec<Mat<f64>> = groups.into_iter().map(clean).collect();
-        let (strains, strains_of_group) = strains(&groups)?;
+        let finer = refined(&machine).rotor()?;
+        let mesh = mesh::flexibility(&rotor, &finer, &shapes)?;
         let joint = joint_rows.map(|[a, b]| {
             let row = |d: usize| -> Vec<f64> {
                 (0..size)
@@ -230,7 +234,9 @@ impl Skeleton {
                 });
             }
         }
+        let (strains, strains_of_group) = strains(&groups, &mesh, &stiffness)?;
         Ok(Self {
+            mesh,
             gyroscopic: reduce(&modes.matrices.gyroscopic),
             flexible_rad_s: modes.omega_rad_s[RIGID..].to_vec(),
             rotor,
@@ -270,28 +276,40 @@ impl Skeleton {
     }
 }
 
-/// Strains of stiffness matrices, flexible coordinates × strains, and the columns of each.
-fn strains(groups: &[Mat<f64>]) -> Result<(Mat<f64>, Vec<Range<usize>>), DiagnoseError> {
+/// Strains of stiffness matrices and of the mesh, coordinates × strains, and the columns of each. Strains that move slow
+/// coordinates next to nothing are left out.
+fn strains(
+    groups: &[Mat<f64>],
+    mesh: &Mat<f64>,
+    stiffness: &Mat<f64>,
+) -> Result<(Mat<f64>, Vec<Range<usize>>), DiagnoseError> {
     let (mut columns, mut ranges): (Vec<Vec<f64>>, _) = (vec![], vec![]);
-    let flexible = groups.first().map_or(0, |g| g.nrows() - RIGID);
-    for group in groups {
-        let own = Mat::from_fn(flexible, flexible, |i, j| group[(i + RIGID, j + RIGID)]);
+    let n = mesh.nrows();
+    let scale: Vec<f64> = (0..n)
+        .map(|k| (SLOW_RAD_S * SLOW_RAD_S + stiffness[(k, k)].max(0.0)).recip())
+        .collect();
+    for matrix in groups.iter().chain([mesh]) {
+        let own = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
         let (values, vectors) = symmetric_eigen(&own)?;
         let largest = values.last().copied().unwrap_or_default();
         let from = columns.len();
         for (k, value) in values.iter().enumerate() {
             if *value > NO_STRAIN * largest {
                 let amplitude = value.sqrt();
-                columns.push((0..flexible).map(|i| amplitude * vectors[(i, k)]).collect());
+                columns.push(
+                    (0..n)
+                        .map(|i| amplitude * vectors[(i, k)] / scale[i])
+                        .collect(),
+                );
             }
         }
         ranges.push(from..columns.len());
     }
-    let matrix = Mat::from_fn(flexible, columns.len(), |i, j| columns[j][i]);
+    let matrix = Mat::from_fn(n, columns.len(), |i, j| columns[j][i]);
     Ok((matrix, ranges))
 }
 
-/// The same machine with every element cut in [`PARTS`] (two).
+/// The same machine with every element cut in two.
 pub fn refined(machine: &Machine) -> Machine {
     let mut machine = machine.clone();
     for sections in [&mut machine.spindle.sections, &mut machine.tool.sections] {

@@ -9,7 +9,7 @@ use super::DiagnoseError;
 use super::chain::{Chain, eliminate};
 use super::model::port::{Ported, factor};
 use super::model::{Assembled, Model, SIDE, Square, ZERO};
-use super::nuisance::{DAMPED_MODES, Layout};
+use super::nuisance::Layout;
 use super::place::Place;
 use crate::linalg::c64;
 use crate::spindle::{Effect, EffectKind, Location};
@@ -328,7 +328,7 @@ impl View<'_> {
             }
         }
         let first = x.first().copied().unwrap_or(ZERO);
-        let analytic = layout.groups + 2 + DAMPED_MODES;
+        let analytic = layout.analytic();
         let mut slopes: Vec<Square> = Vec::with_capacity(analytic + 4);
         let mechanical = self.scene.place.mechanical();
         for i in 0..analytic {
@@ -354,7 +354,7 @@ impl View<'_> {
             };
             slopes.push(own.map(|v| v * relative));
         }
-        // The order of the layout: moduli, ki, ks, sensor gains, damping.
+        // The order of the layout: moduli, ki, ks, sensor gains, damping, mesh.
         let mut all: Vec<Square> = slopes.drain(..layout.groups).collect();
         let gain = |rows: bool, b: usize| {
             let at = if rows { layout.gain(b) } else { layout.ki(b) };

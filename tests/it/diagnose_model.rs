@@ -82,3 +82,84 @@ fn reduced_model_answers_as_the_plant() {
         }
     }
 }
+
+/// Peak difference of a model from a plant over lines round the resonances, relative to the largest entry of a line.
+fn difference(plant: &Plant, model: &Model, p: &[f64]) -> f64 {
+    let assembled = model.assemble(p, &[], 0.0, false).expect("assembled");
+    let mut worst = 0.0f64;
+    for k in 0..400 {
+        let omega = TAU * 40.0 * 100f64.powf(k as f64 / 399.0);
+        let (want, got) = (plant.at(omega), assembled.line(omega, None).response);
+        let entries = || (0..36).filter(|n| n / 6 % 2 == 0 && n % 6 % 2 == 0);
+        for block in [true, false] {
+            let own = |n: &usize| (n / 6 < 4) == block;
+            let size = entries()
+                .filter(own)
+                .map(|n| want[(n / 6, n % 6)].norm())
+                .fold(0.0, f64::max);
+            for n in entries().filter(own) {
+                worst = worst.max((want[(n / 6, n % 6)] - got[n]).norm() / size);
+            }
+        }
+    }
+    worst
+}
+
+/// The mesh as a small parameter is the mesh: 1 is a mesh twice as fine, −4 is the file's own and too far for a first order.
+#[test]
+fn mesh_parameter_is_a_finer_mesh() {
+    let folder = read("c03");
+    let machine = &folder.machine;
+    let model = Model::new(machine, &[[1e-3; 4]]).expect("model");
+    let plant = Plant::new(&refined(&refined(machine)), 0.0, ModelDetail::Full).expect("plant");
+    let mut p = vec![0.0; model.layout.len()];
+    let coarse = difference(&plant, &model, &p);
+    p[model.layout.mesh()] = 1.0;
+    let fine = difference(&plant, &model, &p);
+    assert!(coarse > 5e-3, "the mesh shows at resonances: {coarse}");
+    // First order: the square of a relative change of 10⁻³ at the end of the band, and the reduction.
+    assert!(fine < 0.02 * coarse, "{fine} of {coarse}");
+}
+
+/// Derivatives to every small parameter against central differences.
+#[test]
+fn derivatives_of_small_parameters() {
+    let folder = read("c03");
+    let model = Model::new(&folder.machine, &[[1e-3; 4]]).expect("model");
+    let layout = &model.layout;
+    let mut p = vec![0.0; layout.len()];
+    p[layout.mesh()] = 0.4;
+    for speed in [0.0, 3000.0] {
+        let here = model.assemble(&p, &[], speed, true).expect("assembled");
+        for (analytic, k) in (0..layout.groups)
+            .map(|g| (g, g))
+            .chain([0, 1].map(|b| (layout.groups + b, layout.ks(b))))
+            .chain([0, 3, 5].map(|m| (layout.groups + 2 + m, layout.damping(m))))
+            .chain([(layout.analytic() - 1, layout.mesh())])
+        {
+            let step = 1e-4;
+            let moved = |by: f64| {
+                let mut p = p.clone();
+                p[k] += by;
+                model.assemble(&p, &[], speed, false).expect("assembled")
+            };
+            let (ahead, behind) = (moved(step), moved(-step));
+            let (mut off, mut size) = (0.0, 0.0);
+            for hz in [90.0, 400.0, 1100.0, 1900.0, 2900.0, 3700.0] {
+                let line = here.line(TAU * hz, Some(layout));
+                let (a, b) = (ahead.line(TAU * hz, None), behind.line(TAU * hz, None));
+                for n in 0..36 {
+                    let want = (a.response[n] - b.response[n]) / (2.0 * step);
+                    let scale = line.response[n].norm_sqr().max(f64::MIN_POSITIVE);
+                    off += (line.derivatives[analytic][n] - want).norm_sqr() / scale;
+                    size += want.norm_sqr() / scale;
+                }
+            }
+            // 5 % for left-out strains and coordinates that follow as springs: enough for steps and covariances.
+            assert!(
+                off < 2.5e-3 * size,
+                "parameter {k} at {speed}: {off} of {size}"
+            );
+        }
+    }
+}

@@ -8,7 +8,7 @@ use super::super::chain::Chain;
 use super::super::nuisance::{DAMPED_MODES, Layout};
 use super::super::skeleton::Skeleton;
 use super::strain::Behind;
-use super::{Assembled, IN, Law, OUT, Planar, RIGID, SIDE, Square, ZERO};
+use super::{Assembled, IN, OUT, Planar, RIGID, SIDE, Square, ZERO};
 use crate::linalg::c64;
 
 /// Half the distance over which the slope of the shaft is differenced, m: well above the 1 µm within which positions are nodes.
@@ -59,7 +59,7 @@ pub struct Ported {
     pub side: usize,
     /// Entries, row-major.
     pub response: Vec<c64>,
-    /// Derivatives to moduli, to ln ks front and rear, and to ln ζ, in that order.
+    /// Derivatives to moduli, to ln ks front and rear, to ln ζ, and to the mesh, in that order.
     pub slopes: Vec<Vec<c64>>,
 }
 
@@ -150,15 +150,21 @@ impl Assembled {
                 xr[k * n + o] = sum.1;
             }
         }
-        let mut all = Vec::with_capacity(layout.groups + 2 + DAMPED_MODES);
+        let mut all = Vec::with_capacity(layout.analytic());
+        let mut mesh = None;
         if let Some(strain) = &self.strain {
-            all.extend(strain.slopes(&Behind {
+            all = strain.slopes(&Behind {
                 n,
                 left: &xl,
                 right: &xr,
                 left_ports: &left,
                 right_ports: &right,
-            }));
+            });
+            // Z − w⁴C where a stiffness is Z + K.
+            mesh = all.pop();
+            for entry in mesh.iter_mut().flatten() {
+                *entry *= -w.powi(4);
+            }
         }
         for (port, ks) in Self::MAGNETS.into_iter().zip(self.negative_stiffness()) {
             let entry = |o: usize, i: usize| at.closed[o * p + port] * at.closed[port * p + i] * ks;
@@ -179,17 +185,8 @@ impl Assembled {
             }
             all.push(slope);
         }
+        all.extend(mesh);
         all
-    }
-}
-
-impl Law {
-    fn gain(&self, w: f64) -> c64 {
-        match self {
-            Self::Spring(k) => *k,
-            Self::Mass(m) => c64::new(m * w * w, 0.0),
-            Self::Dashpot(c) => c64::new(0.0, -w * c),
-        }
     }
 }
 

@@ -1,0 +1,345 @@
+//! Whitened residuals of a set of effects, and their derivatives: small parameters analytically, effects differenced.
+//!
+//! Lines do not depend on each other: they are computed in parallel and joined in order.
+
+use super::DiagnoseError;
+use super::evidence::whiten;
+use super::fit::{Point, Problem};
+use super::hypothesis;
+use super::jacobian::Jacobian;
+use super::model::{Assembled, Receptance, SIDE, Square, ZERO};
+use super::nuisance::Layout;
+use crate::linalg::{Mat, c64};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Lines computed in one piece.
+const PIECE: usize = 16;
+/// Real residuals of a line of a sweep and of a hammer test.
+const HEIGHT: (usize, usize) = (32, 2);
+
+#[derive(Clone, Copy)]
+enum Record {
+    Sweep(usize),
+    Tap(usize),
+}
+
+impl Record {
+    fn height(self) -> usize {
+        match self {
+            Self::Sweep(_) => HEIGHT.0,
+            Self::Tap(_) => HEIGHT.1,
+        }
+    }
+}
+
+/// A frequency at a speed, and the lines of the records that were measured there.
+struct Task {
+    speed: usize,
+    omega: f64,
+    lines: Vec<(Record, usize)>,
+}
+
+/// An effect's coordinate moved by a step: the models at all speeds.
+struct Moved {
+    models: Vec<Assembled>,
+    step: f64,
+    electronic: bool,
+}
+
+/// What a linearisation gives.
+pub(super) struct Linearised {
+    /// Whitened residuals.
+    pub residual: Vec<f64>,
+    /// Derivatives of the prediction.
+    pub jacobian: Jacobian,
+    /// Receptance of the shaft at every line.
+    pub shaft: Vec<Receptance>,
+}
+
+impl Problem<'_> {
+    fn assembled(
+        &self,
+        at: &Point,
+        speeds: &[f64],
+        derivatives: bool,
+    ) -> Result<Vec<Assembled>, DiagnoseError> {
+        let effects = hypothesis::effects(self.effects, &at.theta);
+        speeds
+            .iter()
+            .map(|speed| self.model.assemble(&at.p, &effects, *speed, derivatives))
+            .collect()
+    }
+
+    fn speeds(&self) -> Vec<f64> {
+        let sweeps = self.evidence.sweeps.iter().map(|s| s.speed_rad_s);
+        let taps = self.evidence.taps.iter().map(|t| t.speed_rad_s);
+        let all = sweeps.chain(taps.filter(|_| self.usage.taps));
+        let mut speeds: Vec<f64> = all.collect();
+        speeds.sort_by(f64::total_cmp);
+        speeds.dedup();
+        speeds
+    }
+
+    fn tasks(&self, speeds: &[f64]) -> Vec<Task> {
+        let index = |speed: f64| speeds.iter().position(|s| *s == speed).unwrap_or_default();
+        // Positive numbers have the order of their bits.
+        let mut tasks: BTreeMap<(usize, u64), Vec<(Record, usize)>> = BTreeMap::new();
+        let mut add = |record: Record, speed: f64, lines: &[f64]| {
+            for line in (0..lines.len()).step_by(self.usage.stride) {
+                let key = (index(speed), lines[line].to_bits());
+                tasks.entry(key).or_default().push((record, line));
+            }
+        };
+        for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
+            add(Record::Sweep(s), sweep.speed_rad_s, &sweep.omega_rad_s);
+        }
+        for (t, tap) in self.evidence.taps.iter().enumerate() {
+            if self.usage.taps {
+                add(Record::Tap(t), tap.speed_rad_s, &tap.omega_rad_s);
+            }
+        }
+        tasks
+            .into_iter()
+            .map(|((speed, omega), lines)| Task {
+                speed,
+                omega: f64::from_bits(omega),
+                lines,
+            })
+            .collect()
+    }
+
+    /// Whitened residuals (real and imaginary parts, times √2) at a point.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when the model cannot be assembled.
+    pub fn residual(&self, at: &Point, floor: f64) -> Result<Vec<f64>, DiagnoseError> {
+        self.residual_round(at, floor, None)
+    }
+
+    /// The same; where the receptances of the shaft at the lines are known, only the electronics are computed.
+    ///
+    /// # Errors
+    /// As [`Self::residual`].
+    pub fn residual_round(
+        &self,
+        at: &Point,
+        floor: f64,
+        shaft: Option<&[Receptance]>,
+    ) -> Result<Vec<f64>, DiagnoseError> {
+        let speeds = self.speeds();
+        let models = self.assembled(at, &speeds, false)?;
+        let tasks = self.tasks(&speeds);
+        let pieces: Vec<Vec<f64>> = (0..tasks.len())
+            .into_par_iter()
+            .with_min_len(PIECE)
+            .map(|t| {
+                let task = &tasks[t];
+                let model = &models[task.speed];
+                let f = match shaft.and_then(|s| s.get(t)) {
+                    Some(receptance) => model.round(receptance, task.omega),
+                    None => model.line(task.omega, None).response,
+                };
+                let (mut r, mut none) = (vec![], Mat::zeros(0, 0));
+                for (record, line) in &task.lines {
+                    self.compare(
+                        *record,
+                        *line,
+                        &f,
+                        &[],
+                        &at.p,
+                        floor,
+                        (&mut r, &mut none),
+                        &[],
+                    );
+                }
+                r
+            })
+            .collect();
+        Ok(pieces.concat())
+    }
+
+    /// Residuals, Jacobian of the model (∂prediction, whitened) and receptances of the shaft at a point.
+    pub(super) fn linearised(&self, at: &Point, floor: f64) -> Result<Linearised, DiagnoseError> {
+        let speeds = self.speeds();
+        let layout = &self.model.layout;
+        let models = self.assembled(at, &speeds, true)?;
+        let mut moved: Vec<Moved> = vec![];
+        for (e, hypothesis) in self.effects.iter().enumerate() {
+            for i in 0..at.theta[e].len() {
+                let mut there = at.clone();
+                let step = hypothesis.step(i);
+                there.theta[e][i] += step;
+                hypothesis.clamp(&mut there.theta[e]);
+                let mut taken = there.theta[e][i] - at.theta[e][i];
+                if taken.abs() < 0.5 * step {
+                    there.theta[e][i] = at.theta[e][i] - step;
+                    taken = -step;
+                }
+                moved.push(Moved {
+                    models: self.assembled(&there, &speeds, false)?,
+                    step: taken,
+                    electronic: hypothesis.electronic(),
+                });
+            }
+        }
+        let tasks = self.tasks(&speeds);
+        let order = order(layout, moved.len());
+        let width = layout.len() + moved.len();
+        let pieces: Vec<(Vec<f64>, Mat<f64>, Vec<Receptance>)> = tasks
+            .par_chunks(PIECE)
+            .map(|piece| {
+                let records = piece.iter().flat_map(|t| &t.lines);
+                let height = records.map(|(record, _)| record.height()).sum();
+                let mut r = Vec::with_capacity(height);
+                let mut block = Mat::zeros(height, width);
+                let mut shaft = Vec::with_capacity(piece.len());
+                for task in piece {
+                    let mut line = models[task.speed].line(task.omega, Some(layout));
+                    let here = line.response;
+                    line.derivatives.extend(moved.iter().map(|moved| {
+                        let model = &moved.models[task.speed];
+                        let there = match moved.electronic {
+                            true => model.round(&line.receptance, task.omega),
+                            false => model.line(task.omega, None).response,
+                        };
+                        std::array::from_fn(|n| (there[n] - here[n]) / moved.step)
+                    }));
+                    for (record, at_line) in &task.lines {
+                        let to = (&mut r, &mut block);
+                        let d = &line.derivatives;
+                        self.compare(*record, *at_line, &here, d, &at.p, floor, to, &order);
+                    }
+                    shaft.push(line.receptance);
+                }
+                (r, block, shaft)
+            })
+            .collect();
+        let (mut residual, mut blocks, mut shaft) = (vec![], vec![], vec![]);
+        for (r, block, receptances) in pieces {
+            residual.extend(r);
+            blocks.push(block);
+            shaft.extend(receptances);
+        }
+        Ok(Linearised {
+            residual,
+            jacobian: Jacobian::new(blocks, width),
+            shaft,
+        })
+    }
+
+    /// Appends the whitened residual of a line to `r`, and writes its derivatives, in `order`, into the same rows of `block`.
+    #[allow(clippy::too_many_arguments)]
+    fn compare(
+        &self,
+        record: Record,
+        line: usize,
+        f: &Square,
+        derivatives: &[Square],
+        p: &[f64],
+        floor: f64,
+        (r, block): (&mut Vec<f64>, &mut Mat<f64>),
+        order: &[Column],
+    ) {
+        let first = r.len();
+        match record {
+            Record::Sweep(s) => {
+                let sweep = &self.evidence.sweeps[s];
+                let rows = sweep.whitening(line, floor, self.usage.off_diagonal);
+                let g = &sweep.response[line];
+                let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[self.model.layout.axis(s, i)]);
+                for i in 0..4 {
+                    let mut d: [c64; 4] =
+                        std::array::from_fn(|j| g[4 * i + j] - f[SIDE * i + j] * gain[i]);
+                    whiten(&rows[i], &mut d);
+                    push(r, &d);
+                }
+                for (c, column) in order.iter().enumerate() {
+                    for i in 0..4 {
+                        let df = |j: usize| column.entry(f, derivatives, p, i, j) * gain[i];
+                        let mut d: [c64; 4] = match column {
+                            Column::Axis(record, axis) if (*record, *axis) == (s, i) => {
+                                std::array::from_fn(|j| f[SIDE * i + j])
+                            }
+                            Column::Axis(..) => [ZERO; 4],
+                            _ => std::array::from_fn(df),
+                        };
+                        whiten(&rows[i], &mut d);
+                        write(block, first + 8 * i, c, &d);
+                    }
+                }
+            }
+            Record::Tap(t) => {
+                let tap = &self.evidence.taps[t];
+                let sd = tap.sd(line, floor);
+                let (h, left, right) = tap.close(line, f);
+                push(r, &[(tap.compliance[line] - h) / sd]);
+                for (c, column) in order.iter().enumerate() {
+                    let mut sum = ZERO;
+                    if !matches!(column, Column::Axis(..)) {
+                        for i in 0..SIDE {
+                            for j in 0..SIDE {
+                                sum += left[i] * column.entry(f, derivatives, p, i, j) * right[j];
+                            }
+                        }
+                    }
+                    write(block, first, c, &[sum / sd]);
+                }
+            }
+        }
+    }
+}
+
+/// Where the derivative to a parameter comes from.
+enum Column {
+    /// A derivative of the line, times a factor of the relative parameter behind an index: ln ks moves by dks/(1 + p).
+    Line(usize, Option<usize>),
+    /// Force constant of a bearing, at an index of p.
+    Current(usize, usize),
+    /// Sensor gain of a bearing, at an index of p.
+    Signal(usize, usize),
+    /// Gain of an axis in a sweep.
+    Axis(usize, usize),
+}
+
+/// Columns in the order of the parameters: the small ones, then `moved` coordinates of effects.
+fn order(layout: &Layout, moved: usize) -> Vec<Column> {
+    let mut all: Vec<Column> = (0..layout.groups).map(|g| Column::Line(g, None)).collect();
+    all.extend([0, 1].map(|b| Column::Current(b, layout.ki(b))));
+    all.extend([0, 1].map(|b| Column::Line(layout.groups + b, Some(layout.ks(b)))));
+    all.extend([0, 1].map(|b| Column::Signal(b, layout.gain(b))));
+    all.extend((layout.groups + 2..layout.analytic()).map(|k| Column::Line(k, None)));
+    for s in 0..layout.sweeps {
+        all.extend((0..4).map(|i| Column::Axis(s, i)));
+    }
+    all.extend((0..moved).map(|k| Column::Line(layout.analytic() + k, None)));
+    all
+}
+
+impl Column {
+    /// ∂F_ij; an axis gain moves rows of its sweep only, not F.
+    fn entry(&self, f: &Square, slopes: &[Square], p: &[f64], i: usize, j: usize) -> c64 {
+        let own = |f: &Square| f[SIDE * i + j];
+        match *self {
+            Self::Line(k, None) => own(&slopes[k]),
+            Self::Line(k, Some(at)) => own(&slopes[k]) / (1.0 + p[at]),
+            Self::Current(b, at) if j / 2 == b => own(f) / (1.0 + p[at]),
+            Self::Signal(b, at) if i / 2 == b => own(f) / (1.0 + p[at]),
+            _ => ZERO,
+        }
+    }
+}
+
+fn write(block: &mut Mat<f64>, row: usize, column: usize, values: &[c64]) {
+    for (k, v) in values.iter().enumerate() {
+        block[(row + 2 * k, column)] = std::f64::consts::SQRT_2 * v.re;
+        block[(row + 2 * k + 1, column)] = std::f64::consts::SQRT_2 * v.im;
+    }
+}
+
+fn push(all: &mut Vec<f64>, values: &[c64]) {
+    for v in values {
+        all.push(std::f64::consts::SQRT_2 * v.re);
+        all.push(std::f64::consts::SQRT_2 * v.im);
+    }
+}

@@ -1,0 +1,54 @@
+//! A finer mesh in the coordinates of the model's own.
+
+use super::super::DiagnoseError;
+use super::super::skeleton::Skeleton;
+use crate::linalg::{Mat, solve};
+
+/// s, 1 + sKC and C.
+pub(super) struct Finer<'a> {
+    s: f64,
+    unit: Mat<f64>,
+    mesh: &'a Mat<f64>,
+}
+
+impl<'a> Finer<'a> {
+    /// Changes a stiffness to that of a mesh `s` steps finer; nothing for s = 0.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Numeric`] for a mesh so much coarser that 1 + sKC is singular.
+    pub fn new(
+        skeleton: &'a Skeleton,
+        stiffness: &mut Mat<f64>,
+        s: f64,
+    ) -> Result<Option<Self>, DiagnoseError> {
+        if s == 0.0 {
+            return Ok(None);
+        }
+        let n = stiffness.nrows();
+        let product = &*stiffness * &skeleton.mesh;
+        let unit = Mat::from_fn(n, n, |i, j| {
+            s * product[(i, j)] + f64::from(u8::from(i == j))
+        });
+        let moved = solve(&unit, &*stiffness)?;
+        *stiffness = Mat::from_fn(n, n, |i, j| 0.5 * (moved[(i, j)] + moved[(j, i)]));
+        let mesh = &skeleton.mesh;
+        Ok(Some(Self { s, unit, mesh }))
+    }
+
+    /// Rows of the ports in the changed coordinates; returns their constant receptance, ports × ports.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn move_ports(&self, rows: &mut [Vec<f64>]) -> Result<Vec<f64>, DiagnoseError> {
+        let (n, p) = (self.unit.nrows(), rows.len());
+        let before = Mat::from_fn(n, p, |i, j| rows[j][i]);
+        let after = solve(&self.unit, &before)?;
+        let still = before.transpose() * (self.mesh * &after);
+        for (j, row) in rows.iter_mut().enumerate() {
+            for (i, a) in row.iter_mut().enumerate() {
+                *a = after[(i, j)];
+            }
+        }
+        Ok((0..p * p).map(|k| self.s * still[(k / p, k % p)]).collect())
+    }
+}
