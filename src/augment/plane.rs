@@ -6,8 +6,8 @@
 //! Direct design maps the sampled plant (hold, exact delay) by z = (1 + sT/2)/(1 − sT/2); nothing is lost on the way back.
 //! Emulation takes the continuous plant with a Padé approximant of the delay.
 
-use crate::linalg::Mat;
 use crate::lti::sample::inverse_tustin;
+use crate::lti::structure;
 use crate::lti::{Continuous, StateSpace, TimeBase};
 use crate::spindle::plant::CHANNELS;
 use crate::spindle::{EffectKind, Machine, ModelDetail, Plant, SpindleError};
@@ -78,33 +78,9 @@ pub fn design_plane(
 
 /// The states that an input reaches and that reach an output, by the pattern of nonzeros: exact for decoupled planes.
 pub fn connected_part<T: TimeBase>(system: &StateSpace<T>) -> StateSpace<T> {
-    let n = system.order();
-    let spread = |mut seen: Vec<bool>, edge: &dyn Fn(usize, usize) -> bool| {
-        let mut front: Vec<usize> = (0..n).filter(|i| seen[*i]).collect();
-        while let Some(from) = front.pop() {
-            for to in 0..n {
-                if !seen[to] && edge(to, from) {
-                    seen[to] = true;
-                    front.push(to);
-                }
-            }
-        }
-        seen
-    };
-    let fed = (0..n)
-        .map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0))
-        .collect();
-    let read = (0..n)
-        .map(|j| (0..system.outputs()).any(|i| system.c[(i, j)] != 0.0))
-        .collect();
-    let reached = spread(fed, &|to, from| system.a[(to, from)] != 0.0);
-    let seen = spread(read, &|to, from| system.a[(from, to)] != 0.0);
-    let keep: Vec<usize> = (0..n).filter(|i| reached[*i] && seen[*i]).collect();
-    StateSpace {
-        a: Mat::from_fn(keep.len(), keep.len(), |i, j| system.a[(keep[i], keep[j])]),
-        b: Mat::from_fn(keep.len(), system.inputs(), |i, j| system.b[(keep[i], j)]),
-        c: Mat::from_fn(system.outputs(), keep.len(), |i, j| system.c[(i, keep[j])]),
-        d: system.d.clone(),
-        time: system.time,
-    }
+    let inputs: Vec<usize> = (0..system.inputs()).collect();
+    let outputs: Vec<usize> = (0..system.outputs()).collect();
+    let driven = structure::driven(system, &inputs);
+    let seen = structure::seen(system, &outputs);
+    system.keep_states(|i| driven[i] && seen[i])
 }

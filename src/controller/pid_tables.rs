@@ -2,6 +2,7 @@
 //! and backwards (a: x→x, b: x→y), each with two loops. The lines are packed round every open-loop mode (64 within ±8 %).
 
 use crate::linalg::{Mat, c64};
+use crate::lti::structure;
 use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace, TimeBase};
 use std::f64::consts::TAU;
 
@@ -92,23 +93,7 @@ pub(super) fn x_plane(plant: &StateSpace<Discrete>) -> StateSpace<Discrete> {
 
 /// The system without states that the pattern of A and B never reaches.
 pub(super) fn reachable(system: &StateSpace<Discrete>) -> StateSpace<Discrete> {
-    let n = system.order();
-    let mut seen: Vec<bool> = (0..n)
-        .map(|i| (0..system.inputs()).any(|j| system.b[(i, j)] != 0.0))
-        .collect();
-    for _ in 0..n {
-        for i in 0..n {
-            if !seen[i] && (0..n).any(|j| seen[j] && system.a[(i, j)] != 0.0) {
-                seen[i] = true;
-            }
-        }
-    }
-    let keep: Vec<usize> = (0..n).filter(|i| seen[*i]).collect();
-    StateSpace {
-        a: Mat::from_fn(keep.len(), keep.len(), |i, j| system.a[(keep[i], keep[j])]),
-        b: Mat::from_fn(keep.len(), system.inputs(), |i, j| system.b[(keep[i], j)]),
-        c: Mat::from_fn(system.outputs(), keep.len(), |i, j| system.c[(i, keep[j])]),
-        d: system.d.clone(),
-        time: system.time,
-    }
+    let inputs: Vec<usize> = (0..system.inputs()).collect();
+    let driven = structure::driven(system, &inputs);
+    system.keep_states(|i| driven[i])
 }

@@ -8,7 +8,7 @@ use super::modal::transfer_change;
 use super::realise::{Form, Realisation, Row, Term};
 use super::{ControllerError, in_step};
 use crate::linalg::{Mat, c64, eigenvalues, solve};
-use crate::lti::{Discrete, StateSpace};
+use crate::lti::{Discrete, StateSpace, structure};
 
 /// Accepted change of the transfer matrix, relative to its peak: below single precision (6e-8). Zeros of multiple
 /// order cost half the digits of double precision.
@@ -99,29 +99,9 @@ fn axis_system(
     axis: usize,
 ) -> Result<StateSpace<Discrete>, ControllerError> {
     let n = system.order();
-    let reach = |start: Vec<bool>, edge: &dyn Fn(usize, usize) -> bool| {
-        let mut seen = start;
-        for _ in 0..n {
-            for i in 0..n {
-                if !seen[i] && (0..n).any(|j| seen[j] && edge(i, j)) {
-                    seen[i] = true;
-                }
-            }
-        }
-        seen
-    };
-    let driven = |input: usize| {
-        reach(
-            (0..n).map(|i| system.b[(i, input)] != 0.0).collect(),
-            &|i, j| system.a[(i, j)] != 0.0,
-        )
-    };
-    let seen = reach(
-        (0..n).map(|i| system.c[(axis, i)] != 0.0).collect(),
-        &|i, j| system.a[(j, i)] != 0.0,
-    );
+    let seen = structure::seen(system, &[axis]);
     for input in (0..system.inputs()).filter(|j| *j != axis) {
-        let other = driven(input);
+        let other = structure::driven(system, &[input]);
         if system.d[(axis, input)] != 0.0 || (0..n).any(|i| other[i] && seen[i]) {
             return Err(ControllerError::NotDecentralised {
                 output: axis,
@@ -129,17 +109,10 @@ fn axis_system(
             });
         }
     }
-    let own = driven(axis);
-    let keep: Vec<usize> = (0..n).filter(|i| own[*i] && seen[*i]).collect();
-    let r = keep.len();
-    StateSpace::new(
-        Mat::from_fn(r, r, |i, j| system.a[(keep[i], keep[j])]),
-        Mat::from_fn(r, 1, |i, _| system.b[(keep[i], axis)]),
-        Mat::from_fn(1, r, |_, j| system.c[(axis, keep[j])]),
-        Mat::from_fn(1, 1, |_, _| system.d[(axis, axis)]),
-        system.time,
-    )
-    .map_err(in_step("second-order sections"))
+    let own = structure::driven(system, &[axis]);
+    Ok(system
+        .select(&[axis], &[axis])
+        .keep_states(|i| own[i] && seen[i]))
 }
 
 fn cascade(axis: &StateSpace<Discrete>) -> Result<Vec<Section>, ControllerError> {

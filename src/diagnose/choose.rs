@@ -26,7 +26,7 @@ pub(super) struct Chosen {
     pub standing: Standing,
     /// Other sets of the last searches.
     pub rivals: Vec<Candidate>,
-    /// Single effects by score above the best.
+    /// Single effects by score above the best: the finalists, then the others by their distance when they left the race.
     pub ranking: Vec<(Effect, f64)>,
     /// Fall of the score by the best single effect.
     pub strength: f64,
@@ -43,22 +43,21 @@ pub(super) fn choose(
 ) -> Result<Chosen, DiagnoseError> {
     let round = search.round(null)?;
     let ranking = ranked(&round);
-    let strength = match round.finalists.first() {
-        Some(best) if best.floor == FINAL_FLOOR => final_score(search, null)? - best.score(),
-        Some(_) => f64::INFINITY,
-        None => 0.0,
-    };
+    let finalists = round.finalists;
+    let fall = fall(search, null, &finalists)?;
     let chosen = |standing, rivals| Chosen {
         standing,
         rivals,
         ranking,
-        strength,
+        // Worse than nothing is no evidence at all.
+        strength: fall.max(0.0),
     };
-    let Some(first) = better(search, null, &round)? else {
+    let Some(first) = better(search, &finalists, fall)? else {
         return Ok(chosen(null.clone(), vec![]));
     };
-    if let (Some(place), false) = (sole, complete(search, &first)?) {
-        let alone = (first.clone(), round.finalists.clone());
+    let done = complete(search, &first)?;
+    if let (Some(place), false) = (sole, done) {
+        let alone = (first.clone(), finalists.clone());
         let (standing, rivals) = at_place(search, null, place, alone)?;
         // A free law takes up some of what happens elsewhere: an effect that explains nearly all is not the end.
         let far = first.working_floor > NEARLY * null.working_floor;
@@ -68,12 +67,12 @@ pub(super) fn choose(
     }
     // What looks explained may hide a second effect behind the small parameters; what does not, has more for certain.
     let mut begins = vec![first.clone()];
-    if !complete(search, &first)? {
-        for other in round.finalists.iter().skip(1).take(BEAM - 1) {
+    if !done {
+        for other in finalists.iter().skip(1).take(BEAM - 1) {
             begins.push(settle(search, other)?);
         }
     }
-    let (mut standing, mut rivals) = (first, round.finalists);
+    let (mut standing, mut rivals) = (first, finalists);
     while let Some((next, others)) = extend(search, &begins)? {
         let fruitless = !complete(search, &next)? && !next.nearer_than(&standing);
         (standing, rivals) = (next, others);
@@ -130,9 +129,10 @@ fn extend(
 ) -> Result<Option<(Standing, Vec<Candidate>)>, DiagnoseError> {
     let (mut best, mut rivals): (Option<Standing>, Vec<Candidate>) = (None, vec![]);
     for begin in begins {
-        let round = search.round(begin)?;
-        if let Some(longer) = better(search, begin, &round)? {
-            rivals.extend(round.finalists);
+        let finalists = search.round(begin)?.finalists;
+        let fall = fall(search, begin, &finalists)?;
+        if let Some(longer) = better(search, &finalists, fall)? {
+            rivals.extend(finalists);
             let rank = |s: &Standing| (s.candidate.floor, s.candidate.score());
             let ahead = best.as_ref().is_none_or(|b| rank(&longer) < rank(b));
             if ahead {
@@ -161,9 +161,9 @@ fn swapped(
         at.theta.remove(0);
         at.p.fill(0.0);
         let without = search.stand(&effects, &at, Use::ALL)?;
-        let again = search.round(&without)?;
+        let again = search.round(&without)?.finalists;
         // One unit of score is a likelihood ratio that means nothing; it keeps equal fits where they are.
-        match again.finalists.first() {
+        match again.first() {
             Some(other) if other.score() < standing.candidate.score() - 1.0 => {
                 standing = settle(search, other)?;
             }
@@ -178,7 +178,7 @@ fn swapped(
                 standing.from.theta.rotate_left(1);
             }
         }
-        rivals.extend(again.finalists);
+        rivals.extend(again);
     }
     Ok(standing)
 }
@@ -230,21 +230,34 @@ fn complete(search: &Search, standing: &Standing) -> Result<bool, DiagnoseError>
     Ok(*floor == FINAL_FLOOR && search.misfit(effects, &fit.at, FINAL_FLOOR)?.value < BLOCK_FAILS)
 }
 
+/// Fall of the score by the best finalist; without limit where it does not reach the final floor: it explains too little, but may be one
+/// of two.
+fn fall(
+    search: &Search,
+    standing: &Standing,
+    finalists: &[Candidate],
+) -> Result<f64, DiagnoseError> {
+    Ok(match finalists.first() {
+        Some(best) if best.floor == FINAL_FLOOR => final_score(search, standing)? - best.score(),
+        Some(_) => f64::INFINITY,
+        None => 0.0,
+    })
+}
+
 /// The best finalist as the new standing, if it explains so much more that chance cannot.
 fn better(
     search: &Search,
-    standing: &Standing,
-    round: &Round,
+    finalists: &[Candidate],
+    fall: f64,
 ) -> Result<Option<Standing>, DiagnoseError> {
-    let Some(best) = round.finalists.first() else {
+    let Some(best) = finalists.first() else {
         return Ok(None);
     };
-    if best.floor > FINAL_FLOOR {
-        // It explains too little, but may be one of two.
-        return Ok(Some(settle(search, best)?));
-    }
-    if best.score() > final_score(search, standing)? - ACCEPT {
+    if fall < ACCEPT {
         return Ok(None);
+    }
+    if best.floor > FINAL_FLOOR {
+        return Ok(Some(settle(search, best)?));
     }
     let settled = settle(search, best)?;
     // The number must also differ from nothing by itself.
@@ -291,12 +304,21 @@ fn ranked(round: &Round) -> Vec<(Effect, f64)> {
     let Some(best) = round.finalists.first().map(Candidate::score) else {
         return vec![];
     };
-    round
+    let mut ranking: Vec<(Effect, f64)> = round
         .finalists
         .iter()
         .filter_map(|c| {
             let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);
             Some((h.effect(theta), c.score() - best))
         })
-        .collect()
+        .collect();
+    let mut others = round.others.clone();
+    others.sort_by(|a, b| a.1.total_cmp(&b.1));
+    for (effect, above) in others {
+        let known = |r: &(Effect, f64)| r.0.kind == effect.kind && r.0.location == effect.location;
+        if !ranking.iter().any(known) {
+            ranking.push((effect, above));
+        }
+    }
+    ranking
 }

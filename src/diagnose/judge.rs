@@ -12,7 +12,7 @@ use super::coverage::{Detectable, detectable};
 use super::evidence::{Evidence, Gap, Use};
 use super::experiment::Measurement;
 use super::fit::{FINAL_FLOOR, Point};
-use super::hypothesis::{Hypothesis, Scope, catalogue};
+use super::hypothesis::{self, Hypothesis, Scope, catalogue};
 use super::localise::{Localisation, localise};
 use super::model::Model;
 use super::next::{Proposal, proposals};
@@ -165,15 +165,15 @@ pub fn diagnose(
     progress("held-out records");
     let held_out = HeldOut::new(&search);
     let origin = search.origin();
-    let gap_before_held_out = gap(&search, &[], &origin, Some(true))?;
+    let before = overall(&search, &[], &origin)?;
     let start = Point {
         p: vec![0.0; model.layout.len()],
         theta: best.fit.at.theta.clone(),
     };
     let trained = search.finish(&best.effects, &start, 0.03, held_out.training)?;
-    let predicted = gap(&search, &best.effects, &trained.fit.at, Some(true))?;
+    let predicted = overall(&search, &best.effects, &trained.fit.at)?;
     // A name must also predict what it has not seen; where nothing is left to predict, it need not.
-    let predicts = predicted < PREDICTED.max(REMAINS * gap_before_held_out);
+    let predicts = predicted.held_out < PREDICTED.max(REMAINS * before.held_out);
     let mut verdict = match (explained && predicts, best.effects.is_empty()) {
         (false, _) => Verdict::Unexplained,
         (true, true) => Verdict::Adequate,
@@ -205,37 +205,27 @@ pub fn diagnose(
             }
         }
     }
-    let (effects, final_point) = if verdict == Verdict::Unexplained {
-        (vec![], null.from.clone())
-    } else {
-        (named(&best)?, best.fit.at.clone())
-    };
-    let hypotheses: &[Hypothesis] = if verdict == Verdict::Unexplained {
-        &[]
-    } else {
-        &best.effects
-    };
-    let gap_after_held_out = if verdict == Verdict::Unexplained {
-        gap(&search, &[], &null.from, Some(true))?
-    } else {
-        predicted
+    let shown = match verdict {
+        Verdict::Unexplained => Shown {
+            effects: vec![],
+            hypotheses: &[],
+            point: &null.from,
+            without_held_out: &null.from,
+        },
+        _ => Shown {
+            effects: named(&best)?,
+            hypotheses: &best.effects,
+            point: &best.fit.at,
+            without_held_out: &trained.fit.at,
+        },
     };
     let correction = match (verdict, localisation.named()) {
         (Verdict::Unexplained, Some(port)) => Some(correct(&search, port, held_out.training)?),
         _ => None,
     };
-    let shown = if verdict == Verdict::Unexplained {
-        &null.from
-    } else {
-        &trained.fit.at
-    };
     let fitted = Fitted {
-        small: shown.p.clone(),
-        effects: hypotheses
-            .iter()
-            .zip(&shown.theta)
-            .map(|(h, t)| h.effect(t))
-            .collect(),
+        small: shown.without_held_out.p.clone(),
+        effects: hypothesis::effects(shown.hypotheses, &shown.without_held_out.theta),
     };
     let channels = channels(&search, &fitted, correction.as_ref())?;
     let menu = match verdict {
@@ -244,44 +234,51 @@ pub fn diagnose(
     };
     let detectable = match verdict {
         Verdict::Unexplained => vec![],
-        _ => detectable(&search, hypotheses, &final_point)?,
+        _ => detectable(&search, shown.hypotheses, shown.point)?,
     };
     let axis_gains = (0..evidence.sweeps.len())
-        .map(|s| std::array::from_fn(|i| final_point.p[model.layout.axis(s, i)]))
+        .map(|s| std::array::from_fn(|i| shown.point.p[model.layout.axis(s, i)]))
         .collect();
-    let mut corrected = model.layout.apply(machine, &final_point.p);
+    let mut corrected = model.layout.apply(machine, &shown.point.p);
     corrected
         .spindle
         .effects
-        .extend(effects.iter().map(|e| e.effect.clone()));
+        .extend(shown.effects.iter().map(|e| e.effect.clone()));
     Ok(Diagnosis {
         next_measurement: next_measurement(verdict, &menu),
         menu,
         detectable,
-        gap_before: gap(&search, &[], &origin, None)?,
-        gap_after: gap(&search, hypotheses, &final_point, None)?,
-        gap_before_held_out,
-        gap_after_held_out,
+        gap_before: before.all,
+        gap_after: overall(&search, shown.hypotheses, shown.point)?.all,
+        gap_before_held_out: before.held_out,
+        gap_after_held_out: match verdict {
+            Verdict::Unexplained => overall(&search, &[], &null.from)?.held_out,
+            _ => predicted.held_out,
+        },
         held_out: held_out.name.into(),
         ranking: chosen.ranking,
         strength: chosen.strength,
-        nearest: best
-            .effects
-            .iter()
-            .zip(&best.fit.at.theta)
-            .map(|(h, theta)| h.effect(theta))
-            .collect(),
+        nearest: hypothesis::effects(&best.effects, &best.fit.at.theta),
         verdict,
-        effects,
+        small: shown.point.p.clone(),
+        effects: shown.effects,
         tie,
         corrected,
         misfit,
         localisation,
         axis_gains,
-        small: final_point.p,
         channels,
         correction,
     })
+}
+
+/// What goes into files and pictures: what was named, or the machine as it is.
+struct Shown<'a> {
+    effects: Vec<NamedEffect>,
+    hypotheses: &'a [Hypothesis],
+    point: &'a Point,
+    /// The fit that has not seen the held-out records.
+    without_held_out: &'a Point,
 }
 
 /// What a fit may not see.
@@ -362,31 +359,28 @@ fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
     Ok(all)
 }
 
-/// Gap of a hypothesis; `out`: only the held-out records, or all.
-fn gap(
+/// Gap over all records and over those that are held out.
+struct Overall {
+    all: f64,
+    held_out: f64,
+}
+
+fn overall(
     search: &Search,
     hypotheses: &[Hypothesis],
     at: &Point,
-    out: Option<bool>,
-) -> Result<f64, DiagnoseError> {
-    let effects: Vec<Effect> = hypotheses
-        .iter()
-        .zip(&at.theta)
-        .map(|(h, t)| h.effect(t))
-        .collect();
-    let mut total = Gap::default();
+) -> Result<Overall, DiagnoseError> {
+    let effects = hypothesis::effects(hypotheses, &at.theta);
     let evidence = search.evidence;
-    let held_taps = !evidence.taps.is_empty();
+    let (mut used, mut across, mut taps) = (Gap::default(), Gap::default(), Gap::default());
     for sweep in &evidence.sweeps {
-        if out.is_some() && held_taps {
-            break;
-        }
         let model = search
             .model
             .assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
         for (line, omega) in sweep.omega_rad_s.iter().enumerate() {
             let f = model.line(*omega, None).response;
-            sweep.gap(line, &f, |i, j| out.is_none() || i / 2 != j / 2, &mut total);
+            sweep.gap(line, &f, |i, j| i / 2 == j / 2, &mut used);
+            sweep.gap(line, &f, |i, j| i / 2 != j / 2, &mut across);
         }
     }
     for tap in &evidence.taps {
@@ -394,10 +388,18 @@ fn gap(
             .model
             .assemble(&at.p, &effects, tap.speed_rad_s, false)?;
         for (line, omega) in tap.omega_rad_s.iter().enumerate() {
-            tap.gap(line, &model.line(*omega, None).response, &mut total);
+            tap.gap(line, &model.line(*omega, None).response, &mut taps);
         }
     }
-    Ok(total.value())
+    let held_out = if evidence.taps.is_empty() {
+        across
+    } else {
+        taps
+    };
+    Ok(Overall {
+        all: used.merge(across).merge(taps).value(),
+        held_out: held_out.value(),
+    })
 }
 
 /// What to measure next: what separates the members of a tie most, or what tells kinds of the unexplained apart.

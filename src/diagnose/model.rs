@@ -10,18 +10,20 @@
 
 mod finer;
 pub mod port;
+mod shaft;
 mod strain;
 
 use super::DiagnoseError;
 use super::chain::{Chain, eliminate};
 use super::nuisance::Layout;
 use super::skeleton::Skeleton;
-use crate::linalg::{Mat, c64, symmetric_eigen};
+use crate::linalg::{Mat, c64};
 use crate::rotor::modes::RIGID;
 use crate::spindle::machine::{Effective, Housing};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 use finer::Finer;
 use port::Probe;
+use shaft::{Modes, modes};
 use std::f64::consts::TAU;
 use strain::Strain;
 
@@ -44,7 +46,6 @@ const IN: [usize; 3] = [1, 2, TOOL];
 #[derive(Clone, Copy, Debug)]
 enum Law {
     Spring(c64),
-    Mass(f64),
     Dashpot(f64),
 }
 
@@ -53,7 +54,6 @@ impl Law {
     fn gain(&self, w: f64) -> c64 {
         match self {
             Self::Spring(k) => *k,
-            Self::Mass(m) => c64::new(m * w * w, 0.0),
             Self::Dashpot(c) => c64::new(0.0, -w * c),
         }
     }
@@ -278,11 +278,25 @@ impl Model {
             }
         }
         let finer = Finer::new(skeleton, &mut k, p[layout.mesh()])?;
-        let m = n - RIGID;
-        let flexible = Mat::from_fn(m, m, |i, j| k[(i + RIGID, j + RIGID)]);
-        let (values, vectors) = symmetric_eigen(&flexible)?;
-        let mut omega = vec![0.0; RIGID];
-        omega.extend(values.iter().map(|v| v.max(1.0).sqrt()));
+        let mut masses = vec![];
+        for effect in effects {
+            let value = effect.values.first().copied().unwrap_or_default();
+            let z = match (effect.kind, &effect.location) {
+                (EffectKind::ToolMass, _) => skeleton.span_m().0,
+                (EffectKind::AddedMass, Location::Position(z)) => *z,
+                _ => continue,
+            };
+            let mut row = [skeleton.row(z)?];
+            if let Some(finer) = &finer {
+                finer.move_ports(&mut row)?;
+            }
+            let [row] = row;
+            masses.push((row, value));
+        }
+        let Modes {
+            omega,
+            shapes: turned,
+        } = modes(&k, &masses)?;
         let dynamic = omega
             .iter()
             .filter(|w| **w < TAU * DYNAMIC_BELOW_HZ)
@@ -321,14 +335,6 @@ impl Model {
         for (z, q) in &effective.cross_coupling {
             attach(*z, Law::Spring(c64::new(0.0, *q)))?;
         }
-        for effect in effects {
-            let value = effect.values.first().copied().unwrap_or_default();
-            match (effect.kind, &effect.location) {
-                (EffectKind::ToolMass, _) => attach(skeleton.span_m().0, Law::Mass(value))?,
-                (EffectKind::AddedMass, Location::Position(z)) => attach(*z, Law::Mass(value))?,
-                _ => {}
-            }
-        }
         if let (Some(effect), Some([_, turning])) = (joint, &skeleton.joint) {
             let c = effect.values.get(2).copied().unwrap_or_default();
             if c != 0.0 {
@@ -343,10 +349,6 @@ impl Model {
         if let Some(finer) = &finer {
             constant = finer.move_ports(&mut rows)?;
         }
-        let turned = Mat::from_fn(n, n, |i, k| match (i < RIGID, k < RIGID) {
-            (true, _) | (_, true) => f64::from(u8::from(i == k)),
-            _ => vectors[(i - RIGID, k - RIGID)],
-        });
         let modal_ports = turned.transpose() * Mat::from_fn(n, rows.len(), |i, p| rows[p][i]);
         let ports: Vec<Vec<f64>> = (0..rows.len())
             .map(|p| (0..n).map(|k| modal_ports[(k, p)]).collect())

@@ -7,6 +7,7 @@
 
 use super::DiagnoseError;
 use super::evidence::GAP_FLOOR;
+use super::hypothesis;
 use super::model::{SIDE, Square, ZERO};
 use super::place::Place;
 use super::search::{Candidate, Search};
@@ -23,6 +24,9 @@ const AXIS_GAIN_SD: f64 = 1e-3;
 pub const SEPARATED: f64 = 6.0;
 /// Mass that is put on the tip of the tool, kg.
 const TIP_MASS_KG: f64 = 0.005;
+
+/// Mass that is put on the nose, kg.
+const COLLAR_MASS_KG: f64 = 0.2;
 
 /// A proposed measurement.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,6 +107,17 @@ fn menu(search: &Search, members: &[&Candidate]) -> Vec<Experiment> {
             "sweep with a known mass of 5 g on the tip of the tool".into(),
             0.0,
             vec![tip],
+        ),
+        sweep(
+            // Stands for a second, heavier tool whose rest is the same: what sits in the shaft or in the loop stays, what sits in
+            // the tool changes its share.
+            "sweep with a known collar of 200 g on the nose".into(),
+            0.0,
+            vec![effect(
+                EffectKind::AddedMass,
+                Location::Position(0.0),
+                COLLAR_MASS_KG,
+            )],
         ),
         sweep(
             // ki grows with the bias, ks with its square.
@@ -191,10 +206,9 @@ fn read(kind: Kind) -> Vec<usize> {
 }
 
 fn effects_of(candidate: &Candidate, theta: &[Vec<f64>], experiment: &Experiment) -> Vec<Effect> {
-    let own = candidate.effects.iter().zip(theta);
-    own.map(|(h, t)| h.effect(t))
-        .chain(experiment.extra.iter().cloned())
-        .collect()
+    let mut all = hypothesis::effects(&candidate.effects, theta);
+    all.extend(experiment.extra.iter().cloned());
+    all
 }
 
 fn predicted(

@@ -10,8 +10,9 @@
 use super::DiagnoseError;
 use super::evidence::{Evidence, Use, whiten};
 use super::fit::{FINAL_FLOOR, Fit, Point, Problem, Stage};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{self, Hypothesis};
 use super::model::{Model, SIDE};
+use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
 /// Model floors of a fit, coarse to fine.
@@ -26,7 +27,7 @@ const FAILS: f64 = 1.0;
 const HOPELESS: f64 = 10.0;
 /// Least fall of the score for another effect.
 pub const ACCEPT: f64 = 16.0;
-/// Scores closer than this cannot be told apart (odds of 1 to 30), see [`Round`].
+/// Scores closer than this cannot be told apart (odds of 1 to 30).
 pub const TIE: f64 = 7.0;
 /// Names that reach the thinned second screening, all lines, and the final floor.
 const SHORT_LISTS: [usize; 3] = [24, 8, 5];
@@ -93,8 +94,8 @@ impl Standing {
 pub struct Round {
     /// Finalists at the final floor, best score first.
     pub finalists: Vec<Candidate>,
-    /// Score of every name at the working floor, thinned lines, best first.
-    pub ranking: Vec<(Hypothesis, Point, f64)>,
+    /// Effects that left the race before, with their score above the best when they left.
+    pub others: Vec<(Effect, f64)>,
 }
 
 impl Search<'_> {
@@ -207,7 +208,7 @@ impl Search<'_> {
             .filter(|h| {
                 !present
                     .iter()
-                    .any(|p| p.same_name(h) && p.kind != crate::spindle::EffectKind::HousingMode)
+                    .any(|p| p.same_name(h) && p.kind != EffectKind::HousingMode)
             })
             .collect();
         (self.progress)(&format!(
@@ -234,11 +235,11 @@ impl Search<'_> {
                     .ok()?;
                 // A joint has no small size from which a step could tell.
                 let hopeful = chi2 < standing.candidate.fit.chi2 - 0.5 * ACCEPT
-                    || h.kind == crate::spindle::EffectKind::ToolJoint;
+                    || h.kind == EffectKind::ToolJoint;
                 (!settled || hopeful).then(|| ((*h).clone(), at, chi2))
             })
             .collect();
-        let (first, mut ranking) = shortlist(first, lists[0]);
+        let first = shortlist(first, lists[0]);
         // From a coarser floor again: the new effect may have moved what the small parameters had been fitted to.
         let stages: &[Stage] = if settled {
             &[(w, 4)]
@@ -249,36 +250,27 @@ impl Search<'_> {
             .par_iter()
             .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), stages).ok()?)))
             .collect();
-        let begun = distinct(begun, 2 * lists[1]);
+        let mut others = vec![];
+        let begun = ahead(begun, 2 * lists[1], (f64::INFINITY, 0.0), &mut others);
         let second: Vec<(Hypothesis, Fit)> = begun
-            .kept
             .into_par_iter()
             .filter_map(|(h, f)| {
                 let further = fit(&h, &f.at, thin(3), &[(lower, 4)]).ok()?;
                 Some((h, further))
             })
             .collect();
-        ranking.extend(begun.rest.into_iter().map(|(h, f)| {
-            let score = score(&f);
-            (h, f.at, score)
-        }));
-        let second = distinct(second, lists[1]);
+        let second = ahead(second, lists[1], (10.0, 100.0), &mut others);
         (self.progress)("finalists");
-        let leader = second.kept.first().map_or(0.0, |(_, f)| f.chi2);
         let third: Vec<(Hypothesis, Fit)> = second
-            .kept
-            .par_iter()
-            // Ten times the leader's χ² on the same lines: whatever is still to come down does not come down by that much.
-            .filter(|(_, f)| f.chi2 < 10.0 * leader + 100.0)
-            .filter_map(|(h, f)| Some((h.clone(), fit(h, &f.at, Use::ALL, &[(lower, 4)]).ok()?)))
+            .into_par_iter()
+            .filter_map(|(h, f)| {
+                let all = fit(&h, &f.at, Use::ALL, &[(lower, 4)]).ok()?;
+                Some((h, all))
+            })
             .collect();
-        let third = distinct(third, lists[2]);
-        let best = third.kept.first().map_or(0.0, |(_, f)| f.chi2);
+        let third = ahead(third, lists[2], (4.0, 50.0), &mut others);
         let mut finalists: Vec<Candidate> = third
-            .kept
             .par_iter()
-            // Four times the best χ² at a floor above the final one: out of the race.
-            .filter(|(_, f)| f.chi2 < 4.0 * best + 100.0)
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Use::ALL).ok())
             .filter(matters)
             .collect();
@@ -288,12 +280,7 @@ impl Search<'_> {
                 .total_cmp(&b.floor)
                 .then(a.score().total_cmp(&b.score()))
         });
-        let others = second.rest.into_iter().chain(third.kept).chain(third.rest);
-        ranking.extend(others.map(|(h, f)| {
-            let score = score(&f);
-            (h, f.at, score)
-        }));
-        Ok(Round { finalists, ranking })
+        Ok(Round { finalists, others })
     }
 
     /// Largest χ² per residual over blocks of channels and bands at a floor: 1 where noise explains everything.
@@ -306,11 +293,7 @@ impl Search<'_> {
         at: &Point,
         floor: f64,
     ) -> Result<Misfit, DiagnoseError> {
-        let named: Vec<_> = effects
-            .iter()
-            .zip(&at.theta)
-            .map(|(h, t)| h.effect(t))
-            .collect();
+        let named = hypothesis::effects(effects, &at.theta);
         let mut worst = Misfit::default();
         for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
             let model = self
@@ -389,43 +372,53 @@ fn matters(candidate: &Candidate) -> bool {
     newest.is_none_or(|(h, theta)| h.matters(theta))
 }
 
-struct Listed {
-    kept: Vec<(Hypothesis, Fit)>,
-    rest: Vec<(Hypothesis, Fit)>,
-}
-
-/// Best start of every name, best score first, cut at `most`.
-fn distinct(mut all: Vec<(Hypothesis, Fit)>, most: usize) -> Listed {
+/// Best start of every name, best score first: at most `most`, and none that is out of the race. The limits of the leader's χ² are a factor
+/// while the leader fails too (what is still to come down does not come down by more), and a surplus where it does not fail: a lower floor
+/// makes every distance larger. Those that go are added to `others`.
+fn ahead(
+    mut all: Vec<(Hypothesis, Fit)>,
+    most: usize,
+    (factor, surplus): (f64, f64),
+    others: &mut Vec<(Effect, f64)>,
+) -> Vec<(Hypothesis, Fit)> {
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
-    let (mut kept, mut rest): (Vec<(Hypothesis, Fit)>, Vec<(Hypothesis, Fit)>) = (vec![], vec![]);
-    for entry in all {
-        if kept.iter().any(|k| k.0.same_name(&entry.0)) {
+    let Some((best, limit)) = all.first().map(|(_, leader)| {
+        let fails = leader.data_chi2 > FAILS * leader.residuals as f64;
+        let limit = match fails || factor.is_infinite() {
+            true => factor * leader.chi2 + 100.0,
+            false => leader.chi2 + surplus,
+        };
+        (score(leader), limit)
+    }) else {
+        return all;
+    };
+    let mut kept: Vec<(Hypothesis, Fit)> = vec![];
+    for (h, fit) in all {
+        if kept.iter().any(|k| k.0.same_name(&h)) {
             continue;
         }
-        if kept.len() < most {
-            kept.push(entry)
-        } else {
-            rest.push(entry)
+        if kept.len() < most && fit.chi2 <= limit {
+            kept.push((h, fit));
+        } else if let Some(theta) = fit.at.theta.last() {
+            others.push((h.effect(theta), score(&fit) - best));
         }
     }
-    Listed { kept, rest }
+    kept
 }
 
 type Screened = (Hypothesis, Point, f64);
 
 /// Hypotheses by predicted χ²: the best `most`, at most two starts of one name, and one start of each effect that has one place
-/// only (a sharp resonance that moves far is not predicted by a linear step); then the others.
-fn shortlist(mut all: Vec<Screened>, most: usize) -> (Vec<Screened>, Vec<Screened>) {
+/// only (a sharp resonance that moves far is not predicted by a linear step).
+fn shortlist(mut all: Vec<Screened>, most: usize) -> Vec<Screened> {
     all.sort_by(|a, b| a.2.total_cmp(&b.2));
-    let (mut kept, mut rest): (Vec<Screened>, Vec<Screened>) = (vec![], vec![]);
+    let mut kept: Vec<Screened> = vec![];
     for entry in all {
         let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
         let seed = entry.0.sole() && twins == 0;
         if seed || kept.len() < most && twins < 2 {
             kept.push(entry)
-        } else {
-            rest.push(entry)
         }
     }
-    (kept, rest)
+    kept
 }

@@ -12,26 +12,24 @@ use crate::rotor::{PlanarModes, Rotor, Section};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 use std::ops::Range;
 
-/// Parts of an element of the file.
-const PARTS: usize = 2;
 /// Modes kept: of the reference shaft the fortieth lies beyond 100 kHz.
-const MODES: usize = 34;
+const MODES: usize = 20;
 /// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept modes' range serves.
 const SHIFT_RAD_S: f64 = 2000.0;
 /// A joint as good as rigid, N/m and N m/rad: a hundred times the stiffest tool interface, far from the rounding of the shaft's own stiffness.
 const RIGID_JOINT: [f64; 3] = [1e12, 1e9, 0.0];
 /// Modes of the shaft with a rigid joint beside those of the loose one: a joint of any stiffness lies between the two.
-const RIGID_JOINT_MODES: usize = 20;
+const RIGID_JOINT_MODES: usize = 12;
 /// Quasi-static directions kept: the ports of one shaft span few.
-const STATIC_DIRECTIONS: usize = 24;
+const STATIC_DIRECTIONS: usize = 56;
 /// Modes below the end of a sweep, whose change with a modulus the coordinates must follow.
-const BENT_MODES: usize = 3;
+const BENT_MODES: usize = 4;
 /// Part of a group's influence on slow motion below which a strain is left out of derivatives.
 const NO_STRAIN: f64 = 1e-4;
 /// Coordinates slower than this count alike in it, rad/s: the end of a 4 kHz sweep.
 const SLOW_RAD_S: f64 = 25_000.0;
-/// Tool plane, nose, sensors and actuators: the first of the quasi-static shapes.
-const PORTS: usize = 6;
+/// Sensors and actuators may sit off their drawing by about this much, m: forces there are ports as well.
+const BESIDE_M: f64 = 4e-3;
 /// How much more the shapes of the ports and of the joint count, so that none of them is lost among the others.
 const PORT_WEIGHT: f64 = 10.0;
 /// Ritz vectors whose independent part is smaller than this (squared, relative) repeat the others.
@@ -89,15 +87,21 @@ impl Skeleton {
         let planes = &machine.spindle.planes;
         let mut rows = vec![];
         let step = 0.02;
-        for z in [
-            machine.tool_plane_m(),
-            rotor.from_m(),
+        let own = [
             planes.front_sensor_m,
             planes.front_actuator_m,
             planes.rear_actuator_m,
             planes.rear_sensor_m,
-        ] {
-            rows.push(rotor.shape_at("port", z)?);
+        ];
+        let beside = own.iter().flat_map(|z| [z - BESIDE_M, z + BESIDE_M]);
+        let ports: Vec<f64> = [machine.tool_plane_m(), rotor.from_m()]
+            .into_iter()
+            .chain(own)
+            .chain(beside)
+            .map(|z| z.clamp(rotor.from_m(), rotor.to_m()))
+            .collect();
+        for z in &ports {
+            rows.push(rotor.shape_at("port", *z)?);
         }
         for i in 0..=((rotor.to_m() - rotor.from_m()) / step) as usize {
             rows.push(rotor.shape_at("port", rotor.from_m() + i as f64 * step)?);
@@ -121,7 +125,8 @@ impl Skeleton {
             }
         }
         // The forces by which a changed modulus bends the lowest modes.
-        let group = |element: usize| group_of_element.get(element / PARTS).copied();
+        // Every element of the file is two here.
+        let group = |element: usize| group_of_element.get(element / 2).copied();
         for element in 0..rotor.sections().len() {
             let Some(group) = group(element) else {
                 continue;
@@ -159,7 +164,7 @@ impl Skeleton {
         let gram = rest.transpose() * (m * &rest);
         let candidates = statics.ncols();
         let first =
-            |i: usize| i < PORTS || (i + 2 >= rows.len() && i < rows.len() && movable_joint);
+            |i: usize| i < ports.len() || (i + 2 >= rows.len() && i < rows.len() && movable_joint);
         let scale: Vec<f64> = (0..candidates)
             .map(|i| {
                 let own = gram[(i, i)].max(0.0).sqrt();

@@ -10,6 +10,7 @@ pub mod response;
 pub mod sample;
 pub mod scale;
 pub mod state_space;
+pub mod structure;
 
 pub use responder::FrequencyResponder;
 pub use response::{FrequencyGrid, Response};

@@ -182,6 +182,19 @@ impl<T: TimeBase> StateSpace<T> {
         }
     }
 
+    /// The system without the states that are not wanted.
+    pub fn keep_states(&self, wanted: impl Fn(usize) -> bool) -> Self {
+        let keep: Vec<usize> = (0..self.order()).filter(|i| wanted(*i)).collect();
+        let n = keep.len();
+        Self {
+            a: Mat::from_fn(n, n, |i, j| self.a[(keep[i], keep[j])]),
+            b: Mat::from_fn(n, self.inputs(), |i, j| self.b[(keep[i], j)]),
+            c: Mat::from_fn(self.outputs(), n, |i, j| self.c[(i, keep[j])]),
+            d: self.d.clone(),
+            time: self.time,
+        }
+    }
+
     /// The system with its outputs multiplied from the left by a constant matrix.
     pub fn scale_outputs(&self, left: &Mat<f64>) -> Self {
         Self {

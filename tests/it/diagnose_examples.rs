@@ -2,7 +2,6 @@
 //! catalogue stays unexplained.
 
 use super::diagnose_folder::read;
-use muspin::diagnose::experiment::{Axis, Measurement, Tap};
 use muspin::diagnose::impedance::Shape;
 use muspin::diagnose::{Diagnosis, Verdict, diagnose};
 use muspin::report::diagnosis::stage;
@@ -11,15 +10,7 @@ use muspin::spindle::{Bearings, EffectKind, Location};
 
 fn run(name: &str) -> Diagnosis {
     let folder = read(name);
-    let mut measurement = Measurement::default();
-    measurement.sweeps.push(folder.sweep);
-    if let Some(frf) = folder.hammer {
-        measurement.taps.push(Tap {
-            frf,
-            axis: Axis::X,
-            controller: &folder.controller,
-        });
-    }
+    let measurement = folder.measurement();
     let started = std::time::Instant::now();
     let d = diagnose(&folder.machine, &measurement, &|_| {}).expect("diagnosis");
     println!(

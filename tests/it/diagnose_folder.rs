@@ -1,6 +1,7 @@
 //! Reads a measurement folder for the diagnosis tests, without the program's own readers.
 
 use muspin::controller::Controller;
+use muspin::diagnose::experiment::{Axis, Measurement, Tap};
 use muspin::identify::{HammerFrf, SweepRecord};
 use muspin::input::{load_controller, load_machine};
 use muspin::linalg::c64;
@@ -13,6 +14,21 @@ pub struct Folder {
     pub controller: Controller,
     pub sweep: SweepRecord,
     pub hammer: Option<HammerFrf>,
+}
+
+impl Folder {
+    /// All records: the sweep, and the hammer test in x if there is one.
+    pub fn measurement(&self) -> Measurement<'_> {
+        let taps = self.hammer.iter().map(|frf| Tap {
+            frf: frf.clone(),
+            axis: Axis::X,
+            controller: &self.controller,
+        });
+        Measurement {
+            sweeps: vec![self.sweep.clone()],
+            taps: taps.collect(),
+        }
+    }
 }
 
 fn table(path: &Path) -> Vec<Vec<f64>> {

@@ -3,7 +3,7 @@
 use super::diagnose_folder::read;
 use super::generator::{Draw, Outside, simulate};
 use muspin::diagnose::Evidence;
-use muspin::diagnose::experiment::{Axis, Measurement, Tap};
+use muspin::diagnose::experiment::Measurement;
 use muspin::diagnose::impedance::Shape;
 use muspin::diagnose::localise::{Localisation, localise};
 use muspin::diagnose::model::Model;
@@ -42,15 +42,7 @@ fn located(label: &str, machine: &Machine, measurement: &Measurement) -> Localis
 
 fn example(name: &str) -> Localisation {
     let folder = read(name);
-    let mut measurement = Measurement::default();
-    measurement.sweeps.push(folder.sweep);
-    if let Some(frf) = folder.hammer {
-        measurement.taps.push(Tap {
-            frf,
-            axis: Axis::X,
-            controller: &folder.controller,
-        });
-    }
+    let measurement = folder.measurement();
     located(name, &folder.machine, &measurement)
 }
 

@@ -6,7 +6,7 @@
 use super::diagnose_folder::read;
 use super::generator::{Draw, Outside, simulate};
 use muspin::diagnose::experiment::{Axis, Measurement, Tap};
-use muspin::diagnose::{Diagnosis, Verdict, diagnose};
+use muspin::diagnose::{Diagnosis, NamedEffect, Verdict, diagnose};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -138,9 +138,7 @@ fn judged(case: &Case, d: &Diagnosis) -> &'static str {
                     .any(|f| f.kind == e.kind && near(&f.location, &e.location))
             })
     };
-    let of = |effects: &[muspin::diagnose::NamedEffect]| {
-        effects.iter().map(|e| e.effect.clone()).collect::<Vec<_>>()
-    };
+    let of = |effects: &[NamedEffect]| effects.iter().map(|e| e.effect.clone()).collect::<Vec<_>>();
     match d.verdict {
         Verdict::Adequate if case.effects.is_empty() && case.outside.is_none() => "right",
         Verdict::Adequate => "missed",
@@ -260,40 +258,24 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
         };
         let truth: Vec<String> = case.effects.iter().map(show).collect();
         let found: Vec<String> = d.effects.iter().map(|e| show(&e.effect)).collect();
-        let covered: Vec<bool> = case
+        // The named effect of the kind of each true one.
+        let pairs: Vec<(&Effect, &NamedEffect)> = case
             .effects
             .iter()
-            .filter_map(|t| {
-                d.effects
-                    .iter()
-                    .find(|f| f.effect.kind == t.kind)
-                    .map(|f| (t, f))
-            })
-            .flat_map(|(t, f)| {
-                t.values
-                    .iter()
-                    .zip(&f.intervals)
-                    .map(|(v, (a, b))| v >= a && v <= b)
-                    .collect::<Vec<_>>()
-            })
+            .filter_map(|t| Some((t, d.effects.iter().find(|f| f.effect.kind == t.kind)?)))
             .collect();
-        let errors: Vec<String> = case
-            .effects
-            .iter()
-            .filter_map(|t| {
-                d.effects
-                    .iter()
-                    .find(|f| f.effect.kind == t.kind)
-                    .map(|f| (t, f))
-            })
-            .flat_map(|(t, f)| {
-                (0..t.values.len())
-                    .map(|i| {
-                        let error = f.effect.values[i] - t.values[i];
-                        format!("{:+.1}", error / f.standard_deviations[i])
-                    })
-                    .collect::<Vec<_>>()
-            })
+        let numbers = || {
+            pairs
+                .iter()
+                .flat_map(|(t, f)| (0..t.values.len()).map(move |i| (t.values[i], *f, i)))
+        };
+        let covered: String = numbers()
+            .map(|(truth, f, i)| truth >= f.intervals[i].0 && truth <= f.intervals[i].1)
+            .map(|inside| u8::from(inside).to_string())
+            .collect();
+        let errors: Vec<String> = numbers()
+            .map(|(truth, f, i)| (f.effect.values[i] - truth) / f.standard_deviations[i])
+            .map(|error| format!("{error:+.1}"))
             .collect();
         let row = format!(
             "{},{},{} {:?},{},{},{},{},{:.2},{:.2},{:.2},{:.2},{:?},{},{:.1},{:.1}",
@@ -309,10 +291,7 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
             d.gap_after,
             d.gap_before_held_out,
             d.gap_after_held_out,
-            covered
-                .iter()
-                .map(|c| u8::from(*c).to_string())
-                .collect::<String>(),
+            covered,
             errors.join(" "),
             d.strength,
             started.elapsed().as_secs_f64()

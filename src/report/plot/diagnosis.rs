@@ -54,15 +54,9 @@ pub fn channel(
         ("model after", after, Role::Updated.look()),
         ("measured", measured, Role::Measured.look()),
     ] {
-        let size: Vec<f64> = response.iter().map(|h| h.norm()).collect();
-        let angle: Vec<f64> = response.iter().map(|h| h.arg().to_degrees()).collect();
-        magnitude
-            .series
-            .push(Series::curve(name, frequency_hz, &size, look));
-        phase.series.push(Series {
-            break_at_jump: Some(180.0),
-            ..Series::curve(name, frequency_hz, &angle, look)
-        });
+        let (size, angle) = polar(name, frequency_hz, response, look);
+        magnitude.series.push(size);
+        phase.series.push(angle);
     }
     for (name, values, role) in [
         ("model before", residuals[0], Role::Nominal),
@@ -220,15 +214,9 @@ pub fn impedance(
         ),
     ];
     for (name, values, look) in both.into_iter().filter(|b| b.1.len() == frequency_hz.len()) {
-        let size: Vec<f64> = values.iter().map(|z| z.norm()).collect();
-        let angle: Vec<f64> = values.iter().map(|z| z.arg().to_degrees()).collect();
-        magnitude
-            .series
-            .push(Series::curve(name, frequency_hz, &size, look));
-        phase.series.push(Series {
-            break_at_jump: Some(180.0),
-            ..Series::curve(name, frequency_hz, &angle, look)
-        });
+        let (size, angle) = polar(name, frequency_hz, values, look);
+        magnitude.series.push(size);
+        phase.series.push(angle);
     }
     magnitude.height_px = 250;
     phase.height_px = 200;
@@ -237,6 +225,17 @@ pub fn impedance(
         "Impedance that the model lacks, as recovered from the data, and the fitted shape.",
         vec![magnitude, phase],
     )
+}
+
+/// Magnitude and phase in degrees over frequency, the phase broken where it jumps round.
+fn polar(name: &str, frequency_hz: &[f64], values: &[c64], look: Look) -> (Series, Series) {
+    let size: Vec<f64> = values.iter().map(|z| z.norm()).collect();
+    let angle: Vec<f64> = values.iter().map(|z| z.arg().to_degrees()).collect();
+    let phase = Series {
+        break_at_jump: Some(180.0),
+        ..Series::curve(name, frequency_hz, &angle, look)
+    };
+    (Series::curve(name, frequency_hz, &size, look), phase)
 }
 
 /// Data as open circles, or as a dotted line where circles would run into each other.

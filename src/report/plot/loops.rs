@@ -140,6 +140,21 @@ pub fn dynamic_stiffness(
     )
 }
 
+/// Zone limits of ISO 14839-3, dB.
+pub(super) fn zone_limits() -> Vec<Level> {
+    let limits = [
+        (9.5, "A | B  9.5"),
+        (12.0, "B | C  12"),
+        (14.0, "C | D  14"),
+    ];
+    let level = |(value, label): (f64, &str)| Level {
+        value,
+        label: label.to_owned(),
+        dash: Dash::Dashed,
+    };
+    limits.into_iter().map(level).collect()
+}
+
 /// Sensitivity of each axis in dB with the zone limits of ISO 14839-3. `panels`: axis name and curves of |S| (plain ratio) over Hz.
 pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
     let lowest = panels
@@ -167,18 +182,7 @@ pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
                 Series::curve(c.name, c.x, &db, c.role.look())
             })
             .collect();
-        panel.levels = [
-            (9.5, "A | B  9.5"),
-            (12.0, "B | C  12"),
-            (14.0, "C | D  14"),
-        ]
-        .into_iter()
-        .map(|(value, label)| Level {
-            value,
-            label: label.to_owned(),
-            dash: Dash::Dashed,
-        })
-        .collect();
+        panel.levels = zone_limits();
         panel.height_px = 290;
         panel
     });

@@ -1,7 +1,8 @@
 //! Worst cases over the uncertainty beside the nominal curves: a band from one to the other for every controller.
 
-use super::figure::{Axis, Figure, Level, Panel, Series, Shape};
-use super::style::{Dash, Role};
+use super::figure::{Axis, Figure, Panel, Series, Shape};
+use super::loops::zone_limits;
+use super::style::Role;
 
 /// Nominal values and both bounds of one controller over frequency, in the unit of the picture.
 #[derive(Clone, Debug)]
@@ -41,18 +42,7 @@ pub fn worst_sensitivity(title: &str, panels: &[WorstPanel]) -> Figure {
     let drawn = panels.iter().map(|(name, bands)| {
         let y = Axis::linear("|S|", "dB").with_range(-20.0, 25.0);
         let mut panel = panel(name, y, bands, |s| 20.0 * s.log10(), 290);
-        panel.levels = [
-            (9.5, "A | B  9.5"),
-            (12.0, "B | C  12"),
-            (14.0, "C | D  14"),
-        ]
-        .into_iter()
-        .map(|(value, label)| Level {
-            value,
-            label: label.to_owned(),
-            dash: Dash::Dashed,
-        })
-        .collect();
+        panel.levels = zone_limits();
         panel
     });
     Figure::new(

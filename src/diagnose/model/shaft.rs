@@ -1,0 +1,65 @@
+//! Modes of the free shaft of a hypothesis in the coordinates of the model.
+
+use super::super::DiagnoseError;
+use super::RIGID;
+use crate::linalg::{Mat, NumericError, definite_eigen_lifted, symmetric_eigen};
+
+/// Modes, mass-orthonormal, the rigid ones first.
+pub(super) struct Modes {
+    /// Natural frequencies, rad/s; zero for the rigid ones.
+    pub omega: Vec<f64>,
+    /// Coordinates × modes.
+    pub shapes: Mat<f64>,
+}
+
+/// Modes of a stiffness whose first coordinates are rigid, with further masses (amplitudes of a place, kg) on a unit mass matrix.
+///
+/// # Errors
+/// [`DiagnoseError::Numeric`] when an iteration fails, or when negative masses take away more than there is.
+pub(super) fn modes(
+    stiffness: &Mat<f64>,
+    masses: &[(Vec<f64>, f64)],
+) -> Result<Modes, DiagnoseError> {
+    let n = stiffness.nrows();
+    let mut omega = vec![0.0; RIGID];
+    // A shaft is stiff: what rounding leaves of a flexible frequency is no less than 1 rad/s.
+    let root = |v: &f64| v.max(1.0).sqrt();
+    if masses.is_empty() {
+        let flexible = Mat::from_fn(n - RIGID, n - RIGID, |i, j| {
+            stiffness[(i + RIGID, j + RIGID)]
+        });
+        let (values, vectors) = symmetric_eigen(&flexible)?;
+        omega.extend(values.iter().map(root));
+        let shapes = Mat::from_fn(n, n, |i, k| match (i < RIGID, k < RIGID) {
+            (true, _) | (_, true) => f64::from(u8::from(i == k)),
+            _ => vectors[(i - RIGID, k - RIGID)],
+        });
+        return Ok(Modes { omega, shapes });
+    }
+    let mass = Mat::from_fn(n, n, |i, j| {
+        let own = f64::from(u8::from(i == j));
+        own + masses.iter().map(|(b, m)| m * b[i] * b[j]).sum::<f64>()
+    });
+    // Rigid modes R = [C⁻ᵀ; 0], C Cᵀ the rigid block of the mass.
+    let (a, b, d) = (mass[(0, 0)], mass[(0, 1)], mass[(1, 1)]);
+    let first = a.sqrt();
+    let second = (d - b * b / a).sqrt();
+    if !(first > 0.0 && second > 0.0) {
+        return Err(NumericError::Singular {
+            what: "mass of the shaft with negative added masses".into(),
+            rcond: 0.0,
+        }
+        .into());
+    }
+    let mut rigid = Mat::zeros(n, RIGID);
+    rigid[(0, 0)] = first.recip();
+    rigid[(0, 1)] = -b / (a * second);
+    rigid[(1, 1)] = second.recip();
+    let flexible = definite_eigen_lifted(stiffness, &mass, &rigid)?;
+    omega.extend(flexible.values.iter().map(root));
+    let shapes = Mat::from_fn(n, n, |i, k| match k < RIGID {
+        true => rigid[(i, k)],
+        false => flexible.vectors[(i, k - RIGID)],
+    });
+    Ok(Modes { omega, shapes })
+}
