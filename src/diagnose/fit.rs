@@ -71,8 +71,8 @@ pub struct Problem<'a> {
     pub effects: &'a [Hypothesis],
 }
 
-/// A continuum, and what rounding and other element formulations may add.
-const FINEST_MESH: f64 = 1.5;
+/// Damping from which a small gain says nothing about being at the minimum.
+const STRONG: f64 = 1e-7;
 /// Relative decrease of χ² below which an iteration ends a stage; χ² differences below 0.01 mean nothing.
 const SETTLED: f64 = 1e-5;
 
@@ -192,11 +192,9 @@ impl Problem<'_> {
     fn stepped(&self, at: &Point, step: &Mat<f64>) -> Point {
         let mut there = at.clone();
         for (k, p) in there.p.iter_mut().enumerate() {
-            // A factor stays a factor: no step beyond half.
-            *p = (*p + step[(k, 0)]).clamp(-0.5, 3.0);
+            *p += step[(k, 0)];
         }
-        let mesh = &mut there.p[self.model.layout.mesh()];
-        *mesh = mesh.min(FINEST_MESH);
+        self.model.layout.clamp(&mut there.p);
         let mut c = there.p.len();
         for (hypothesis, theta) in self.effects.iter().zip(&mut there.theta) {
             for t in theta.iter_mut() {
@@ -206,6 +204,19 @@ impl Problem<'_> {
             hypothesis.clamp(theta);
         }
         there
+    }
+
+    /// Which coordinates sit at a bound that a descent along `slope` would leave.
+    fn held(&self, at: &Point, slope: &Mat<f64>) -> Vec<bool> {
+        // Far below every step of a difference, far above rounding.
+        let nudge = Mat::from_fn(slope.nrows(), 1, |k, _| 1e-9 * slope[(k, 0)].signum());
+        let moved = self.stepped(at, &nudge);
+        let flat = |p: &Point| -> Vec<f64> {
+            let effects = p.theta.iter().flatten();
+            p.p.iter().chain(effects).copied().collect()
+        };
+        let both = flat(at).into_iter().zip(flat(&moved));
+        both.map(|(a, b)| a == b).collect()
     }
 
     /// Fits from a start through stages.
@@ -246,15 +257,25 @@ impl Problem<'_> {
                 };
                 let gain = end.replace(fit).map(|before: Fit| before.chi2 - chi2);
                 // The last step gained next to nothing: the point and its curvature are final.
-                let still = iteration > 0 && gain.is_some_and(|g| g < (SETTLED * chi2).max(0.01));
-                if iteration == *iterations || still {
+                let nothing = (SETTLED * chi2).max(0.01);
+                let still = iteration > 0 && gain.is_some_and(|g| g < nothing);
+                if iteration == *iterations || still && damping < STRONG {
                     break;
+                }
+                // What a bound holds does not take part, or the others would be moved for what it cannot do.
+                let held = self.held(&at, &slope);
+                for k in (0..n).filter(|k| held[*k]) {
+                    for l in (0..n).filter(|l| *l != k) {
+                        normal[(k, l)] = 0.0;
+                        normal[(l, k)] = 0.0;
+                    }
+                    slope[(k, 0)] = 0.0;
                 }
                 let Ok(whole) = solve(&normal, &slope) else {
                     break;
                 };
                 let promised: f64 = (0..n).map(|k| whole[(k, 0)] * slope[(k, 0)]).sum();
-                if promised < (SETTLED * chi2).max(0.01) {
+                if promised < nothing {
                     break;
                 }
                 let mut accepted = None;

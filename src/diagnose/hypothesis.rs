@@ -133,9 +133,12 @@ impl Hypothesis {
             EffectKind::SensorLowpass => size > 0.05,
             // 0.2 mm.
             EffectKind::SensorOffset | EffectKind::ActuatorOffset => size > 0.2,
-            EffectKind::NegativeStiffness | EffectKind::RegionStiffness => size > 0.03,
+            EffectKind::NegativeStiffness => size > 0.03,
+            // 5 %, five times what careful updating leaves open.
+            EffectKind::RegionStiffness => size > 0.05,
             EffectKind::ForceConstant | EffectKind::SensorGain => size > 0.02,
-            EffectKind::ModalDamping => size > 0.2,
+            // A factor of 1.4: twice what careful updating leaves open.
+            EffectKind::ModalDamping => size > 0.35,
             EffectKind::Gyroscopic => size > 0.03,
             // 0.1 degree.
             EffectKind::AxisMisalignment => size > 0.1,

@@ -1,7 +1,7 @@
 //! Small parameters that are never exactly right: moduli, force constants, negative stiffness, sensor gains, damping,
 //! the mesh, and the gain of every sensor axis after each levitation. They are fitted with every hypothesis, held by priors.
 //!
-//! Prior standard deviations: what a careful updating leaves open (ki 2 %, ks 4 %, sensor gain 1 %, moduli 1 %, ln ζ 0.15).
+//! Prior standard deviations: what a careful updating leaves open (ki 2 %, ks 4 %, sensor gain 1 %, moduli 1 %, ln ζ 0.2).
 
 use crate::spindle::Machine;
 
@@ -14,7 +14,7 @@ const GAIN_SD: f64 = 0.01;
 /// Relative standard deviation of a modulus.
 const MODULUS_SD: f64 = 0.01;
 /// Standard deviation of the logarithm of a damping ratio.
-const DAMPING_SD: f64 = 0.15;
+const DAMPING_SD: f64 = 0.2;
 /// Standard deviation of the mesh: 0 is the mesh of the model, 1 one twice as fine, 4/3 a continuum.
 const MESH_SD: f64 = 0.7;
 /// Flexible modes whose damping is a parameter; the last one's also moves all higher.
@@ -131,6 +131,20 @@ impl Layout {
     /// Index of the gain of an axis in a sweep.
     pub fn axis(&self, sweep: usize, axis: usize) -> usize {
         self.mesh() + 1 + 4 * sweep + axis
+    }
+
+    /// Keeps parameters where they make sense: a factor stays one, a logarithm of damping within e^±2, the mesh not finer than a
+    /// continuum and what other elements may add.
+    pub fn clamp(&self, p: &mut [f64]) {
+        let damping = self.damping(0)..=self.damping(DAMPED_MODES);
+        for (k, p) in p.iter_mut().enumerate() {
+            let (lo, hi) = match k {
+                k if damping.contains(&k) => (-2.0, 2.0),
+                k if k == self.mesh() => (-0.5, 1.5),
+                _ => (-0.5, 3.0),
+            };
+            *p = p.clamp(lo, hi);
+        }
     }
 
     /// The machine with bearings and damping moved (moduli are moved in the reduced model).

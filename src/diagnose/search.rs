@@ -20,7 +20,7 @@ const LADDER: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_FLOOR];
 /// Iterations per rung.
 const CLIMB: usize = 4;
 /// Iterations at the last rung.
-const FINISH: usize = 12;
+const FINISH: usize = 20;
 /// χ² per residual above which a model fails at a floor. Where noise and floor describe the data it is below 1.
 const FAILS: f64 = 1.0;
 /// χ² per residual above which lower floors are not tried: what misses by that much will not fit more closely.

@@ -262,7 +262,7 @@ pub fn simulate(
                 .map(|e| e.values[0])
                 .product();
             let own = if c < MODES { draw.normal() } else { 0.0 };
-            nominal[(c - 2).min(nominal.len() - 1)] * factor * (1.0 + 0.15 * own).max(0.1)
+            nominal[(c - 2).min(nominal.len() - 1)] * factor * (1.0 + 0.2 * own).max(0.1)
         })
         .collect();
     let loss = of(EffectKind::InternalDamping)
