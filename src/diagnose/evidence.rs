@@ -405,6 +405,6 @@ pub fn whiten(l: &[c64; 16], d: &mut [c64; 4]) {
         for j in 0..i {
             sum -= l[4 * i + j] * d[j];
         }
-        d[i] = sum / l[5 * i].re;
+        d[i] = sum * l[5 * i].re.recip();
     }
 }

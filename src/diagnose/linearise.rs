@@ -7,7 +7,7 @@ use super::evidence::whiten;
 use super::fit::{Point, Problem};
 use super::hypothesis;
 use super::jacobian::Jacobian;
-use super::model::{Assembled, Receptance, SIDE, Square, ZERO};
+use super::model::{Assembled, Electronics, Receptance, SIDE, Square, ZERO};
 use super::nuisance::Layout;
 use crate::linalg::{Mat, c64};
 use rayon::prelude::*;
@@ -40,11 +40,17 @@ struct Task {
     lines: Vec<(Record, usize)>,
 }
 
-/// An effect's coordinate moved by a step: the models at all speeds.
+/// An effect's coordinate moved by a step.
 struct Moved {
-    models: Vec<Assembled>,
+    to: Changed,
     step: f64,
-    electronic: bool,
+}
+
+/// What that changes.
+enum Changed {
+    Electronics(Electronics),
+    /// Models at all speeds.
+    Shaft(Vec<Assembled>),
 }
 
 /// What a linearisation gives.
@@ -128,17 +134,21 @@ impl Problem<'_> {
         shaft: Option<&[Receptance]>,
     ) -> Result<Vec<f64>, DiagnoseError> {
         let speeds = self.speeds();
-        let models = self.assembled(at, &speeds, false)?;
+        let effects = hypothesis::effects(self.effects, &at.theta);
+        let electronics = self.model.electronics(&at.p, &effects);
+        let models = match shaft {
+            Some(_) => vec![],
+            None => self.assembled(at, &speeds, false)?,
+        };
         let tasks = self.tasks(&speeds);
         let pieces: Vec<Vec<f64>> = (0..tasks.len())
             .into_par_iter()
             .with_min_len(PIECE)
             .map(|t| {
                 let task = &tasks[t];
-                let model = &models[task.speed];
-                let f = match shaft.and_then(|s| s.get(t)) {
-                    Some(receptance) => model.round(receptance, task.omega),
-                    None => model.line(task.omega, None).response,
+                let f = match shaft {
+                    Some(shaft) => electronics.round(&shaft[t], task.omega),
+                    None => models[task.speed].line(task.omega, None).response,
                 };
                 let (mut r, mut none) = (vec![], Mat::zeros(0, 0));
                 for (record, line) in &task.lines {
@@ -176,11 +186,13 @@ impl Problem<'_> {
                     there.theta[e][i] = at.theta[e][i] - step;
                     taken = -step;
                 }
-                moved.push(Moved {
-                    models: self.assembled(&there, &speeds, false)?,
-                    step: taken,
-                    electronic: hypothesis.electronic(),
-                });
+                let to = if hypothesis.electronic() {
+                    let effects = hypothesis::effects(self.effects, &there.theta);
+                    Changed::Electronics(self.model.electronics(&there.p, &effects))
+                } else {
+                    Changed::Shaft(self.assembled(&there, &speeds, false)?)
+                };
+                moved.push(Moved { to, step: taken });
             }
         }
         let tasks = self.tasks(&speeds);
@@ -198,10 +210,11 @@ impl Problem<'_> {
                     let mut line = models[task.speed].line(task.omega, Some(layout));
                     let here = line.response;
                     line.derivatives.extend(moved.iter().map(|moved| {
-                        let model = &moved.models[task.speed];
-                        let there = match moved.electronic {
-                            true => model.round(&line.receptance, task.omega),
-                            false => model.line(task.omega, None).response,
+                        let there = match &moved.to {
+                            Changed::Electronics(e) => e.round(&line.receptance, task.omega),
+                            Changed::Shaft(models) => {
+                                models[task.speed].line(task.omega, None).response
+                            }
                         };
                         std::array::from_fn(|n| (there[n] - here[n]) / moved.step)
                     }));
@@ -256,13 +269,18 @@ impl Problem<'_> {
                 }
                 for (c, column) in order.iter().enumerate() {
                     for i in 0..4 {
-                        let df = |j: usize| column.entry(f, derivatives, p, i, j) * gain[i];
-                        let mut d: [c64; 4] = match column {
-                            Column::Axis(record, axis) if (*record, *axis) == (s, i) => {
-                                std::array::from_fn(|j| f[SIDE * i + j])
-                            }
-                            Column::Axis(..) => [ZERO; 4],
-                            _ => std::array::from_fn(df),
+                        let own = |f: &Square, by: f64| -> [c64; 4] {
+                            std::array::from_fn(|j| f[SIDE * i + j] * by)
+                        };
+                        let mut d: [c64; 4] = match *column {
+                            Column::Line(k, None) => own(&derivatives[k], gain[i]),
+                            Column::Axis(record, axis) if (record, axis) == (s, i) => own(f, 1.0),
+                            // The block is zero from the start.
+                            Column::Axis(..) => continue,
+                            Column::Signal(b, _) if b != i / 2 => continue,
+                            _ => std::array::from_fn(|j| {
+                                column.entry(f, derivatives, p, i, j) * gain[i]
+                            }),
                         };
                         whiten(&rows[i], &mut d);
                         write(block, first + 8 * i, c, &d);
@@ -276,12 +294,14 @@ impl Problem<'_> {
                 push(r, &[(tap.compliance[line] - h) / sd]);
                 for (c, column) in order.iter().enumerate() {
                     let mut sum = ZERO;
-                    if !matches!(column, Column::Axis(..)) {
-                        for i in 0..SIDE {
-                            for j in 0..SIDE {
-                                sum += left[i] * column.entry(f, derivatives, p, i, j) * right[j];
-                            }
-                        }
+                    if matches!(column, Column::Axis(..)) {
+                        continue;
+                    }
+                    for i in 0..SIDE {
+                        let row: c64 = (0..SIDE)
+                            .map(|j| column.entry(f, derivatives, p, i, j) * right[j])
+                            .sum();
+                        sum += left[i] * row;
                     }
                     write(block, first, c, &[sum / sd]);
                 }

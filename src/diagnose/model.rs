@@ -85,10 +85,36 @@ pub struct Assembled {
     constant: Vec<f64>,
     feedback: Vec<(usize, Law)>,
     housings: Vec<Housing>,
-    effective: Effective,
-    sensor_bandwidth_hz: f64,
+    electronics: Electronics,
     strain: Option<Strain>,
     coupled: bool,
+}
+
+/// What stands round the shaft.
+#[derive(Clone, Debug)]
+pub struct Electronics {
+    effective: Effective,
+    sensor_bandwidth_hz: f64,
+}
+
+impl Electronics {
+    fn new(machine: &Machine) -> Self {
+        Self {
+            effective: machine.effective(),
+            sensor_bandwidth_hz: machine.spindle.electronics.sensor_bandwidth_hz,
+        }
+    }
+
+    /// At a line.
+    pub fn chain(&self, omega_rad_s: f64) -> Chain {
+        Chain::new(&self.effective, self.sensor_bandwidth_hz, omega_rad_s)
+    }
+
+    /// F of these electronics round a shaft that is known.
+    pub fn round(&self, receptance: &Receptance, omega_rad_s: f64) -> Square {
+        self.chain(omega_rad_s)
+            .apply(&receptance.plus, receptance.minus.as_ref())
+    }
 }
 
 /// ΩG between the dynamic coordinates d, and what it does through the higher ones h, which follow as springs Ω_h².
@@ -206,6 +232,17 @@ impl Model {
         })
     }
 
+    /// The electronics alone, for effects that leave the shaft as it is.
+    pub fn electronics(&self, p: &[f64], effects: &[Effect]) -> Electronics {
+        Electronics::new(&self.moved(p, effects))
+    }
+
+    fn moved(&self, p: &[f64], effects: &[Effect]) -> Machine {
+        let mut machine = self.layout.bearings(&self.machine, p);
+        machine.spindle.effects.extend_from_slice(effects);
+        machine
+    }
+
     /// First and last position on the shaft, m.
     pub fn span_m(&self) -> (f64, f64) {
         self.rigid.span_m()
@@ -243,9 +280,9 @@ impl Model {
         probes: &[Probe],
     ) -> Result<Assembled, DiagnoseError> {
         let layout = &self.layout;
-        let mut machine = layout.bearings(&self.machine, p);
-        machine.spindle.effects.extend_from_slice(effects);
-        let effective = machine.effective();
+        let machine = self.moved(p, effects);
+        let electronics = Electronics::new(&machine);
+        let effective = &electronics.effective;
         let joint = effects.iter().find(|e| e.kind == EffectKind::ToolJoint);
         let skeleton = if joint.is_some() {
             &self.jointed
@@ -269,7 +306,12 @@ impl Model {
         let mut k = skeleton.stiffness.clone();
         for (group, e) in skeleton.groups.iter().zip(&scale) {
             if *e != 0.0 {
-                k = Mat::from_fn(n, n, |i, j| k[(i, j)] + e * group[(i, j)]);
+                for j in 0..n {
+                    let column = k.col_as_slice_mut(j).iter_mut();
+                    for (k, own) in column.zip(group.col_as_slice(j)) {
+                        *k += e * own;
+                    }
+                }
             }
         }
         if let (Some(effect), Some(rows)) = (joint, &skeleton.joint) {
@@ -389,7 +431,6 @@ impl Model {
                 .any(|(_, law)| matches!(law, Law::Spring(k) if k.im != 0.0));
         Ok(Assembled {
             housings: effective.housings.clone(),
-            sensor_bandwidth_hz: machine.spindle.electronics.sensor_bandwidth_hz,
             omega,
             damping,
             turning,
@@ -399,7 +440,7 @@ impl Model {
             ports,
             constant,
             feedback,
-            effective,
+            electronics,
             strain,
             coupled,
         })
@@ -435,7 +476,7 @@ impl Assembled {
             plus: self.pick(&forward),
             minus: backward.as_ref().map(|b| self.pick(b)),
         };
-        let chain = Chain::new(&self.effective, self.sensor_bandwidth_hz, omega_rad_s);
+        let chain = self.electronics.chain(omega_rad_s);
         let mut derivatives = vec![];
         if let Some(layout) = layout {
             let plus = self.slopes(&forward, omega_rad_s, layout);
@@ -451,12 +492,6 @@ impl Assembled {
             receptance,
             derivatives,
         }
-    }
-
-    /// F of this machine's electronics round a shaft that is known.
-    pub fn round(&self, receptance: &Receptance, omega_rad_s: f64) -> Square {
-        let chain = Chain::new(&self.effective, self.sensor_bandwidth_hz, omega_rad_s);
-        chain.apply(&receptance.plus, receptance.minus.as_ref())
     }
 
     fn pick(&self, at: &Planar) -> [c64; 9] {

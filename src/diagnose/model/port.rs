@@ -74,7 +74,7 @@ impl Assembled {
 
     /// Negative stiffness, front and rear, N/m.
     pub fn negative_stiffness(&self) -> [f64; 2] {
-        [0, 1].map(|b| self.effective.bearings[b].ks_n_per_m)
+        [0, 1].map(|b| self.electronics.effective.bearings[b].ks_n_per_m)
     }
 
     /// Whether x and y are coupled.
@@ -84,7 +84,7 @@ impl Assembled {
 
     /// The electronics at a line.
     pub fn chain(&self, omega_rad_s: f64) -> Chain {
-        Chain::new(&self.effective, self.sensor_bandwidth_hz, omega_rad_s)
+        self.electronics.chain(omega_rad_s)
     }
 
     /// F of a receptance between sensors, tool and bearings.

@@ -46,7 +46,7 @@ pub(super) fn modes(
     let second = (d - b * b / a).sqrt();
     if !(first > 0.0 && second > 0.0) {
         return Err(NumericError::Singular {
-            what: "mass of the shaft with negative added masses".into(),
+            what: "mass of the shaft with negative added masses",
             rcond: 0.0,
         }
         .into());

@@ -13,11 +13,8 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub(super) struct Strain {
     of_group: Vec<Range<usize>>,
-    count: usize,
-    /// Of the dynamic coordinates, coordinates × strains.
-    low: Vec<f64>,
-    /// Of the springs above them under a force at a port, ports × strains.
-    ports: Vec<f64>,
+    /// Of the dynamic coordinates, then of the springs above them under a force at each port: strains × (dynamic + ports).
+    strains: Mat<f64>,
 }
 
 /// Coordinates behind a closed loop with n outputs and n inputs, at one line.
@@ -45,70 +42,61 @@ impl Strain {
     ) -> Self {
         let (n, count) = (turned.ncols(), skeleton.strains.ncols());
         let turned = turned.transpose() * &skeleton.strains;
-        let mut low = Vec::with_capacity(dynamic * count);
+        let mut strains = Mat::zeros(count, dynamic + ports.len());
         for k in 0..dynamic {
-            low.extend((0..count).map(|r| turned[(k, r)]));
+            for r in 0..count {
+                strains[(r, k)] = turned[(k, r)];
+            }
         }
-        let mut still = vec![0.0; ports.len() * count];
-        for (port, sums) in ports.iter().zip(still.chunks_mut(count.max(1))) {
+        for (q, port) in ports.iter().enumerate() {
             for k in dynamic..n {
                 let follows = port[k] / omega[k].powi(2);
-                for (r, sum) in sums.iter_mut().enumerate() {
-                    *sum += follows * turned[(k, r)];
+                for r in 0..count {
+                    strains[(r, dynamic + q)] += follows * turned[(k, r)];
                 }
             }
         }
         Self {
             of_group: skeleton.strains_of_group.clone(),
-            count,
-            low,
-            ports: still,
+            strains,
         }
     }
 
     /// ∂H/∂e_g for every group and the mesh, n × n row-major.
     pub fn slopes(&self, behind: &Behind) -> Vec<Vec<c64>> {
-        let (n, count) = (behind.n, self.count);
+        let n = behind.n;
         let dynamic = behind.right.len() / n.max(1);
-        // Strains of the left and right coordinates, real and imaginary parts apart: 4n rows.
-        let mut sums = vec![0.0; 4 * n * count];
-        let mut add = |rows: &[f64],
-                       left: &dyn Fn(usize, usize) -> c64,
-                       right: &dyn Fn(usize, usize) -> c64| {
-            for (k, row) in rows.chunks(count.max(1)).enumerate() {
-                for i in 0..n {
-                    let (l, r) = (left(i, k), right(k, i));
-                    for (part, value) in [l.re, l.im, r.re, r.im].into_iter().enumerate() {
-                        let from = (4 * i + part) * count;
-                        for (sum, v) in sums[from..from + count].iter_mut().zip(row) {
-                            *sum += value * v;
-                        }
-                    }
-                }
-            }
-        };
-        add(&self.low, &|o, k| behind.left[o * dynamic + k], &|k, i| {
-            behind.right[k * n + i]
-        });
         let ports = behind.right_ports.len() / n.max(1);
-        add(
-            &self.ports,
-            &|o, q| behind.left_ports[o * ports + q],
-            &|q, i| behind.right_ports[q * n + i],
-        );
-        let strain = |i: usize, part: usize, r: usize| sums[(4 * i + part) * count + r];
+        // Left and right coordinates, real and imaginary parts apart: 4n columns.
+        let coordinates = Mat::from_fn(dynamic + ports, 4 * n, |k, c| {
+            let (i, right) = (c / 4, c % 4 >= 2);
+            let value = match (k.checked_sub(dynamic), right) {
+                (None, false) => behind.left[i * dynamic + k],
+                (None, true) => behind.right[k * n + i],
+                (Some(q), false) => behind.left_ports[i * ports + q],
+                (Some(q), true) => behind.right_ports[q * n + i],
+            };
+            if c % 2 == 0 { value.re } else { value.im }
+        });
+        let strains = &self.strains * coordinates;
+        let part = |i: usize, part: usize, range: &Range<usize>| {
+            let column = strains.col(4 * i + part).try_as_col_major();
+            column.map_or(&[][..], |c| &c.as_slice()[range.clone()])
+        };
         self.of_group
             .iter()
             .map(|range| {
                 let mut slope = Vec::with_capacity(n * n);
                 for o in 0..n {
+                    let (a, b) = (part(o, 0, range), part(o, 1, range));
                     for i in 0..n {
-                        let mut sum = c64::new(0.0, 0.0);
-                        for r in range.clone() {
-                            let left = c64::new(strain(o, 0, r), strain(o, 1, r));
-                            sum -= left * c64::new(strain(i, 2, r), strain(i, 3, r));
+                        let (c, d) = (part(i, 2, range), part(i, 3, range));
+                        let (mut re, mut im) = (0.0, 0.0);
+                        for (((a, b), c), d) in a.iter().zip(b).zip(c).zip(d) {
+                            re -= a * c - b * d;
+                            im -= a * d + b * c;
                         }
-                        slope.push(sum);
+                        slope.push(c64::new(re, im));
                     }
                 }
                 slope
