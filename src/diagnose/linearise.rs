@@ -48,7 +48,7 @@ struct Moved {
 
 /// What that changes.
 enum Changed {
-    Electronics(Electronics),
+    Electronics(Box<Electronics>),
     /// Models at all speeds.
     Shaft(Vec<Assembled>),
 }
@@ -188,7 +188,7 @@ impl Problem<'_> {
                 }
                 let to = if hypothesis.electronic() {
                     let effects = hypothesis::effects(self.effects, &there.theta);
-                    Changed::Electronics(self.model.electronics(&there.p, &effects))
+                    Changed::Electronics(Box::new(self.model.electronics(&there.p, &effects)))
                 } else {
                     Changed::Shaft(self.assembled(&there, &speeds, false)?)
                 };

@@ -33,6 +33,8 @@ pub const TIE: f64 = 7.0;
 const SHORT_LISTS: [usize; 3] = [24, 8, 5];
 /// The same for a second effect.
 const PAIR_LISTS: [usize; 3] = [16, 6, 4];
+/// Names that reach the final floor where none of them explains the data: more than pairs are begun with.
+const BEGINNINGS: usize = 3;
 /// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1, noise that is not quite
 /// white has reached 1.6.
 pub const BLOCK_FAILS: f64 = 2.2;
@@ -251,7 +253,13 @@ impl Search<'_> {
             .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), stages).ok()?)))
             .collect();
         let mut others = vec![];
-        let begun = ahead(begun, 2 * lists[1], (f64::INFINITY, 0.0), &mut others);
+        let begun = ahead(
+            begun,
+            2 * lists[1],
+            usize::MAX,
+            (f64::INFINITY, 0.0),
+            &mut others,
+        );
         let second: Vec<(Hypothesis, Fit)> = begun
             .into_par_iter()
             .filter_map(|(h, f)| {
@@ -259,7 +267,7 @@ impl Search<'_> {
                 Some((h, further))
             })
             .collect();
-        let second = ahead(second, lists[1], (10.0, 100.0), &mut others);
+        let second = ahead(second, lists[1], usize::MAX, (10.0, 100.0), &mut others);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
             .into_par_iter()
@@ -268,7 +276,7 @@ impl Search<'_> {
                 Some((h, all))
             })
             .collect();
-        let third = ahead(third, lists[2], (4.0, 50.0), &mut others);
+        let third = ahead(third, lists[2], BEGINNINGS, (4.0, 50.0), &mut others);
         let mut finalists: Vec<Candidate> = third
             .par_iter()
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Use::ALL).ok())
@@ -378,17 +386,20 @@ fn matters(candidate: &Candidate) -> bool {
 fn ahead(
     mut all: Vec<(Hypothesis, Fit)>,
     most: usize,
+    beginnings: usize,
     (factor, surplus): (f64, f64),
     others: &mut Vec<(Effect, f64)>,
 ) -> Vec<(Hypothesis, Fit)> {
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
-    let Some((best, limit)) = all.first().map(|(_, leader)| {
+    let Some((best, limit, most)) = all.first().map(|(_, leader)| {
         let fails = leader.data_chi2 > FAILS * leader.residuals as f64;
         let limit = match fails || factor.is_infinite() {
             true => factor * leader.chi2 + 100.0,
             false => leader.chi2 + surplus,
         };
-        (score(leader), limit)
+        // Of what fails, only the beginnings of a pair go on.
+        let most = if fails { most.min(beginnings) } else { most };
+        (score(leader), limit, most)
     }) else {
         return all;
     };
