@@ -9,7 +9,7 @@ use super::evidence::Use;
 use super::fit::{FINAL_FLOOR, Point};
 use super::hypothesis::Hypothesis;
 use super::place::Place;
-use super::search::{ACCEPT, BLOCK_FAILS, Candidate, Round, Search, Standing};
+use super::search::{ACCEPT, ALONE, BLOCK_FAILS, Candidate, Round, Search, Standing};
 use crate::spindle::{Effect, EffectKind};
 
 /// Most effects at once: what domain practice separates in one set of sweeps.
@@ -52,7 +52,7 @@ pub(super) fn choose(
         // Worse than nothing is no evidence at all.
         strength: fall.max(0.0),
     };
-    let Some(first) = better(search, &finalists, fall)? else {
+    let Some(first) = better(search, &finalists, fall, ALONE)? else {
         return Ok(chosen(null.clone(), vec![]));
     };
     let done = complete(search, &first)?;
@@ -131,7 +131,12 @@ fn extend(
     for begin in begins {
         let finalists = search.round(begin)?.finalists;
         let fall = fall(search, begin, &finalists)?;
-        if let Some(longer) = better(search, &finalists, fall)? {
+        let least = if begin.candidate.effects.is_empty() {
+            ALONE
+        } else {
+            ACCEPT
+        };
+        if let Some(longer) = better(search, &finalists, fall, least)? {
             rivals.extend(finalists);
             let rank = |s: &Standing| (s.candidate.floor, s.candidate.score());
             let ahead = best.as_ref().is_none_or(|b| rank(&longer) < rank(b));
@@ -244,16 +249,17 @@ fn fall(
     })
 }
 
-/// The best finalist as the new standing, if it explains so much more that chance cannot.
+/// The best finalist as the new standing, if the score falls by `least`, more than by chance.
 fn better(
     search: &Search,
     finalists: &[Candidate],
     fall: f64,
+    least: f64,
 ) -> Result<Option<Standing>, DiagnoseError> {
     let Some(best) = finalists.first() else {
         return Ok(None);
     };
-    if fall < ACCEPT {
+    if fall < least {
         return Ok(None);
     }
     if best.floor > FINAL_FLOOR {

@@ -1,7 +1,7 @@
 //! What a set of records can show: the smallest size of every effect of the catalogue that would be found.
 //!
 //! With v the derivative of the whitened residuals to an effect, J those of the small parameters and of what was named, N = JᵀJ with priors:
-//! what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the score falls by [`ACCEPT`]; it is found nine
+//! what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the score falls by [`ACCEPT`] ([`ALONE`]); it is found nine
 //! times in ten when √λ exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are.
 //! What is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is: then that is the smallest size.
 
@@ -9,7 +9,7 @@ use super::DiagnoseError;
 use super::evidence::Use;
 use super::fit::{FINAL_FLOOR, Point, Problem};
 use super::hypothesis::Hypothesis;
-use super::search::{ACCEPT, Search};
+use super::search::{ACCEPT, ALONE, Search};
 use crate::linalg::{Mat, solve};
 use crate::spindle::{Effect, EffectKind, Location};
 use rayon::prelude::*;
@@ -42,7 +42,8 @@ pub fn detectable(
     let base = problem(search, named).linear(at, FINAL_FLOOR)?;
     let (here, jacobian, normal) = base.parts();
     let residuals = (here.len() * STRIDE).max(2) as f64;
-    let needed = (ACCEPT + residuals.ln()).sqrt() + NINE_IN_TEN;
+    let least = if named.is_empty() { ALONE } else { ACCEPT };
+    let needed = (least + residuals.ln()).sqrt() + NINE_IN_TEN;
     let wanted: Vec<&Hypothesis> = search
         .catalogue
         .iter()

@@ -328,6 +328,10 @@ impl Model {
                 (EffectKind::AddedMass, Location::Position(z)) => *z,
                 _ => continue,
             };
+            // No mass has no place: its derivative to the place is exactly none, not rounding.
+            if value == 0.0 {
+                continue;
+            }
             let mut row = [skeleton.row(z)?];
             if let Some(finer) = &finer {
                 finer.move_ports(&mut row)?;

@@ -88,6 +88,8 @@ struct Case {
     effects: Vec<Effect>,
     outside: Option<Outside>,
     speed_rpm: f64,
+    /// A second sweep, at rest.
+    at_rest_too: bool,
     seed: u64,
 }
 
@@ -103,18 +105,25 @@ fn run(case: &Case, points: usize) -> Diagnosis {
         machine.spindle.gyroscopics = false;
     }
     let grid = lines(points);
-    let speed = case.speed_rpm * TAU / 60.0;
-    let drawn = simulate(
-        &machine,
-        &folder.controller,
-        &case.effects,
-        case.outside,
-        speed,
-        &grid,
-        &mut draw,
-    );
+    let measured = |rpm: f64, draw: &mut Draw| {
+        simulate(
+            &machine,
+            &folder.controller,
+            &case.effects,
+            case.outside,
+            rpm * TAU / 60.0,
+            &grid,
+            draw,
+        )
+    };
+    let drawn = measured(case.speed_rpm, &mut draw);
+    let mut sweeps = vec![drawn.sweep];
+    if case.at_rest_too {
+        // The same draw is the same machine.
+        sweeps.insert(0, measured(0.0, &mut Draw::new(1000 + case.seed)).sweep);
+    }
     let measurement = Measurement {
-        sweeps: vec![drawn.sweep],
+        sweeps,
         taps: vec![Tap {
             frf: drawn.hammer,
             axis: Axis::X,
@@ -165,6 +174,7 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
                 effects: vec![drawn(kind, machine, &mut draw)],
                 outside: None,
                 speed_rpm: if turning { 20_000.0 } else { 0.0 },
+                at_rest_too: false,
                 seed,
             });
         }
@@ -176,6 +186,7 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
             effects: vec![],
             outside: None,
             speed_rpm,
+            at_rest_too: false,
             seed: 5000 + i,
         });
     }
@@ -200,6 +211,7 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
             effects,
             outside: None,
             speed_rpm: 0.0,
+            at_rest_too: false,
             seed: 6000 + i as u64,
         });
     }
@@ -219,6 +231,27 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
                 .collect(),
             outside: None,
             speed_rpm: 0.0,
+            at_rest_too: false,
+            seed,
+        });
+    }
+    let moving = [
+        K::Gyroscopic,
+        K::InternalDamping,
+        K::CrossCoupling,
+        K::AxisMisalignment,
+        K::ToolJoint,
+        K::LoopDelay,
+    ];
+    for (i, kind) in moving.into_iter().enumerate() {
+        let seed = 6200 + i as u64;
+        let mut draw = Draw::new(seed);
+        cases.push(Case {
+            label: "two speeds".into(),
+            effects: vec![drawn(kind, machine, &mut draw)],
+            outside: None,
+            speed_rpm: 20_000.0,
+            at_rest_too: true,
             seed,
         });
     }
@@ -237,6 +270,7 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
             effects: vec![],
             outside: Some(kind),
             speed_rpm: 0.0,
+            at_rest_too: false,
             seed,
         });
     }
@@ -358,6 +392,7 @@ fn seeded_subset_is_judged_rightly() {
         effects: vec![drawn(EffectKind::AddedMass, &machine, &mut draw)],
         outside: None,
         speed_rpm: 0.0,
+        at_rest_too: false,
         seed: 2,
     };
     let null = Case {
@@ -365,6 +400,7 @@ fn seeded_subset_is_judged_rightly() {
         effects: vec![],
         outside: None,
         speed_rpm: 0.0,
+        at_rest_too: false,
         seed: 1,
     };
     let (_, results) = report(&[single, null], 300);

@@ -230,3 +230,27 @@ fn places_are_followed_closely() {
         assert!(error < tolerance, "{effect:?}: {error:.1e}");
     }
 }
+
+/// A mass of nothing has no place, and a small one acts in proportion: steps from nothing rely on both.
+#[test]
+fn a_small_mass_acts_in_proportion() {
+    let folder = read("c03");
+    let model = Model::new(&folder.machine, &[[1e-3; 4]]).expect("model");
+    let p = vec![0.0; model.layout.len()];
+    let at = |position_m: f64, mass_kg: f64| {
+        let effect = Effect {
+            kind: EffectKind::AddedMass,
+            location: Location::Position(position_m),
+            values: vec![mass_kg],
+        };
+        let own = model
+            .assemble(&p, &[effect], 0.0, false)
+            .expect("assembled");
+        own.line(TAU * 1069.0, None).response
+    };
+    let none = at(0.25, 0.0);
+    assert_eq!(none, at(0.1, 0.0));
+    let change = |m: f64| (at(0.25, m)[0] - none[0]).norm() / none[0].norm() / m;
+    let (small, large) = (change(5e-6), change(5e-4));
+    assert!((small / large - 1.0).abs() < 1e-2, "{small} {large}");
+}

@@ -1,5 +1,6 @@
 //! Sweeps to FRFs and peaks: against a known plant, against the simulated folder c03, and what is refused.
 
+use super::own_spectrum::own_spectrum;
 use muspin::identify::frf::{AXES, SweepRecord};
 use muspin::identify::peaks::{Antiresonance, Channel, antiresonances, resonances};
 use muspin::identify::{Reading, identify, open_loop};
@@ -7,8 +8,6 @@ use muspin::input::sweep::{header, read_sweep};
 use muspin::input::{load_machine, load_measurement};
 use muspin::linalg::c64;
 use muspin::lti::Response;
-use muspin::rotor::chain_assembly;
-use muspin::rotor::spectrum::{Query, spectrum};
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use ndarray::Array4;
 use rand::{Rng, SeedableRng};
@@ -95,21 +94,7 @@ fn covariance_covers_the_error_of_the_open_loop_estimate() {
 #[test]
 fn peaks_of_the_free_free_rotor_come_back_within_their_standard_deviations() {
     let machine = load_machine("reference", "paper-tool").unwrap();
-    let rotor = machine.rotor().unwrap();
-    let chain = chain_assembly::chain(&rotor).unwrap();
-    let query = Query {
-        frfs: machine
-            .effective()
-            .bearings
-            .map(|b| {
-                let port = |z| chain_assembly::port(&rotor, "p", z).unwrap();
-                (port(b.sensor_m), port(b.actuator_m))
-            })
-            .to_vec(),
-        from_hz: 100.0,
-        to_hz: 3950.0,
-    };
-    let truth = spectrum(&chain, &vec![1.0; chain.regions.len()], &query);
+    let truth = own_spectrum(&machine, 100.0, 3950.0);
     let mut chi = vec![];
     for seed in 0..6 {
         let (record, _) = sweep(&machine, 1e-10, 100 + seed);

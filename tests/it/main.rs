@@ -20,6 +20,7 @@ mod identify_sweeps;
 mod input_files;
 mod mu_constant;
 mod mu_system;
+mod own_spectrum;
 mod pid;
 mod plots;
 mod reference_run;

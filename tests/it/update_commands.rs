@@ -1,9 +1,8 @@
 //! `muspin identify` and `muspin update` from outside, and what moduli cannot explain.
 
+use super::own_spectrum::own_spectrum;
 use assert_cmd::Command;
 use muspin::input::{load_machine, load_measurement};
-use muspin::rotor::chain_assembly;
-use muspin::rotor::spectrum::{Query, spectrum};
 use muspin::spindle::{Effect, EffectKind, Location};
 use muspin::update::{Method, Target, UpdateSettings, front_and_rear, gauss_newton, nelder_mead};
 use serde_json::Value;
@@ -262,21 +261,7 @@ fn what_moduli_cannot_explain_is_said_and_does_not_bend_them() {
         vec![2.5e8, 1.2e5, 0.0],
     );
     let truth = machine.with_effect(joint.unwrap());
-    let rotor = truth.rotor().unwrap();
-    let chain = chain_assembly::chain(&rotor).unwrap();
-    let query = Query {
-        frfs: truth
-            .effective()
-            .bearings
-            .map(|b| {
-                let port = |z| chain_assembly::port(&rotor, "p", z).unwrap();
-                (port(b.sensor_m), port(b.actuator_m))
-            })
-            .to_vec(),
-        from_hz: 100.0,
-        to_hz: 4000.0,
-    };
-    let seen = spectrum(&chain, &vec![1.0; chain.regions.len()], &query);
+    let seen = own_spectrum(&truth, 100.0, 4000.0);
     let list = |l: &[f64]| {
         l.iter()
             .map(|f| {
