@@ -172,6 +172,31 @@ impl Problem<'_> {
         Ok((there, chi2.max(0.0)))
     }
 
+    /// A point between two that lies lower than the first: the second, or half the way, or half of that; the last of them when all lie higher
+    /// (a start without any size may be no better).
+    ///
+    /// # Errors
+    /// As [`Self::residual`].
+    pub fn downhill(&self, from: &Point, to: &Point, floor: f64) -> Result<Point, DiagnoseError> {
+        let here = self.chi2(from, floor)?;
+        let mut there = to.clone();
+        for _ in 0..4 {
+            if self.chi2(&there, floor).is_ok_and(|chi2| chi2 < here) {
+                break;
+            }
+            let half = |a: &mut f64, b: &f64| *a = 0.5 * (*a + b);
+            there
+                .p
+                .iter_mut()
+                .zip(&from.p)
+                .for_each(|(a, b)| half(a, b));
+            for (a, b) in there.theta.iter_mut().zip(&from.theta) {
+                a.iter_mut().zip(b).for_each(|(a, b)| half(a, b));
+            }
+        }
+        Ok(there)
+    }
+
     fn prior(&self, p: &[f64]) -> f64 {
         p.iter()
             .zip(&self.model.layout.sd)

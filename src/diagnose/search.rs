@@ -252,7 +252,14 @@ impl Search<'_> {
         };
         let begun: Vec<(Hypothesis, Fit)> = first
             .par_iter()
-            .filter_map(|(h, at, _)| Some((h.clone(), fit(h, at, thin(3), stages).ok()?)))
+            .filter_map(|(h, at, _)| {
+                let mut from = standing.from.clone();
+                from.theta.push(h.start.clone());
+                let with = with(h);
+                let problem = self.problem(&with, thin(3));
+                let start = problem.downhill(&from, at, w).ok()?;
+                Some((h.clone(), problem.fit(&start, stages).ok()?))
+            })
             .collect();
         let mut others = vec![];
         let begun = ahead(

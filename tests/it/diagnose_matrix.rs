@@ -345,7 +345,7 @@ fn report(cases: &[Case], points: usize) -> (String, Vec<&'static str>) {
                     .collect::<Vec<_>>(),
                 d.misfit
             );
-            for (e, s) in d.ranking.iter().take(4) {
+            for (e, s) in d.ranking.iter().take(if only_one { 40 } else { 4 }) {
                 println!("        {s:.1} {}", show(e));
             }
         }
