@@ -1,0 +1,128 @@
+//! Gyroscopic coupling of the modes of a shaft at one line.
+//!
+//! In r = x + jy the term is ωΩG. Modes far above the band follow as springs; those between couple with the lowest only.
+
+use super::ZERO;
+use crate::diagnose::chain::eliminate;
+use crate::linalg::{Mat, c64};
+use crate::rotor::modes::RIGID;
+use std::f64::consts::TAU;
+
+/// Modes up to here couple with each other gyroscopically, those between couple with these, Hz.
+const COUPLED_BELOW_HZ: f64 = 12_000.0;
+
+/// ΩG between the dynamic coordinates d, and what it does through the higher ones h, which follow as springs Ω_h².
+#[derive(Clone, Debug)]
+pub struct Gyroscopic {
+    /// ΩG_dd, d×d.
+    own: Vec<f64>,
+    /// ΩG_dh Ω_h⁻² ΩG_hd, d×d.
+    through: Vec<f64>,
+    /// ΩG_dh Ω_h⁻² B_h, d×ports.
+    pub ports: Vec<f64>,
+    /// The first coordinates, which act on each other without limit; the others act on those and on themselves.
+    near: usize,
+}
+
+impl Gyroscopic {
+    /// Of the shaft's G, n×n, in the modes `turned` with frequencies `omega`, rad/s, of which the first `dynamic` are dynamic; `ports`
+    /// are ports × modes, `speed` is Ω with its factor, rad/s.
+    pub fn new(
+        speed: f64,
+        matrix: &Mat<f64>,
+        turned: &Mat<f64>,
+        omega: &[f64],
+        ports: &[Vec<f64>],
+        dynamic: usize,
+    ) -> Self {
+        let n = omega.len();
+        let low = turned.submatrix(0, 0, n, dynamic);
+        let high = Mat::from_fn(n, n - dynamic, |i, k| {
+            turned[(i, dynamic + k)] / omega[dynamic + k]
+        });
+        let on_low = matrix * low;
+        let across = on_low.transpose() * high;
+        let still = Mat::from_fn(n - dynamic, ports.len(), |k, p| {
+            ports[p][dynamic + k] / omega[dynamic + k]
+        });
+        let flat = |m: Mat<f64>, scale: f64| -> Vec<f64> {
+            (0..m.nrows())
+                .flat_map(|i| (0..m.ncols()).map(move |j| (i, j)))
+                .map(|(i, j)| scale * m[(i, j)])
+                .collect()
+        };
+        let near = |w: &&f64| **w < TAU * COUPLED_BELOW_HZ;
+        Self {
+            own: flat(low.transpose() * &on_low, speed),
+            through: flat(&across * across.transpose(), speed * speed),
+            ports: flat(&across * still, speed),
+            near: omega.iter().filter(near).count().clamp(RIGID, dynamic),
+        }
+    }
+
+    /// Z⁻¹B: coordinates × ports at a signed frequency, `diagonal` what Z is without gyroscopic terms.
+    pub fn solve(
+        &self,
+        w: f64,
+        dynamic: usize,
+        ports: &[Vec<f64>],
+        diagonal: &impl Fn(usize) -> c64,
+    ) -> Vec<c64> {
+        let (l, d, p) = (self.near, dynamic, ports.len());
+        let both = self.own.iter().zip(&self.through);
+        let term: Vec<f64> = both.map(|(own, t)| w * own - w * w * t).collect();
+        // Of every coordinate: its row of near terms, then its inputs.
+        let width = l + p;
+        let mut rows = vec![0.0; d * width];
+        for (k, row) in rows.chunks_mut(width).enumerate() {
+            row[..l].copy_from_slice(&term[k * d..k * d + l]);
+            for j in 0..p {
+                row[l + j] = ports[j][k] - w * self.ports[k * p + j];
+            }
+        }
+        let far: Vec<c64> = (l..d)
+            .map(|k| (diagonal(k) + term[k * d + k]).inv())
+            .collect();
+        let mut z = vec![ZERO; l * l];
+        let mut x = vec![ZERO; d * p];
+        let (mut re, mut im) = (vec![0.0; width], vec![0.0; width]);
+        for i in 0..l {
+            re.copy_from_slice(&rows[i * width..(i + 1) * width]);
+            im.fill(0.0);
+            for (row, inverse) in rows[l * width..].chunks(width).zip(&far) {
+                let (a, b) = (row[i] * inverse.re, row[i] * inverse.im);
+                for ((re, im), t) in re.iter_mut().zip(&mut im).zip(row) {
+                    *re -= a * t;
+                    *im -= b * t;
+                }
+            }
+            for j in 0..l {
+                z[i * l + j] = c64::new(re[j], im[j]);
+            }
+            z[i * l + i] += diagonal(i);
+            for j in 0..p {
+                x[i * p + j] = c64::new(re[l + j], im[l + j]);
+            }
+        }
+        let (low, high) = x.split_at_mut(l * p);
+        eliminate(&mut z, low, l, p);
+        for ((row, inverse), x) in rows[l * width..]
+            .chunks(width)
+            .zip(&far)
+            .zip(high.chunks_mut(p))
+        {
+            for (x, input) in x.iter_mut().zip(&row[l..]) {
+                *x = c64::new(*input, 0.0);
+            }
+            for (low, t) in low.chunks(p).zip(row) {
+                for (x, low) in x.iter_mut().zip(low) {
+                    *x -= low * *t;
+                }
+            }
+            for x in x {
+                *x *= inverse;
+            }
+        }
+        x
+    }
+}
