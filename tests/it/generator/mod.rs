@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};
 
 const CUTS: usize = 3;
-/// Modes used at speed; at rest all are.
+/// Modes coupled gyroscopically, and damped at random; the others stand alone.
 const MODES: usize = 60;
 
 /// What no catalogue holds.
@@ -239,7 +239,7 @@ pub fn simulate(
         k[(i, j)] + if i == j && i % 2 == 0 { 1.0 } else { 0.0 }
     });
     let modes = definite_eigen(&lifted, &m).expect("modes");
-    let count = if speed_rad_s == 0.0 { n } else { MODES.min(n) };
+    let count = n;
     let omega: Vec<f64> = modes
         .values
         .iter()
@@ -273,7 +273,7 @@ pub fn simulate(
         .map_or(f64::from(u8::from(machine.spindle.gyroscopics)), |e| {
             e.values[0]
         });
-    let shapes = Mat::from_fn(n, count, |i, c| modes.vectors[(i, c)]);
+    let shapes = Mat::from_fn(n, MODES.min(n), |i, c| modes.vectors[(i, c)]);
     let gm = shapes.transpose() * (&g * &shapes);
     let planes = &machine.spindle.planes;
     let offset = |kind, b| at_bearing(kind, b).unwrap_or(0.0);
@@ -356,10 +356,10 @@ pub fn simulate(
                 w * (2.0 * zeta[c] * omega[c] + loss * own) - speed_rad_s * loss * own,
             )
         };
-        let x = if speed_rad_s == 0.0 || gyro == 0.0 {
-            Mat::from_fn(count, p, |c, j| diagonal(c).inv() * ports[j][c])
-        } else {
-            let dynamic = Mat::from_fn(count, count, |i, j| {
+        let mut x = Mat::from_fn(count, p, |c, j| diagonal(c).inv() * ports[j][c]);
+        if speed_rad_s != 0.0 && gyro != 0.0 {
+            let coupled = MODES.min(count);
+            let dynamic = Mat::from_fn(coupled, coupled, |i, j| {
                 let own = if i == j {
                     diagonal(i)
                 } else {
@@ -367,11 +367,16 @@ pub fn simulate(
                 };
                 own + w * speed_rad_s * gyro * gm[(i, j)]
             });
-            solve_complex(
+            let own = solve_complex(
                 &dynamic,
-                &Mat::from_fn(count, p, |c, j| c64::new(ports[j][c], 0.0)),
-            )
-        };
+                &Mat::from_fn(coupled, p, |c, j| c64::new(ports[j][c], 0.0)),
+            );
+            for c in 0..coupled {
+                for j in 0..p {
+                    x[(c, j)] = own[(c, j)];
+                }
+            }
+        }
         let mut h = Mat::from_fn(p, p, |i, j| {
             let mut sum = c64::new(0.0, 0.0);
             for c in 0..count {
