@@ -273,13 +273,13 @@ impl Problem<'_> {
                             std::array::from_fn(|j| f[SIDE * i + j] * by)
                         };
                         let mut d: [c64; 4] = match *column {
-                            Column::Line(k, None) => own(&derivatives[k], gain[i]),
+                            Column::Line(k) => own(&derivatives[k], gain[i]),
                             Column::Axis(record, axis) if (record, axis) == (s, i) => own(f, 1.0),
                             // The block is zero from the start.
                             Column::Axis(..) => continue,
-                            Column::Signal(b, _) if b != i / 2 => continue,
+                            Column::Signal(b) if b != i / 2 => continue,
                             _ => std::array::from_fn(|j| {
-                                column.entry(f, derivatives, p, i, j) * gain[i]
+                                column.entry(f, derivatives, i, j) * gain[i]
                             }),
                         };
                         whiten(&rows[i], &mut d);
@@ -299,7 +299,7 @@ impl Problem<'_> {
                     }
                     for i in 0..SIDE {
                         let row: c64 = (0..SIDE)
-                            .map(|j| column.entry(f, derivatives, p, i, j) * right[j])
+                            .map(|j| column.entry(f, derivatives, i, j) * right[j])
                             .sum();
                         sum += left[i] * row;
                     }
@@ -312,39 +312,38 @@ impl Problem<'_> {
 
 /// Where the derivative to a parameter comes from.
 enum Column {
-    /// A derivative of the line, times a factor of the relative parameter behind an index: ln ks moves by dks/(1 + p).
-    Line(usize, Option<usize>),
-    /// Force constant of a bearing, at an index of p.
-    Current(usize, usize),
-    /// Sensor gain of a bearing, at an index of p.
-    Signal(usize, usize),
+    /// A derivative of the line.
+    Line(usize),
+    /// Logarithm of the force constant of a bearing.
+    Current(usize),
+    /// Logarithm of the sensor gain of a bearing.
+    Signal(usize),
     /// Gain of an axis in a sweep.
     Axis(usize, usize),
 }
 
 /// Columns in the order of the parameters: the small ones, then `moved` coordinates of effects.
 fn order(layout: &Layout, moved: usize) -> Vec<Column> {
-    let mut all: Vec<Column> = (0..layout.groups).map(|g| Column::Line(g, None)).collect();
-    all.extend([0, 1].map(|b| Column::Current(b, layout.ki(b))));
-    all.extend([0, 1].map(|b| Column::Line(layout.groups + b, Some(layout.ks(b)))));
-    all.extend([0, 1].map(|b| Column::Signal(b, layout.gain(b))));
-    all.extend((layout.groups + 2..layout.analytic()).map(|k| Column::Line(k, None)));
+    let mut all: Vec<Column> = (0..layout.groups).map(Column::Line).collect();
+    all.extend([0, 1].map(Column::Current));
+    all.extend([0, 1].map(|b| Column::Line(layout.groups + b)));
+    all.extend([0, 1].map(Column::Signal));
+    all.extend((layout.groups + 2..layout.analytic()).map(Column::Line));
     for s in 0..layout.sweeps {
         all.extend((0..4).map(|i| Column::Axis(s, i)));
     }
-    all.extend((0..moved).map(|k| Column::Line(layout.analytic() + k, None)));
+    all.extend((0..moved).map(|k| Column::Line(layout.analytic() + k)));
     all
 }
 
 impl Column {
     /// ∂F_ij; an axis gain moves rows of its sweep only, not F.
-    fn entry(&self, f: &Square, slopes: &[Square], p: &[f64], i: usize, j: usize) -> c64 {
+    fn entry(&self, f: &Square, slopes: &[Square], i: usize, j: usize) -> c64 {
         let own = |f: &Square| f[SIDE * i + j];
         match *self {
-            Self::Line(k, None) => own(&slopes[k]),
-            Self::Line(k, Some(at)) => own(&slopes[k]) / (1.0 + p[at]),
-            Self::Current(b, at) if j / 2 == b => own(f) / (1.0 + p[at]),
-            Self::Signal(b, at) if i / 2 == b => own(f) / (1.0 + p[at]),
+            Self::Line(k) => own(&slopes[k]),
+            Self::Current(b) if j / 2 == b => own(f),
+            Self::Signal(b) if i / 2 == b => own(f),
             _ => ZERO,
         }
     }

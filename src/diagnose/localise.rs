@@ -274,7 +274,7 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
                 score_above_best: above,
                 numbers: seen.numbers,
                 laws: match place {
-                    Place::Freed(k) => vec![seen.constant(settled.p[k])],
+                    Place::Freed(k) => vec![seen.constant(settled.p[k].exp_m1())],
                     _ => seen.laws(),
                 },
                 frequency_hz: std::mem::take(&mut seen.frequency_hz),

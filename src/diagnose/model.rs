@@ -124,7 +124,7 @@ pub struct Receptance {
     minus: Option<[c64; 9]>,
 }
 
-/// F of a line and its derivatives to moduli, ks front, ks rear, ln ζ, and the mesh, in that order.
+/// F of a line and its derivatives to the logarithms of moduli, ks front, ks rear, ζ, and to the mesh, in that order.
 #[derive(Clone, Debug)]
 pub struct Line {
     /// What the shaft does to it.
@@ -208,7 +208,7 @@ impl Model {
             &self.rigid
         };
         let n = skeleton.len();
-        let mut scale: Vec<f64> = (0..layout.groups).map(|g| p[g]).collect();
+        let mut scale: Vec<f64> = (0..layout.groups).map(|g| p[g].exp()).collect();
         for effect in effects
             .iter()
             .filter(|e| e.kind == EffectKind::RegionStiffness)
@@ -217,17 +217,17 @@ impl Model {
                 (&effect.location, effect.values.first())
             {
                 for group in self.groups_of(region) {
-                    scale[group] = (1.0 + scale[group]) * factor - 1.0;
+                    scale[group] *= factor;
                 }
             }
         }
         let mut k = skeleton.stiffness.clone();
-        for (group, e) in skeleton.groups.iter().zip(&scale) {
-            if *e != 0.0 {
+        for (group, scale) in skeleton.groups.iter().zip(&scale) {
+            if *scale != 1.0 {
                 for j in 0..n {
                     let column = k.col_as_slice_mut(j).iter_mut();
                     for (k, own) in column.zip(group.col_as_slice(j)) {
-                        *k += e * own;
+                        *k += (scale - 1.0) * own;
                     }
                 }
             }
@@ -328,7 +328,8 @@ impl Model {
                 dynamic,
             )
         });
-        let strain = derivatives.then(|| Strain::new(skeleton, &turned, &omega, &ports, dynamic));
+        let strain =
+            derivatives.then(|| Strain::new(skeleton, &scale, &turned, &omega, &ports, dynamic));
         let coupled = gyroscopic.is_some()
             || turning.iter().any(|t| *t != 0.0)
             || feedback

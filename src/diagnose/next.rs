@@ -231,7 +231,7 @@ fn predicted(
     let mut columns: Vec<Vec<c64>> = vec![];
     for (line, omega) in lines.iter().enumerate() {
         let view = scene.view(*omega, Some(layout));
-        let (f, slopes) = view.moved(&[], layout, &at.p);
+        let (f, slopes) = view.moved(&[], layout);
         let pick = |f: &Square| -> Vec<c64> {
             let f = own.apply(f, *omega);
             entries.iter().map(|n| f[*n]).collect()

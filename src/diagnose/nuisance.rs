@@ -1,17 +1,18 @@
 //! Small parameters that are never exactly right: moduli, force constants, negative stiffness, sensor gains, damping,
 //! the mesh, and the gain of every sensor axis after each levitation. They are fitted with every hypothesis, held by priors.
 //!
-//! Prior standard deviations: what a careful updating leaves open (ki 2 %, ks 4 %, sensor gain 1 %, moduli 1 %, ln ζ 0.2).
+//! Factors are logarithms: a factor and an effect of the same kind then trade along a straight line, which one step follows.
+//! Prior standard deviations: what a careful updating leaves open (ki 2 %, ks 4 %, sensor gain 1 %, moduli 1 %, ζ 20 %).
 
 use crate::spindle::Machine;
 
-/// Relative standard deviation of a force constant.
+/// Standard deviation of the logarithm of a force constant.
 const KI_SD: f64 = 0.02;
-/// Relative standard deviation of a negative stiffness.
+/// Standard deviation of the logarithm of a negative stiffness.
 const KS_SD: f64 = 0.04;
-/// Relative standard deviation of a sensor gain.
+/// Standard deviation of the logarithm of a sensor gain.
 const GAIN_SD: f64 = 0.01;
-/// Relative standard deviation of a modulus.
+/// Standard deviation of the logarithm of a modulus.
 const MODULUS_SD: f64 = 0.01;
 /// Standard deviation of the logarithm of a damping ratio.
 const DAMPING_SD: f64 = 0.2;
@@ -98,17 +99,17 @@ impl Layout {
         self.sd.is_empty()
     }
 
-    /// Index of ki of bearing 0 or 1.
+    /// Index of ln ki of bearing 0 or 1.
     pub fn ki(&self, bearing: usize) -> usize {
         self.groups + bearing
     }
 
-    /// Index of ks of a bearing.
+    /// Index of ln ks of a bearing.
     pub fn ks(&self, bearing: usize) -> usize {
         self.groups + 2 + bearing
     }
 
-    /// Index of the sensor gain of a bearing.
+    /// Index of the logarithm of the sensor gain of a bearing.
     pub fn gain(&self, bearing: usize) -> usize {
         self.groups + 4 + bearing
     }
@@ -133,7 +134,7 @@ impl Layout {
         self.mesh() + 1 + 4 * sweep + axis
     }
 
-    /// Keeps parameters where they make sense: a factor stays one, a logarithm of damping within e^±2, the mesh not finer than a
+    /// Keeps parameters where they make sense: factors within e^±0.7, damping within e^±2, the mesh not finer than a
     /// continuum and what other elements may add.
     pub fn clamp(&self, p: &mut [f64]) {
         let damping = self.damping(0)..=self.damping(DAMPED_MODES);
@@ -141,7 +142,7 @@ impl Layout {
             let (lo, hi) = match k {
                 k if damping.contains(&k) => (-2.0, 2.0),
                 k if k == self.mesh() => (-0.5, 1.5),
-                _ => (-0.5, 3.0),
+                _ => (-0.7, 0.7),
             };
             *p = p.clamp(lo, hi);
         }
@@ -154,9 +155,9 @@ impl Layout {
             .into_iter()
             .enumerate()
         {
-            bearing.ki_n_per_a *= 1.0 + p[self.ki(b)];
-            bearing.ks_n_per_m *= 1.0 + p[self.ks(b)];
-            bearing.sensor_gain *= 1.0 + p[self.gain(b)];
+            bearing.ki_n_per_a *= p[self.ki(b)].exp();
+            bearing.ks_n_per_m *= p[self.ks(b)].exp();
+            bearing.sensor_gain *= p[self.gain(b)].exp();
         }
         moved
     }
@@ -165,8 +166,11 @@ impl Layout {
     pub fn apply(&self, machine: &Machine, p: &[f64]) -> Machine {
         let mut moved = self.bearings(machine, p);
         let tool = machine.tool.sections.len();
-        let factor =
-            |element: usize| 1.0 + self.group_of_element.get(element).map_or(0.0, |g| p[*g]);
+        let factor = |element: usize| {
+            self.group_of_element
+                .get(element)
+                .map_or(1.0, |g| p[*g].exp())
+        };
         for (i, section) in moved.spindle.sections.iter_mut().enumerate() {
             section.modulus_scale *= factor(tool + i);
         }

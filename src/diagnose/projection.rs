@@ -297,7 +297,7 @@ impl Fitted<'_> {
         slope: &mut [f64],
     ) {
         let n = layout.len();
-        let (f, slopes) = self.view.moved(&self.x, layout, p);
+        let (f, slopes) = self.view.moved(&self.x, layout);
         let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(self.sweep, i)]);
         let mut columns: Vec<(usize, [c64; 16])> = slopes
             .iter()

@@ -320,7 +320,7 @@ impl View<'_> {
     }
 
     /// F with X, and its derivatives to the small parameters (without axis gains), the law held.
-    pub fn moved(&self, x: &[c64], layout: &Layout, p: &[f64]) -> (Square, Vec<Square>) {
+    pub fn moved(&self, x: &[c64], layout: &Layout) -> (Square, Vec<Square>) {
         let mut f = self.response;
         for (d, x) in self.directions.iter().zip(x) {
             for (f, d) in f.iter_mut().zip(d) {
@@ -332,10 +332,6 @@ impl View<'_> {
         let mut slopes: Vec<Square> = Vec::with_capacity(analytic + 4);
         let mechanical = self.scene.place.mechanical();
         for i in 0..analytic {
-            let relative = match i.checked_sub(layout.groups) {
-                Some(b) if b < 2 => (1.0 + p[layout.ks(b)]).recip(),
-                _ => 1.0,
-            };
             let own = match self.scene.place {
                 _ if mechanical => self.bonded(i, x, layout.groups),
                 Place::SensorPlane(_) | Place::ActuatorPlane(_) => {
@@ -352,19 +348,16 @@ impl View<'_> {
                     }
                 }
             };
-            slopes.push(own.map(|v| v * relative));
+            slopes.push(own);
         }
         // The order of the layout: moduli, ki, ks, sensor gains, damping, mesh.
         let mut all: Vec<Square> = slopes.drain(..layout.groups).collect();
-        let gain = |rows: bool, b: usize| {
-            let at = if rows { layout.gain(b) } else { layout.ki(b) };
-            match self.mixed(&factor(&self.response, rows, b, p[at])) {
-                Some(m) => {
-                    let d = factor(&self.response, rows, b, p[at]);
-                    std::array::from_fn(|n| d[n] + first * m[n])
-                }
-                None => factor(&f, rows, b, p[at]),
+        let gain = |rows: bool, b: usize| match self.mixed(&factor(&self.response, rows, b)) {
+            Some(m) => {
+                let d = factor(&self.response, rows, b);
+                std::array::from_fn(|n| d[n] + first * m[n])
             }
+            None => factor(&f, rows, b),
         };
         all.extend([0, 1].map(|b| gain(false, b)));
         all.extend(slopes.drain(..2));

@@ -202,14 +202,10 @@ impl Ported {
     }
 }
 
-/// Derivatives of F to ki and sensor gains, whose effect on F is a factor on columns or rows: `first` is 0 for ki, 1 for gains.
-pub fn factor(f: &Square, of_rows: bool, bearing: usize, relative: f64) -> Square {
+/// Derivative of F to ln ki or the logarithm of a sensor gain, a factor on columns or rows.
+pub fn factor(f: &Square, of_rows: bool, bearing: usize) -> Square {
     std::array::from_fn(|n| {
         let index = if of_rows { n / SIDE } else { n % SIDE };
-        if index / 2 == bearing {
-            f[n] / (1.0 + relative)
-        } else {
-            ZERO
-        }
+        if index / 2 == bearing { f[n] } else { ZERO }
     })
 }

@@ -1,7 +1,7 @@
 //! Derivatives of a receptance to moduli, and to the mesh, from the strains of the element groups.
 //!
 //! The stiffness of a group in Ritz coordinates has few directions: K_g = Σ_r v_r v_rᵀ, one strain each. With coordinates X_l and X_r
-//! behind a closed loop, ∂H/∂e_g = −X_lᵀ K_g X_r = −Σ_r (v_rᵀX_l)ᵀ(v_rᵀX_r): two rows of products per strain instead of a matrix
+//! behind a closed loop, ∂H/∂ln e_g = −X_lᵀ K_g X_r = −Σ_r (v_rᵀX_l)ᵀ(v_rᵀX_r): two rows of products per strain instead of a matrix
 //! per group. Coordinates above the dynamic ones follow the forces at the ports as springs, x_h = Ω_h⁻² B_h f. What a finer mesh adds has
 //! the same form, with the rigid coordinates.
 
@@ -32,16 +32,22 @@ pub(super) struct Behind<'a> {
 }
 
 impl Strain {
-    /// Strains in the coordinates `turned` (coordinates × modes) with natural frequencies `omega` and port amplitudes `ports`.
+    /// Strains of groups whose stiffness is `scale` times their own, in the coordinates `turned` (coordinates × modes) with natural frequencies `omega` and port amplitudes `ports`.
     pub fn new(
         skeleton: &Skeleton,
+        scale: &[f64],
         turned: &Mat<f64>,
         omega: &[f64],
         ports: &[Vec<f64>],
         dynamic: usize,
     ) -> Self {
         let (n, count) = (turned.ncols(), skeleton.strains.ncols());
-        let turned = turned.transpose() * &skeleton.strains;
+        let mut amplitude = vec![1.0; count];
+        for (range, scale) in skeleton.strains_of_group.iter().zip(scale) {
+            amplitude[range.clone()].fill(scale.sqrt());
+        }
+        let own = Mat::from_fn(n, count, |i, r| skeleton.strains[(i, r)] * amplitude[r]);
+        let turned = turned.transpose() * own;
         let mut strains = Mat::zeros(count, dynamic + ports.len());
         for k in 0..dynamic {
             for r in 0..count {
@@ -62,7 +68,7 @@ impl Strain {
         }
     }
 
-    /// ∂H/∂e_g for every group and the mesh, n × n row-major.
+    /// ∂H to the logarithm of every group's stiffness and to the mesh, n × n row-major.
     pub fn slopes(&self, behind: &Behind) -> Vec<Vec<c64>> {
         let n = behind.n;
         let dynamic = behind.right.len() / n.max(1);
