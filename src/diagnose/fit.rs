@@ -8,6 +8,7 @@ use super::jacobian::Jacobian;
 use super::linearise::Linearised;
 use super::model::{Model, Receptance};
 use crate::linalg::{Mat, solve, symmetric_eigen};
+use crate::spindle::{Effect, EffectKind, Location};
 
 /// Model floor of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
 pub const FINAL_FLOOR: f64 = 5e-4;
@@ -71,6 +72,8 @@ pub struct Problem<'a> {
     pub effects: &'a [Hypothesis],
 }
 
+/// Share of a place's inertia that a negative mass may take away: two of them leave some of it.
+const MOST_TAKEN: f64 = 0.45;
 /// Damping from which a small gain says nothing about being at the minimum.
 const STRONG: f64 = 1e-7;
 /// Relative decrease of χ² below which an iteration ends a stage; χ² differences below 0.01 mean nothing.
@@ -228,8 +231,28 @@ impl Problem<'_> {
                 c += 1;
             }
             hypothesis.clamp(theta);
+            let effect = hypothesis.effect(theta);
+            let (value, least) = (effect.values.first(), self.lightest_kg(&effect));
+            if let (Some(value), Some(least), Some(t)) = (value, least, theta.first_mut())
+                && *value < least
+            {
+                // Masses are proportional to their coordinate.
+                *t *= least / value;
+            }
         }
         there
+    }
+
+    /// The least mass that a place can be given.
+    fn lightest_kg(&self, effect: &Effect) -> Option<f64> {
+        let jointed = self.effects.iter().any(|h| h.kind == EffectKind::ToolJoint);
+        let position_m = match (effect.kind, &effect.location) {
+            (EffectKind::ToolMass, _) => self.model.span_m().0,
+            (EffectKind::AddedMass, Location::Position(z)) => *z,
+            _ => return None,
+        };
+        let inertia = self.model.inertia_kg(position_m, jointed).ok()?;
+        Some(-MOST_TAKEN * inertia)
     }
 
     /// Which coordinates sit at a bound that a descent along `slope` would leave.

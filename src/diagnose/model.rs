@@ -166,6 +166,16 @@ impl Model {
         self.rigid.span_m()
     }
 
+    /// Inertia against a force at a position, fast enough that only the coordinates of the model move, kg.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] for a position off the shaft.
+    pub fn inertia_kg(&self, position_m: f64, jointed: bool) -> Result<f64, DiagnoseError> {
+        let skeleton = if jointed { &self.jointed } else { &self.rigid };
+        let row = skeleton.row(position_m)?;
+        Ok(row.iter().map(|a| a * a).sum::<f64>().recip())
+    }
+
     /// Natural frequencies of the nominal shaft's flexible modes, rad/s.
     pub fn flexible_rad_s(&self) -> &[f64] {
         &self.rigid.flexible_rad_s

@@ -254,3 +254,26 @@ fn a_small_mass_acts_in_proportion() {
     let (small, large) = (change(5e-6), change(5e-4));
     assert!((small / large - 1.0).abs() < 1e-2, "{small} {large}");
 }
+
+/// The most that a fit takes away from a place, at any mesh, leaves a shaft with inertia everywhere.
+#[test]
+fn a_place_keeps_some_inertia() {
+    let folder = read("c03");
+    let model = Model::new(&folder.machine, &[[1e-3; 4]]).expect("model");
+    let (from, to) = model.span_m();
+    for k in 0..=30 {
+        let z = from + (to - from) * k as f64 / 30.0;
+        let taken = -0.45 * model.inertia_kg(z, false).expect("inertia");
+        let effect = Effect {
+            kind: EffectKind::AddedMass,
+            location: Location::Position(z),
+            values: vec![taken],
+        };
+        for mesh in [-0.5, 0.0, 1.5] {
+            let mut p = vec![0.0; model.layout.len()];
+            p[model.layout.mesh()] = mesh;
+            let own = model.assemble(&p, std::slice::from_ref(&effect), 0.0, true);
+            assert!(own.is_ok(), "{taken} kg at {z} m, mesh {mesh}");
+        }
+    }
+}
