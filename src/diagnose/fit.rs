@@ -3,6 +3,7 @@
 
 use super::DiagnoseError;
 use super::evidence::{Evidence, Use};
+use super::geodesic::Valley;
 use super::hypothesis::Hypothesis;
 use super::jacobian::Jacobian;
 use super::linearise::Linearised;
@@ -72,10 +73,11 @@ pub struct Problem<'a> {
     pub effects: &'a [Hypothesis],
 }
 
+/// Curvature of χ² that every effect's coordinate has at least in a step. A unit is a large effect, so that a coordinate of which the data
+/// know nothing (the place of no mass) stays where it is, and next to priors (weights of 25 to 10⁴) it is nothing.
+const UNKNOWN: f64 = 1.0;
 /// Share of a place's inertia that a negative mass may take away: two of them leave some of it.
 const MOST_TAKEN: f64 = 0.45;
-/// Damping from which a small gain says nothing about being at the minimum.
-const STRONG: f64 = 1e-7;
 /// Relative decrease of χ² below which an iteration ends a stage; χ² differences below 0.01 mean nothing.
 const SETTLED: f64 = 1e-5;
 
@@ -149,16 +151,7 @@ impl Problem<'_> {
             (true, true) => base.normal[(i, j)],
             (true, false) => cross[(i, j - n)],
             (false, true) => cross[(j, i - n)],
-            // A coordinate without influence at this start (the place of no mass) stays where it is. The surplus is rounding: an
-            // effect and a small parameter of its kind differ by the prior alone, 10⁻⁶ of what the data say of either.
-            (false, false) => {
-                own[(i - n, j - n)]
-                    + if i == j {
-                        1e-13 * own[(i - n, i - n)] + 1e-9
-                    } else {
-                        0.0
-                    }
-            }
+            (false, false) => own[(i - n, j - n)] + if i == j { UNKNOWN } else { 0.0 },
         });
         let step = solve(&normal, &slope)?;
         let gain: f64 = (0..n + d).map(|k| step[(k, 0)] * slope[(k, 0)]).sum();
@@ -201,7 +194,7 @@ impl Problem<'_> {
         Ok(there)
     }
 
-    fn prior(&self, p: &[f64]) -> f64 {
+    pub(super) fn prior(&self, p: &[f64]) -> f64 {
         p.iter()
             .zip(&self.model.layout.sd)
             .map(|(p, sd)| (p / sd).powi(2))
@@ -218,7 +211,7 @@ impl Problem<'_> {
     }
 
     /// A point moved by a step of all parameters, kept where it makes sense.
-    fn stepped(&self, at: &Point, step: &Mat<f64>) -> Point {
+    pub(super) fn stepped(&self, at: &Point, step: &Mat<f64>) -> Point {
         let mut there = at.clone();
         for (k, p) in there.p.iter_mut().enumerate() {
             *p += step[(k, 0)];
@@ -278,9 +271,6 @@ impl Problem<'_> {
         let mut at = start.clone();
         let mut end = None;
         for (floor, iterations) in stages {
-            // Next to none: a small parameter and an effect of the same kind are told apart by the prior alone, whose
-            // curvature is 10⁴ times below that of the data, and a larger damping would stop on the way.
-            let mut damping = 1e-10;
             let mut here = self.linearised(&at, *floor)?;
             for iteration in 0..=*iterations {
                 let (r, j) = (&here.residual, &here.jacobian);
@@ -308,7 +298,7 @@ impl Problem<'_> {
                 // The last step gained next to nothing: the point and its curvature are final.
                 let nothing = (SETTLED * chi2).max(0.01);
                 let still = iteration > 0 && gain.is_some_and(|g| g < nothing);
-                if iteration == *iterations || still && damping < STRONG {
+                if iteration == *iterations || still {
                     break;
                 }
                 // What a bound holds does not take part, or the others would be moved for what it cannot do.
@@ -320,6 +310,9 @@ impl Problem<'_> {
                     }
                     slope[(k, 0)] = 0.0;
                 }
+                for k in small..n {
+                    normal[(k, k)] += UNKNOWN;
+                }
                 let Ok(whole) = solve(&normal, &slope) else {
                     break;
                 };
@@ -327,43 +320,39 @@ impl Problem<'_> {
                 if promised < nothing {
                     break;
                 }
-                let mut accepted = None;
+                let there = self.stepped(&at, &whole);
+                // The whole step is nearly always taken: its derivatives come with it.
+                let mut accepted = self.linearised(&there, *floor).ok().and_then(|ahead| {
+                    let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
+                    (data + self.prior(&there.p) < chi2).then_some((there, Some(ahead)))
+                });
+                if accepted.is_none() {
+                    let valley = Valley {
+                        normal: &normal,
+                        held: &held,
+                        step: &whole,
+                        chi2,
+                    };
+                    let bent = self.along(&at, &here, &valley, *floor)?;
+                    accepted = bent.map(|there| (there, None));
+                }
                 // Twelve tries span twelve decades of damping; beyond, the point is a minimum to rounding.
-                for attempt in 0..12 {
+                let mut damping = 1e-6;
+                for _ in 0..12 {
+                    if accepted.is_some() {
+                        break;
+                    }
                     let damped = Mat::from_fn(n, n, |a, b| {
-                        let own = normal[(a, b)];
-                        if a == b {
-                            own * (1.0 + damping) + 1e-12
-                        } else {
-                            own
-                        }
+                        normal[(a, b)] * if a == b { 1.0 + damping } else { 1.0 }
                     });
+                    damping *= 10.0;
                     let Ok(step) = solve(&damped, &slope) else {
-                        damping = (damping * 10.0f64).max(1e-7);
                         continue;
                     };
                     let there = self.stepped(&at, &step);
-                    // The first try is nearly always taken: its derivatives come with it.
-                    let ahead = match attempt {
-                        0 => self.linearised(&there, *floor).ok(),
-                        _ => None,
-                    };
-                    let value = match &ahead {
-                        Some(ahead) => {
-                            let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
-                            data + self.prior(&there.p)
-                        }
-                        None => self.chi2(&there, *floor).unwrap_or(f64::INFINITY),
-                    };
-                    if value < chi2 {
-                        // What was needed once will be needed again.
-                        if attempt == 0 {
-                            damping = (damping * 0.01).max(1e-10);
-                        }
-                        accepted = Some((there, ahead));
-                        break;
+                    if self.chi2(&there, *floor).is_ok_and(|value| value < chi2) {
+                        accepted = Some((there, None));
                     }
-                    damping = (damping * 10.0).max(1e-6);
                 }
                 let Some((there, ahead)) = accepted else {
                     break;

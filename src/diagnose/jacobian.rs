@@ -27,6 +27,20 @@ impl Jacobian {
         self.sum(parts.collect(), self.columns)
     }
 
+    /// J times a matrix of as many rows as J has columns.
+    pub fn times(&self, right: &Mat<f64>) -> Mat<f64> {
+        let parts: Vec<Mat<f64>> = self.blocks.par_iter().map(|b| b * right).collect();
+        let values = parts.iter().flat_map(|part| {
+            let rows = 0..part.nrows();
+            rows.flat_map(move |i| (0..part.ncols()).map(move |j| part[(i, j)]))
+        });
+        let values: Vec<f64> = values.collect();
+        let columns = right.ncols();
+        Mat::from_fn(values.len() / columns.max(1), columns, |i, j| {
+            values[i * columns + j]
+        })
+    }
+
     /// Jᵀ times a matrix of as many rows.
     pub fn transpose_times(&self, right: &Mat<f64>) -> Mat<f64> {
         let mut first = 0;

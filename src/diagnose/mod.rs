@@ -13,6 +13,7 @@ pub mod coverage;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
+mod geodesic;
 pub mod hypothesis;
 pub mod impedance;
 pub mod jacobian;

@@ -36,6 +36,8 @@ pub const TIE: f64 = 7.0;
 const SHORT_LISTS: [usize; 3] = [24, 8, 5];
 /// The same for a second effect.
 const PAIR_LISTS: [usize; 3] = [16, 6, 4];
+/// Starts of one name that are fitted.
+const STARTS: usize = 2;
 /// Names that reach the final floor where none of them explains the data: more than pairs are begun with.
 const BEGINNINGS: usize = 3;
 /// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1, noise that is not quite
@@ -250,6 +252,7 @@ impl Search<'_> {
                 (!settled || hopeful).then(|| ((*h).clone(), at, chi2))
             })
             .collect();
+        let first = self.best_starts(first, &with, origin, w);
         let first = shortlist(first, lists[0]);
         // From a coarser floor again: the new effect may have moved what the small parameters had been fitted to.
         let stages: &[Stage] = if settled {
@@ -305,6 +308,47 @@ impl Search<'_> {
                 .then(a.score().total_cmp(&b.score()))
         });
         Ok(Round { finalists, others })
+    }
+
+    /// Two starts of every name, where there are more: those whose step leads lowest. A step is linear, and where an effect is large the
+    /// prediction hardly tells one place from another; the places themselves do. All starts of a name share its best prediction.
+    fn best_starts(
+        &self,
+        all: Vec<Screened>,
+        with: &(impl Fn(&Hypothesis) -> Vec<Hypothesis> + Sync),
+        origin: &Point,
+        floor: f64,
+    ) -> Vec<Screened> {
+        let usage = Use {
+            stride: 3,
+            ..Use::ALL
+        };
+        let twins = |h: &Hypothesis| all.iter().filter(|o| o.0.same_name(h)).count();
+        let reached: Vec<f64> = all
+            .par_iter()
+            .map(|(h, at, _)| {
+                if twins(h) <= STARTS {
+                    return 0.0;
+                }
+                let mut from = origin.clone();
+                from.theta.push(h.start.clone());
+                let with = with(h);
+                let problem = self.problem(&with, usage);
+                let there = problem.downhill(&from, at, floor);
+                let chi2 = there.and_then(|there| problem.chi2(&there, floor));
+                chi2.unwrap_or(f64::INFINITY)
+            })
+            .collect();
+        let kept = (0..all.len()).filter_map(|i| {
+            let (h, at, _) = &all[i];
+            let same = || (0..all.len()).filter(|j| all[*j].0.same_name(h));
+            let rank = same()
+                .filter(|j| (reached[*j], *j) < (reached[i], i))
+                .count();
+            let best = same().map(|j| all[j].2).fold(f64::INFINITY, f64::min);
+            (rank < STARTS).then(|| (h.clone(), at.clone(), best))
+        });
+        kept.collect()
     }
 
     /// Largest χ² per residual over blocks of channels and bands at a floor: 1 where noise explains everything.
@@ -435,15 +479,14 @@ fn ahead(
 
 type Screened = (Hypothesis, Point, f64);
 
-/// Hypotheses by predicted χ²: the best `most`, at most two starts of one name, and one start of each effect that has one place
+/// Hypotheses by predicted χ²: the best `most`, and one start of each effect that has one place
 /// only (a sharp resonance that moves far is not predicted by a linear step).
 fn shortlist(mut all: Vec<Screened>, most: usize) -> Vec<Screened> {
     all.sort_by(|a, b| a.2.total_cmp(&b.2));
     let mut kept: Vec<Screened> = vec![];
     for entry in all {
-        let twins = kept.iter().filter(|k| k.0.same_name(&entry.0)).count();
-        let seed = entry.0.sole() && twins == 0;
-        if seed || kept.len() < most && twins < 2 {
+        let first = !kept.iter().any(|k| k.0.same_name(&entry.0));
+        if first && entry.0.sole() || kept.len() < most {
             kept.push(entry)
         }
     }

@@ -1,0 +1,75 @@
+//! A step along a bent valley.
+//!
+//! Where the data fix a product or a difference of parameters and only priors fix the rest, χ² has a long narrow valley, and a straight
+//! Gauss–Newton step runs into its side. The second derivative of the residuals along the step, from one more evaluation, bends it
+//! (geodesic acceleration: Transtrum, Machta, Sethna, Phys. Rev. E 83, 036701, 2011): x(t) = x + t δ + ½ t² a, with
+//! (JᵀJ + priors) a = Jᵀ ∂²r/∂t². The prior is linear and has none.
+
+use super::DiagnoseError;
+use super::fit::{Point, Problem};
+use super::linearise::Linearised;
+use crate::linalg::{Mat, solve};
+
+/// Share of the step over which the second derivative is taken: long enough for rounding, short enough for a parabola.
+const NEAR: f64 = 0.1;
+/// Shortest share of the step that is tried; shorter ones are left to damping.
+const SHORTEST: f64 = 0.03;
+
+/// A point's neighbourhood, and the Gauss–Newton step that led too high.
+pub(super) struct Valley<'a> {
+    /// JᵀJ with priors, n×n.
+    pub normal: &'a Mat<f64>,
+    /// Coordinates that bounds hold.
+    pub held: &'a [bool],
+    /// The step, n×1.
+    pub step: &'a Mat<f64>,
+    /// χ² with priors at the point.
+    pub chi2: f64,
+}
+
+impl Problem<'_> {
+    /// The lowest point on the bent step, trying ever shorter shares; none where all lie higher than the beginning.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Numeric`] when the normal equations are singular.
+    pub(super) fn along(
+        &self,
+        at: &Point,
+        here: &Linearised,
+        valley: &Valley,
+        floor: f64,
+    ) -> Result<Option<Point>, DiagnoseError> {
+        let n = valley.step.nrows();
+        let near = Mat::from_fn(n, 1, |k, _| NEAR * valley.step[(k, 0)]);
+        let Ok(there) = self.residual(&self.stepped(at, &near), floor) else {
+            return Ok(None);
+        };
+        let straight = here.jacobian.times(&near);
+        let second = Mat::from_fn(there.len(), 1, |i, _| {
+            2.0 / (NEAR * NEAR) * (there[i] - here.residual[i] + straight[(i, 0)])
+        });
+        let mut pull = here.jacobian.transpose_times(&second);
+        for (k, held) in valley.held.iter().enumerate() {
+            if *held {
+                pull[(k, 0)] = 0.0;
+            }
+        }
+        let bend = solve(valley.normal, &pull)?;
+        let (mut best, mut lowest) = (None, valley.chi2);
+        let mut share = 1.0;
+        while share > SHORTEST {
+            let step = Mat::from_fn(n, 1, |k, _| {
+                share * (valley.step[(k, 0)] + 0.5 * share * bend[(k, 0)])
+            });
+            let there = self.stepped(at, &step);
+            match self.chi2(&there, floor) {
+                Ok(value) if value < lowest => (best, lowest) = (Some(there), value),
+                // Past the lowest.
+                _ if best.is_some() => break,
+                _ => {}
+            }
+            share *= 0.5;
+        }
+        Ok(best)
+    }
+}
