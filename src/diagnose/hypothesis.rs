@@ -4,6 +4,7 @@
 //! the housing as 1/m, factors as logarithms. A fit can then start at the machine as it is.
 
 use super::DiagnoseError;
+use super::coordinate::Coordinate;
 use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 
 /// An effect with free numbers.
@@ -23,30 +24,47 @@ pub struct Hypothesis {
 const POSITION_UNIT_M: f64 = 0.05;
 
 impl Hypothesis {
-    /// The effect at fit coordinates `theta`.
-    pub fn effect(&self, theta: &[f64]) -> Effect {
-        let t = theta.first().copied().unwrap_or_default();
-        let at = |i: usize| theta.get(i).copied().unwrap_or_default();
-        let values = match self.kind {
-            EffectKind::LoopDelay => vec![1e-5 * t],
-            EffectKind::AmplifierBandwidth => vec![(1.0 / self.nominal + 1e-4 * t).recip()],
-            EffectKind::EddyCurrents => vec![(100.0 / t).powi(2)],
-            EffectKind::SensorLowpass => vec![1e4 / t],
-            EffectKind::SensorOffset | EffectKind::ActuatorOffset => vec![1e-3 * t],
+    /// The coordinates of the values.
+    fn coordinates(&self) -> Vec<Coordinate> {
+        let linear = |unit: f64| vec![Coordinate::Linear(unit)];
+        match self.kind {
+            EffectKind::LoopDelay => linear(1e-5),
+            EffectKind::AmplifierBandwidth => vec![Coordinate::Slowness {
+                nominal: self.nominal,
+                unit: 1e-4,
+            }],
+            EffectKind::EddyCurrents => vec![Coordinate::InverseSquare(1e4)],
+            EffectKind::SensorLowpass => vec![Coordinate::Inverse(1e4)],
+            EffectKind::SensorOffset | EffectKind::ActuatorOffset => linear(1e-3),
             EffectKind::NegativeStiffness
             | EffectKind::ForceConstant
             | EffectKind::SensorGain
             | EffectKind::ModalDamping
-            | EffectKind::RegionStiffness => vec![t.exp()],
-            EffectKind::Gyroscopic | EffectKind::AxisMisalignment => vec![t],
-            EffectKind::BearingCoupling => vec![1e-2 * t],
-            EffectKind::InternalDamping => vec![1e-6 * t],
-            EffectKind::CrossCoupling | EffectKind::AddedStiffness => vec![1e5 * t],
-            EffectKind::ToolJoint => vec![1e9 / t, 1e6 / at(1), at(2)],
-            EffectKind::ToolMass => vec![5e-3 * t],
-            EffectKind::AddedMass => vec![5e-2 * t],
-            EffectKind::HousingMode => vec![100.0 / t, at(1).exp(), at(2).exp()],
-        };
+            | EffectKind::RegionStiffness => vec![Coordinate::Logarithm],
+            EffectKind::Gyroscopic | EffectKind::AxisMisalignment => linear(1.0),
+            EffectKind::BearingCoupling => linear(1e-2),
+            EffectKind::InternalDamping => linear(1e-6),
+            EffectKind::CrossCoupling | EffectKind::AddedStiffness => linear(1e5),
+            EffectKind::ToolJoint => vec![
+                Coordinate::Inverse(1e9),
+                Coordinate::Inverse(1e6),
+                Coordinate::Linear(1.0),
+            ],
+            EffectKind::ToolMass => linear(5e-3),
+            EffectKind::AddedMass => linear(5e-2),
+            EffectKind::HousingMode => vec![
+                Coordinate::Inverse(100.0),
+                Coordinate::Logarithm,
+                Coordinate::Logarithm,
+            ],
+        }
+    }
+
+    /// The effect at fit coordinates `theta`.
+    pub fn effect(&self, theta: &[f64]) -> Effect {
+        let at = |i: usize| theta.get(i).copied().unwrap_or_default();
+        let coordinates = self.coordinates().into_iter().enumerate();
+        let values = coordinates.map(|(i, c)| c.value(at(i))).collect();
         let location = match &self.place {
             Location::Position(_) => {
                 let z = POSITION_UNIT_M * theta.last().copied().unwrap_or_default();
@@ -59,6 +77,13 @@ impl Hypothesis {
             location,
             values,
         }
+    }
+
+    /// Derivative of the number that coordinate `i` stands for, a value or the position, at fit coordinates `theta`.
+    pub fn slope(&self, i: usize, theta: &[f64]) -> f64 {
+        let at = theta.get(i).copied().unwrap_or_default();
+        let own = self.coordinates().get(i).map(|c| c.slope(at));
+        own.unwrap_or(POSITION_UNIT_M)
     }
 
     /// Keeps fit coordinates where the effect makes sense.

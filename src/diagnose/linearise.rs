@@ -1,4 +1,5 @@
-//! Whitened residuals of a set of effects, and their derivatives: small parameters analytically, effects differenced.
+//! Whitened residuals of a set of effects, and their derivatives: small parameters analytically, and
+//! effects on the shaft too; electronics, gyroscopic moments and internal damping are differenced.
 //!
 //! Lines do not depend on each other: they are computed in parallel and joined in order.
 
@@ -46,7 +47,13 @@ struct Moved {
     step: f64,
 }
 
-/// What that changes.
+/// Where the derivative to an effect's coordinate comes from.
+enum Source {
+    Sum(usize),
+    Moved(usize),
+}
+
+/// What a step changes.
 enum Changed {
     Electronics(Box<Electronics>),
     /// Models at all speeds.
@@ -173,9 +180,19 @@ impl Problem<'_> {
     pub(super) fn linearised(&self, at: &Point, floor: f64) -> Result<Linearised, DiagnoseError> {
         let speeds = self.speeds();
         let layout = &self.model.layout;
-        let models = self.assembled(at, &speeds, true)?;
-        let mut moved: Vec<Moved> = vec![];
+        let effects = hypothesis::effects(self.effects, &at.theta);
+        let (mut probes, mut sums, mut moved) = (vec![], vec![], vec![]);
+        let mut sources = vec![];
         for (e, hypothesis) in self.effects.iter().enumerate() {
+            if let Some(own) = self.model.sensitivity(&effects, e, &mut probes) {
+                for (i, mut sum) in own.into_iter().enumerate() {
+                    let slope = hypothesis.slope(i, &at.theta[e]);
+                    sum.iter_mut().for_each(|(factor, _)| *factor *= slope);
+                    sources.push(Source::Sum(sums.len()));
+                    sums.push(sum);
+                }
+                continue;
+            }
             for i in 0..at.theta[e].len() {
                 let mut there = at.clone();
                 let step = hypothesis.step(i);
@@ -192,12 +209,16 @@ impl Problem<'_> {
                 } else {
                     Changed::Shaft(self.assembled(&there, &speeds, false)?)
                 };
+                sources.push(Source::Moved(moved.len()));
                 moved.push(Moved { to, step: taken });
             }
         }
+        let assemble =
+            |speed: &f64| (self.model).assemble_with(&at.p, &effects, *speed, true, &probes);
+        let models: Vec<Assembled> = speeds.iter().map(assemble).collect::<Result<_, _>>()?;
         let tasks = self.tasks(&speeds);
-        let order = order(layout, moved.len());
-        let width = layout.len() + moved.len();
+        let order = order(layout, &sources, sums.len());
+        let width = layout.len() + sources.len();
         let pieces: Vec<(Vec<f64>, Mat<f64>, Vec<Receptance>)> = tasks
             .par_chunks(PIECE)
             .map(|piece| {
@@ -207,7 +228,9 @@ impl Problem<'_> {
                 let mut block = Mat::zeros(height, width);
                 let mut shaft = Vec::with_capacity(piece.len());
                 for task in piece {
-                    let mut line = models[task.speed].line(task.omega, Some(layout));
+                    let model = &models[task.speed];
+                    let first = model.ports() - probes.len();
+                    let mut line = model.line_with(task.omega, Some(layout), first, &sums);
                     let here = line.response;
                     line.derivatives.extend(moved.iter().map(|moved| {
                         let there = match &moved.to {
@@ -322,8 +345,8 @@ enum Column {
     Axis(usize, usize),
 }
 
-/// Columns in the order of the parameters: the small ones, then `moved` coordinates of effects.
-fn order(layout: &Layout, moved: usize) -> Vec<Column> {
+/// Columns in the order of the parameters: the small ones, then the coordinates of effects, of which `sums` are known in closed form.
+fn order(layout: &Layout, sources: &[Source], sums: usize) -> Vec<Column> {
     let mut all: Vec<Column> = (0..layout.groups).map(Column::Line).collect();
     all.extend([0, 1].map(Column::Current));
     all.extend([0, 1].map(|b| Column::Line(layout.groups + b)));
@@ -332,7 +355,12 @@ fn order(layout: &Layout, moved: usize) -> Vec<Column> {
     for s in 0..layout.sweeps {
         all.extend((0..4).map(|i| Column::Axis(s, i)));
     }
-    all.extend((0..moved).map(|k| Column::Line(layout.analytic() + k)));
+    all.extend(sources.iter().map(|source| {
+        Column::Line(match source {
+            Source::Sum(k) => layout.analytic() + k,
+            Source::Moved(k) => layout.analytic() + sums + k,
+        })
+    }));
     all
 }
 

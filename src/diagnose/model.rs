@@ -11,6 +11,7 @@
 mod finer;
 mod gyroscopic;
 pub mod port;
+pub mod sensitivity;
 mod shaft;
 mod strain;
 
@@ -25,6 +26,7 @@ use crate::spindle::{Effect, EffectKind, Location, Machine};
 use finer::Finer;
 use gyroscopic::Gyroscopic;
 use port::Probe;
+use sensitivity::Sum;
 use shaft::{Modes, modes};
 use std::f64::consts::TAU;
 use strain::Strain;
@@ -155,10 +157,14 @@ impl Model {
         Electronics::new(&self.moved(p, effects))
     }
 
-    fn moved(&self, p: &[f64], effects: &[Effect]) -> Machine {
-        let mut machine = self.layout.bearings(&self.machine, p);
+    fn with(&self, effects: &[Effect]) -> Machine {
+        let mut machine = self.machine.clone();
         machine.spindle.effects.extend_from_slice(effects);
         machine
+    }
+
+    fn moved(&self, p: &[f64], effects: &[Effect]) -> Machine {
+        self.layout.bearings(&self.with(effects), p)
     }
 
     /// First and last position on the shaft, m.
@@ -384,8 +390,19 @@ struct Planar {
 }
 
 impl Assembled {
-    /// F at `omega_rad_s`; with derivatives to moduli, ks and ln ζ when there is a layout.
+    /// F at `omega_rad_s`; with derivatives to moduli, ks, ln ζ and mesh when there is a layout.
     pub fn line(&self, omega_rad_s: f64, layout: Option<&Layout>) -> Line {
+        self.line_with(omega_rad_s, layout, 0, &[])
+    }
+
+    /// The same with further derivatives, whose probes begin at port `first`.
+    pub fn line_with(
+        &self,
+        omega_rad_s: f64,
+        layout: Option<&Layout>,
+        first: usize,
+        sums: &[Sum],
+    ) -> Line {
         let forward = self.planar(omega_rad_s);
         let backward = self.coupled.then(|| self.planar(-omega_rad_s));
         let receptance = Receptance {
@@ -395,10 +412,16 @@ impl Assembled {
         let chain = self.electronics.chain(omega_rad_s);
         let mut derivatives = vec![];
         if let Some(layout) = layout {
-            let plus = self.slopes(&forward, omega_rad_s, layout);
-            let minus = backward
-                .as_ref()
-                .map(|b| self.slopes(b, -omega_rad_s, layout));
+            let all = |at: &Planar, w: f64| -> Vec<[c64; 9]> {
+                let mut all = self.slopes(at, w, layout);
+                for sum in sums {
+                    let own = self.sensitive(at, w, first, sum, &all);
+                    all.push(own);
+                }
+                all
+            };
+            let plus = all(&forward, omega_rad_s);
+            let minus = backward.as_ref().map(|b| all(b, -omega_rad_s));
             derivatives = (0..plus.len())
                 .map(|i| chain.apply(&plus[i], minus.as_ref().map(|m| &m[i])))
                 .collect();

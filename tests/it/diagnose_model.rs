@@ -162,6 +162,79 @@ fn derivatives_of_small_parameters() {
     }
 }
 
+/// Derivatives to every number of an effect against central differences, alone and beside another effect.
+#[test]
+fn derivatives_of_effects() {
+    let folder = read("c03");
+    let machine = &folder.machine;
+    let model = Model::new(machine, &[[1e-3; 4]]).expect("model");
+    let scope = Scope {
+        turning: true,
+        top_rad_s: TAU * 4000.0,
+    };
+    let all = catalogue(machine, model.span_m(), model.flexible_rad_s(), scope).expect("catalogue");
+    let p = vec![0.0; model.layout.len()];
+    let beside = Effect::new(
+        EffectKind::AddedStiffness,
+        Location::Position(0.3),
+        vec![4e5],
+    );
+    let beside = beside.expect("effect");
+    let mut known = vec![];
+    for hypothesis in &all {
+        let (kind, mut theta) = (hypothesis.kind, hypothesis.start.clone());
+        let (others, speed) = match known.iter().filter(|k| **k == kind).count() {
+            0 => (vec![], 0.0),
+            1 => (vec![beside.clone()], 3000.0),
+            _ => continue,
+        };
+        theta[0] += 0.3;
+        let at = |theta: &[f64]| [&others[..], &[hypothesis.effect(theta)]].concat();
+        let (effects, mut probes) = (at(&theta), vec![]);
+        let Some(sums) = model.sensitivity(&effects, others.len(), &mut probes) else {
+            continue;
+        };
+        known.push(kind);
+        assert_eq!(sums.len(), theta.len(), "{kind:?}");
+        let here = model.assemble_with(&p, &effects, speed, true, &probes);
+        let here = here.expect("assembled");
+        let first = here.ports() - probes.len();
+        for i in 0..theta.len() {
+            // Wider than the micrometre within which a position is a node.
+            let step = 1e-3;
+            let moved = |by: f64| {
+                let mut theta = theta.clone();
+                theta[i] += by;
+                let own = model.assemble(&p, &at(&theta), speed, false);
+                own.expect("assembled")
+            };
+            let (ahead, behind) = (moved(step), moved(-step));
+            let slope = hypothesis.slope(i, &theta);
+            let (mut off, mut size) = (0.0, 0.0);
+            for hz in [90.0, 400.0, 1100.0, 1900.0, 2900.0, 3700.0] {
+                let line = here.line_with(TAU * hz, Some(&model.layout), first, &sums);
+                let own = &line.derivatives[model.layout.analytic() + i];
+                let (a, b) = (ahead.line(TAU * hz, None), behind.line(TAU * hz, None));
+                for n in 0..36 {
+                    let want = (a.response[n] - b.response[n]) / (2.0 * step);
+                    let scale = line.response[n].norm_sqr().max(f64::MIN_POSITIVE);
+                    off += (own[n] * slope - want).norm_sqr() / scale;
+                    size += want.norm_sqr() / scale;
+                }
+            }
+            // 3 %: damping ratios stay with their modes, which are not differentiated.
+            assert!(
+                off < 1e-3 * size,
+                "{kind:?} {i} at {speed}: {off} of {size}"
+            );
+        }
+    }
+    // All that work on the shaft, except those that turn with it.
+    known.sort_unstable();
+    known.dedup();
+    assert_eq!(known.len(), 11, "{known:?}");
+}
+
 /// Largest relative difference of the diagonal planes from the plant over 50 to 4000 Hz, sensors from currents and from the tool.
 fn apart(machine: &Machine, model: &Model, effect: &Effect) -> f64 {
     let fine = refined(machine).with_effect(effect.clone());

@@ -1,0 +1,74 @@
+//! Coordinates in which the answer is close to linear in an effect: the number of a coordinate, and its derivative.
+
+/// How a number follows from its coordinate t.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coordinate {
+    /// unit·t.
+    Linear(f64),
+    /// unit/t.
+    Inverse(f64),
+    /// unit/t².
+    InverseSquare(f64),
+    /// exp t.
+    Logarithm,
+    /// 1/(1/nominal + unit·t).
+    Slowness {
+        /// The number at t = 0.
+        nominal: f64,
+        /// Change of the reciprocal per unit.
+        unit: f64,
+    },
+}
+
+impl Coordinate {
+    /// The number at t.
+    pub fn value(self, t: f64) -> f64 {
+        match self {
+            Self::Linear(unit) => unit * t,
+            Self::Inverse(unit) => unit / t,
+            Self::InverseSquare(unit) => unit / (t * t),
+            Self::Logarithm => t.exp(),
+            Self::Slowness { nominal, unit } => (nominal.recip() + unit * t).recip(),
+        }
+    }
+
+    /// Its derivative at t.
+    pub fn slope(self, t: f64) -> f64 {
+        match self {
+            Self::Linear(unit) => unit,
+            Self::Inverse(unit) => -unit / (t * t),
+            Self::InverseSquare(unit) => -2.0 * unit / t.powi(3),
+            Self::Logarithm => t.exp(),
+            Self::Slowness { unit, .. } => -unit * self.value(t).powi(2),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Coordinate;
+
+    #[test]
+    fn slopes_are_derivatives() {
+        for coordinate in [
+            Coordinate::Linear(3.0),
+            Coordinate::Inverse(2.0),
+            Coordinate::InverseSquare(5.0),
+            Coordinate::Logarithm,
+            Coordinate::Slowness {
+                nominal: 2000.0,
+                unit: 1e-4,
+            },
+        ] {
+            for t in [0.3, 1.7] {
+                let step = 1e-5;
+                let want = (coordinate.value(t + step) - coordinate.value(t - step)) / (2.0 * step);
+                let got = coordinate.slope(t);
+                assert!(
+                    (got - want).abs() < 1e-8 * want.abs(),
+                    "{coordinate:?}: {got} {want}"
+                );
+            }
+        }
+    }
+}

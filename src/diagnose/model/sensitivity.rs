@@ -1,0 +1,220 @@
+//! Derivatives of F to the numbers of an effect that works on the shaft, magnets closed.
+//!
+//! With H the closed receptance between all ports, a force law dκ at a port q gives  dH_oi = H_oq dκ H_qi; a law κ whose place moves, q' its
+//! slope port,  dH_oi = κ (H_oq' H_qi + H_oq H_q'i); a sensor that moves reads H_q'i instead of H_oi; what stands between ports a and b before the
+//! magnets are closed gives  Σ (1 + Hκ)_oa dh (1 + κH)_bi.
+
+use super::port::Probe;
+use super::{Assembled, IN, Model, OUT, Planar, ZERO};
+use crate::linalg::c64;
+use crate::spindle::{Bearings, Effect, EffectKind, Location};
+use std::f64::consts::TAU;
+
+/// A force per displacement, of one unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Law {
+    /// Against the displacement.
+    Spring,
+    /// Across it.
+    Circulatory,
+    /// Against the velocity.
+    Dashpot,
+    /// Against the acceleration.
+    Mass,
+}
+
+impl Law {
+    fn gain(self, w: f64) -> c64 {
+        match self {
+            Self::Spring => c64::new(-1.0, 0.0),
+            Self::Circulatory => c64::new(0.0, 1.0),
+            Self::Dashpot => c64::new(0.0, -w),
+            Self::Mass => c64::new(w * w, 0.0),
+        }
+    }
+}
+
+/// A part of a derivative. Probes are numbered in the order in which they were asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Term {
+    /// The derivative to an analytic small parameter.
+    Small(usize),
+    /// A law of one unit at a probe.
+    Bond(usize, Law),
+    /// A law of one unit at a probe whose slope is another probe.
+    Shift(usize, usize, Law),
+    /// The sensors of a bearing move along the slope of a probe.
+    Signal(usize, usize),
+    /// The magnets of a bearing move along the slope of a probe.
+    Magnet(usize, usize),
+    /// Mass, frequency in Hz, damping ratio of a housing mode.
+    Housing(usize, usize),
+}
+
+/// A sum of terms with factors.
+pub type Sum = Vec<(f64, Term)>;
+
+impl Model {
+    /// Derivatives to the values of an effect, and then to its position if it has one; none where they are not known in closed form.
+    /// `effects` are all that are assembled, the one in question at `index`; what it needs to see is added to `probes`.
+    pub fn sensitivity(
+        &self,
+        effects: &[Effect],
+        index: usize,
+        probes: &mut Vec<Probe>,
+    ) -> Option<Vec<Sum>> {
+        let effect = effects.get(index)?;
+        let value = effect.values.first().copied().unwrap_or_default();
+        let layout = &self.layout;
+        let mut probe = |p: Probe| {
+            probes.push(p);
+            probes.len() - 1
+        };
+        let placed = |probe: &mut dyn FnMut(Probe) -> usize, z: f64, law: Law| {
+            let (at, slope) = (probe(Probe::Station(z)), probe(Probe::Slope(z)));
+            vec![
+                vec![(1.0, Term::Bond(at, law))],
+                vec![(value, Term::Shift(at, slope, law))],
+            ]
+        };
+        let bearings = |which: &Bearings| -> Vec<usize> {
+            [0, 1].into_iter().filter(|b| which.includes(*b)).collect()
+        };
+        Some(match (effect.kind, &effect.location) {
+            (EffectKind::AddedStiffness, Location::Position(z)) => {
+                placed(&mut probe, *z, Law::Spring)
+            }
+            (EffectKind::CrossCoupling, Location::Position(z)) => {
+                placed(&mut probe, *z, Law::Circulatory)
+            }
+            (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, *z, Law::Mass),
+            (EffectKind::ToolMass, _) => {
+                let tip = probe(Probe::Station(self.span_m().0));
+                vec![vec![(1.0, Term::Bond(tip, Law::Mass))]]
+            }
+            (EffectKind::ToolJoint, _) => {
+                let across = probe(Probe::JointAcross);
+                let turning = probe(Probe::JointTurning);
+                vec![
+                    vec![(1.0, Term::Bond(across, Law::Spring))],
+                    vec![(1.0, Term::Bond(turning, Law::Spring))],
+                    vec![(1.0, Term::Bond(turning, Law::Dashpot))],
+                ]
+            }
+            (EffectKind::SensorOffset | EffectKind::ActuatorOffset, Location::Bearing(which)) => {
+                let effective = self.with(effects).effective();
+                let signal = effect.kind == EffectKind::SensorOffset;
+                let term = |b: usize| {
+                    let bearing = &effective.bearings[b];
+                    let z = if signal {
+                        bearing.sensor_m
+                    } else {
+                        bearing.actuator_m
+                    };
+                    let slope = probe(Probe::Slope(z));
+                    let term = if signal { Term::Signal } else { Term::Magnet };
+                    (1.0, term(b, slope))
+                };
+                vec![bearings(which).into_iter().map(term).collect()]
+            }
+            (EffectKind::NegativeStiffness, Location::Bearing(which)) => {
+                let term = |b: usize| (value.recip(), Term::Small(layout.groups + b));
+                vec![bearings(which).into_iter().map(term).collect()]
+            }
+            (EffectKind::RegionStiffness, Location::Region(region)) => {
+                let groups = self.groups_of(region).into_iter();
+                vec![groups.map(|g| (value.recip(), Term::Small(g))).collect()]
+            }
+            // The last damping parameter moves all higher modes as well.
+            (EffectKind::ModalDamping, Location::Mode(mode))
+                if *mode >= 1 && layout.damping(mode - 1) + 1 < layout.mesh() =>
+            {
+                let analytic = layout.groups + 2 + mode - 1;
+                vec![vec![(value.recip(), Term::Small(analytic))]]
+            }
+            (EffectKind::HousingMode, _) => {
+                let housing = |e: &&Effect| e.kind == EffectKind::HousingMode;
+                let before = self.machine.of_kind(EffectKind::HousingMode).count()
+                    + effects[..index].iter().filter(housing).count();
+                (0..3)
+                    .map(|number| vec![(1.0, Term::Housing(before, number))])
+                    .collect()
+            }
+            _ => return None,
+        })
+    }
+}
+
+impl Assembled {
+    /// A derivative of the 3×3 receptance between sensors, tool and bearings at a signed frequency; `first` is the port of the first
+    /// probe, `small` are the derivatives to the small parameters.
+    pub(super) fn sensitive(
+        &self,
+        at: &Planar,
+        w: f64,
+        first: usize,
+        sum: &Sum,
+        small: &[[c64; 9]],
+    ) -> [c64; 9] {
+        let mut all = [ZERO; 9];
+        for (factor, term) in sum {
+            for (n, entry) in all.iter_mut().enumerate() {
+                *entry += self.entry(at, w, first, *term, n, small) * *factor;
+            }
+        }
+        all
+    }
+
+    fn entry(
+        &self,
+        at: &Planar,
+        w: f64,
+        first: usize,
+        term: Term,
+        n: usize,
+        small: &[[c64; 9]],
+    ) -> c64 {
+        let p = self.ports.len();
+        let (o, i) = (OUT[n / 3], IN[n % 3]);
+        let h = |a: usize, b: usize| at.closed[a * p + b];
+        // A law at a place whose slope port moves it.
+        let moved = |q: usize, slope: usize| h(o, slope) * h(q, i) + h(o, q) * h(slope, i);
+        match term {
+            Term::Small(k) => small.get(k).map_or(ZERO, |s| s[n]),
+            Term::Bond(q, law) => h(o, first + q) * law.gain(w) * h(first + q, i),
+            Term::Shift(q, slope, law) => moved(first + q, first + slope) * law.gain(w),
+            Term::Signal(b, slope) if o == 3 + b => h(first + slope, i),
+            Term::Signal(..) => ZERO,
+            Term::Magnet(b, slope) => {
+                let magnet = Self::MAGNETS[b];
+                let through = moved(magnet, first + slope) * self.negative_stiffness()[b];
+                match i == magnet {
+                    true => through + h(o, first + slope),
+                    false => through,
+                }
+            }
+            Term::Housing(index, number) => {
+                let Some(housing) = self.housings.get(index) else {
+                    return ZERO;
+                };
+                let own = housing.omega_rad_s;
+                let spring = c64::new(own * own - w * w, 2.0 * housing.damping_ratio * own * w);
+                let compliance = (spring * housing.mass_kg).inv();
+                let slope = match number {
+                    0 => c64::new(housing.mass_kg.recip(), 0.0),
+                    1 => c64::new(2.0 * own, 2.0 * housing.damping_ratio * w) * TAU / spring,
+                    _ => c64::new(0.0, 2.0 * own * w) / spring,
+                };
+                // Bearings and sensors stand on the housing, the tool does not.
+                let on = |port: usize| c64::new(f64::from(u8::from((1..5).contains(&port))), 0.0);
+                let ks = self.negative_stiffness();
+                let (mut left, mut right) = (on(o), on(i));
+                for (magnet, ks) in Self::MAGNETS.into_iter().zip(ks) {
+                    left += h(o, magnet) * ks;
+                    right += h(magnet, i) * ks;
+                }
+                -(left * compliance * slope * right)
+            }
+        }
+    }
+}
