@@ -10,7 +10,7 @@ use crate::spindle::machine::Effective;
 use std::f64::consts::TAU;
 
 /// Damping ratio of the second-order sensor low-pass.
-const LOWPASS_DAMPING: f64 = 0.707;
+pub const LOWPASS_DAMPING: f64 = 0.707;
 
 /// Electronics round the shaft at one line.
 pub struct Chain {

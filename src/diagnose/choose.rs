@@ -235,15 +235,22 @@ fn complete(search: &Search, standing: &Standing) -> Result<bool, DiagnoseError>
     Ok(*floor == FINAL_FLOOR && search.misfit(effects, &fit.at, FINAL_FLOOR)?.value < BLOCK_FAILS)
 }
 
-/// Fall of the score by the best finalist; without limit where it does not reach the final floor: it explains too little, but may be one
-/// of two.
+/// Fall of the score by the best finalist, or what it is at least; without limit where it does not reach the final floor: it explains too
+/// little, but may be one of two.
 fn fall(
     search: &Search,
     standing: &Standing,
     finalists: &[Candidate],
 ) -> Result<f64, DiagnoseError> {
     Ok(match finalists.first() {
-        Some(best) if best.floor == FINAL_FLOOR => final_score(search, standing)? - best.score(),
+        Some(best) if best.floor == FINAL_FLOOR => {
+            // A lower floor makes every χ² larger.
+            let least = standing.candidate.score() - best.score();
+            match least > ACCEPT {
+                true => least,
+                false => final_score(search, standing)? - best.score(),
+            }
+        }
         Some(_) => f64::INFINITY,
         None => 0.0,
     })

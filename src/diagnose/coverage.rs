@@ -16,8 +16,6 @@ use rayon::prelude::*;
 
 /// Every so many lines are looked at.
 const STRIDE: usize = 6;
-/// Step of the derivative in a fit coordinate, all of which are of order one: a sharp resonance is linear over no more than this.
-const STEP: f64 = 1e-5;
 /// Growth of a size until it is worth a name.
 const GROWTH: f64 = 1.05;
 /// Quantile of the normal distribution for nine in ten.
@@ -40,8 +38,8 @@ pub fn detectable(
     at: &Point,
 ) -> Result<Vec<Detectable>, DiagnoseError> {
     let base = problem(search, named).linear(at, FINAL_FLOOR)?;
-    let (here, jacobian, normal) = base.parts();
-    let residuals = (here.len() * STRIDE).max(2) as f64;
+    let (jacobian, normal) = base.parts();
+    let residuals = (base.residuals() * STRIDE).max(2) as f64;
     let least = if named.is_empty() { ALONE } else { ACCEPT };
     let needed = (least + residuals.ln()).sqrt() + NINE_IN_TEN;
     let wanted: Vec<&Hypothesis> = search
@@ -61,35 +59,16 @@ pub fn detectable(
     let sizes: Result<Vec<Option<Effect>>, DiagnoseError> = wanted
         .into_par_iter()
         .map(|h| {
-            let mut theta = h.start.clone();
-            // No effect, or as little as the coordinate allows; a joint stays rigid the other way.
-            if let Some(t) = theta.first_mut() {
-                *t -= h.size(&h.start);
-            }
-            if h.kind == EffectKind::ToolJoint {
-                theta.fill(0.0);
-            }
-            h.clamp(&mut theta);
+            let theta = h.nothing();
             let with: Vec<Hypothesis> = named.iter().chain([h]).cloned().collect();
             let problem = problem(search, &with);
-            let residual = |first: f64| {
-                let mut there = at.clone();
-                let mut moved = theta.clone();
-                if let Some(t) = moved.first_mut() {
-                    *t = first;
-                }
-                there.theta.push(moved);
-                problem.residual(&there, FINAL_FLOOR)
-            };
-            let start = theta.first().copied().unwrap_or_default();
-            let step = match h.kind {
-                // Positions are read within 1 µm of a node as the node itself.
-                EffectKind::SensorOffset | EffectKind::ActuatorOffset => h.step(0),
-                _ => STEP,
-            };
-            let (a, b) = (residual(start)?, residual(start + step)?);
-            let n = a.len();
-            let v = Mat::from_fn(n, 1, |i, _| (a[i] - b[i]) / step);
+            let mut there = at.clone();
+            there.theta.push(theta.clone());
+            let linearised = problem.newest(&there, FINAL_FLOOR, None)?;
+            let columns = linearised.jacobian.columns();
+            let first = Mat::from_fn(columns, 1, |i, _| f64::from(u8::from(i == 0)));
+            let v = linearised.jacobian.times(&first);
+            let (n, start) = (v.nrows(), theta.first().copied().unwrap_or_default());
             let own: f64 = (0..n).map(|i| v[(i, 0)] * v[(i, 0)]).sum();
             let shared = jacobian.transpose_times(&v);
             let absorbed = solve(normal, &shared)?;

@@ -7,7 +7,7 @@ use super::geodesic::Valley;
 use super::hypothesis::Hypothesis;
 use super::jacobian::Jacobian;
 use super::linearise::Linearised;
-use super::model::{Model, Receptance};
+use super::model::{Electronics, Model, Receptance};
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::spindle::{Effect, EffectKind, Location};
 
@@ -47,9 +47,9 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// Residuals, their derivatives (of the prediction) and JᵀJ with priors.
-    pub fn parts(&self) -> (&[f64], &Jacobian, &Mat<f64>) {
-        (&self.residual, &self.jacobian, &self.normal)
+    /// Derivatives of the predicted residuals, and JᵀJ with priors.
+    pub fn parts(&self) -> (&Jacobian, &Mat<f64>) {
+        (&self.jacobian, &self.normal)
     }
 
     /// Number of real residuals.
@@ -117,29 +117,22 @@ impl Problem<'_> {
         let (Some(hypothesis), Some(theta)) = (self.effects.last(), from.theta.last()) else {
             return Ok((from.clone(), f64::INFINITY));
         };
-        let last = from.theta.len() - 1;
-        let shaft = hypothesis.electronic().then_some(base.shaft.as_slice());
-        let here = match hypothesis.starts_at_nothing() {
-            true => base.residual.clone(),
-            false => self.residual_round(from, floor, shaft)?,
-        };
+        let alone = Electronics::have(hypothesis.kind);
+        let shaft = alone.then_some(base.shaft.as_slice());
+        let Linearised {
+            residual: here,
+            jacobian,
+            ..
+        } = self.newest(from, floor, shaft)?;
         let (n, d) = (base.jacobian.columns(), theta.len());
-        let mut columns = Mat::zeros(here.len(), d);
-        for i in 0..d {
-            let mut there = from.clone();
-            there.theta[last][i] += hypothesis.step(i);
-            hypothesis.clamp(&mut there.theta[last]);
-            let taken = there.theta[last][i] - theta[i];
-            let moved = self.residual_round(&there, floor, shaft)?;
-            for (k, (a, b)) in moved.iter().zip(&here).enumerate() {
-                columns[(k, i)] = if taken != 0.0 { (b - a) / taken } else { 0.0 };
-            }
-        }
         let r = Mat::from_fn(here.len(), 1, |i, _| here[i]);
-        let cross = base.jacobian.transpose_times(&columns);
-        let own = columns.transpose() * &columns;
+        let cross = base.jacobian.transpose_times_columns(&jacobian);
+        let own = jacobian.normal();
         let mut slope = Mat::zeros(n + d, 1);
-        let (small, new) = (base.jacobian.transpose_times(&r), columns.transpose() * &r);
+        let (small, new) = (
+            base.jacobian.transpose_times(&r),
+            jacobian.transpose_times(&r),
+        );
         for k in 0..n {
             let weight = self.model.layout.sd.get(k).map_or(0.0, |sd| sd.powi(-2));
             slope[(k, 0)] = small[(k, 0)] - weight * from.p.get(k).copied().unwrap_or_default();
@@ -250,7 +243,7 @@ impl Problem<'_> {
 
     /// Which coordinates sit at a bound that a descent along `slope` would leave.
     fn held(&self, at: &Point, slope: &Mat<f64>) -> Vec<bool> {
-        // Far below every step of a difference, far above rounding.
+        // Far below every step that matters, far above rounding.
         let nudge = Mat::from_fn(slope.nrows(), 1, |k, _| 1e-9 * slope[(k, 0)].signum());
         let moved = self.stepped(at, &nudge);
         let flat = |p: &Point| -> Vec<f64> {

@@ -134,15 +134,6 @@ impl Hypothesis {
         }
     }
 
-    /// Step of a finite difference in coordinate `i`.
-    pub fn step(&self, _i: usize) -> f64 {
-        match self.kind {
-            // 0.05 mm: the shaft reads positions within 1 µm of a node as the node itself.
-            EffectKind::SensorOffset | EffectKind::ActuatorOffset => 0.05,
-            _ => 1e-4,
-        }
-    }
-
     /// Whether the effect is large enough to be worth a name: a fifth or less of the smallest that spindles have in practice.
     /// What is smaller, the data may show and a mesh may cause.
     pub fn matters(&self, theta: &[f64]) -> bool {
@@ -183,31 +174,18 @@ impl Hypothesis {
         }
     }
 
-    /// Whether the effect changes the electronics only, and the receptance of the shaft not at all.
-    pub fn electronic(&self) -> bool {
-        matches!(
-            self.kind,
-            EffectKind::LoopDelay
-                | EffectKind::AmplifierBandwidth
-                | EffectKind::EddyCurrents
-                | EffectKind::SensorLowpass
-                | EffectKind::ForceConstant
-                | EffectKind::SensorGain
-                | EffectKind::BearingCoupling
-                | EffectKind::AxisMisalignment
-        )
-    }
-
-    /// Whether the effect is none at its start.
-    pub fn starts_at_nothing(&self) -> bool {
-        let nothing = !matches!(
-            self.kind,
-            EffectKind::ToolJoint
-                | EffectKind::HousingMode
-                | EffectKind::EddyCurrents
-                | EffectKind::SensorLowpass
-        );
-        nothing && self.size(&self.start) == 0.0
+    /// Coordinates of no effect, or of as little as they allow; numbers beside the size are those of the start.
+    pub fn nothing(&self) -> Vec<f64> {
+        let mut theta = self.start.clone();
+        if let Some(t) = theta.first_mut() {
+            *t -= self.size(&self.start);
+        }
+        // A joint is rigid both ways.
+        if self.kind == EffectKind::ToolJoint {
+            theta.fill(0.0);
+        }
+        self.clamp(&mut theta);
+        theta
     }
 
     /// Whether two hypotheses name the same effect at the same place; positions count as one place, as they are fitted.

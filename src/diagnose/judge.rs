@@ -87,7 +87,7 @@ pub struct Diagnosis {
     pub tie: Vec<Rival>,
     /// Best explanations at the last search, best first: names with score above the best.
     pub ranking: Vec<(Effect, f64)>,
-    /// Fall of the score by the best single effect; an effect is named from [`super::search::ALONE`] on.
+    /// Fall of the score by the best single effect, at least; an effect is named from [`super::search::ALONE`] on.
     pub strength: f64,
     /// The machine with effects and small parameters.
     pub corrected: Machine,

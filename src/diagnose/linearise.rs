@@ -1,5 +1,4 @@
-//! Whitened residuals of a set of effects, and their derivatives: small parameters analytically, and
-//! effects on the shaft too; electronics, gyroscopic moments and internal damping are differenced.
+//! Whitened residuals of a set of effects, and their derivatives to small parameters and effects in closed form.
 //!
 //! Lines do not depend on each other: they are computed in parallel and joined in order.
 
@@ -8,7 +7,8 @@ use super::evidence::whiten;
 use super::fit::{Point, Problem};
 use super::hypothesis;
 use super::jacobian::Jacobian;
-use super::model::{Assembled, Electronics, Receptance, SIDE, Square, ZERO};
+use super::model::sensitivity::Number;
+use super::model::{Assembled, Receptance, SIDE, Square, ZERO};
 use super::nuisance::Layout;
 use crate::linalg::{Mat, c64};
 use rayon::prelude::*;
@@ -41,23 +41,15 @@ struct Task {
     lines: Vec<(Record, usize)>,
 }
 
-/// An effect's coordinate moved by a step.
-struct Moved {
-    to: Changed,
-    step: f64,
-}
-
-/// Where the derivative to an effect's coordinate comes from.
-enum Source {
-    Sum(usize),
-    Moved(usize),
-}
-
-/// What a step changes.
-enum Changed {
-    Electronics(Box<Electronics>),
-    /// Models at all speeds.
-    Shaft(Vec<Assembled>),
+/// Which derivatives are wanted.
+#[derive(Clone, Copy, PartialEq)]
+enum Wanted {
+    /// None.
+    Residual,
+    /// Those to the last effect.
+    Newest,
+    /// Those to everything.
+    All,
 }
 
 /// What a linearisation gives.
@@ -71,19 +63,6 @@ pub(super) struct Linearised {
 }
 
 impl Problem<'_> {
-    fn assembled(
-        &self,
-        at: &Point,
-        speeds: &[f64],
-        derivatives: bool,
-    ) -> Result<Vec<Assembled>, DiagnoseError> {
-        let effects = hypothesis::effects(self.effects, &at.theta);
-        speeds
-            .iter()
-            .map(|speed| self.model.assemble(&at.p, &effects, *speed, derivatives))
-            .collect()
-    }
-
     fn speeds(&self) -> Vec<f64> {
         let sweeps = self.evidence.sweeps.iter().map(|s| s.speed_rad_s);
         let taps = self.evidence.taps.iter().map(|t| t.speed_rad_s);
@@ -127,124 +106,88 @@ impl Problem<'_> {
     /// # Errors
     /// [`DiagnoseError`] when the model cannot be assembled.
     pub fn residual(&self, at: &Point, floor: f64) -> Result<Vec<f64>, DiagnoseError> {
-        self.residual_round(at, floor, None)
+        let all = self.evaluated(at, floor, Wanted::Residual, None)?;
+        Ok(all.residual)
     }
 
-    /// The same; where the receptances of the shaft at the lines are known, only the electronics are computed.
+    /// Residuals, Jacobian of the model (∂prediction, whitened) and receptances of the shaft at a point.
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn residual_round(
+    pub(super) fn linearised(&self, at: &Point, floor: f64) -> Result<Linearised, DiagnoseError> {
+        self.evaluated(at, floor, Wanted::All, None)
+    }
+
+    /// The same with derivatives to the coordinates of the last effect only. Where that changes the electronics alone, the receptances of the
+    /// shaft without it may be given.
+    ///
+    /// # Errors
+    /// As [`Self::residual`].
+    pub(super) fn newest(
         &self,
         at: &Point,
         floor: f64,
         shaft: Option<&[Receptance]>,
-    ) -> Result<Vec<f64>, DiagnoseError> {
-        let speeds = self.speeds();
-        let effects = hypothesis::effects(self.effects, &at.theta);
-        let electronics = self.model.electronics(&at.p, &effects);
-        let models = match shaft {
-            Some(_) => vec![],
-            None => self.assembled(at, &speeds, false)?,
-        };
-        let tasks = self.tasks(&speeds);
-        let pieces: Vec<Vec<f64>> = (0..tasks.len())
-            .into_par_iter()
-            .with_min_len(PIECE)
-            .map(|t| {
-                let task = &tasks[t];
-                let f = match shaft {
-                    Some(shaft) => electronics.round(&shaft[t], task.omega),
-                    None => models[task.speed].line(task.omega, None).response,
-                };
-                let (mut r, mut none) = (vec![], Mat::zeros(0, 0));
-                for (record, line) in &task.lines {
-                    self.compare(
-                        *record,
-                        *line,
-                        &f,
-                        &[],
-                        &at.p,
-                        floor,
-                        (&mut r, &mut none),
-                        &[],
-                    );
-                }
-                r
-            })
-            .collect();
-        Ok(pieces.concat())
+    ) -> Result<Linearised, DiagnoseError> {
+        self.evaluated(at, floor, Wanted::Newest, shaft)
     }
 
-    /// Residuals, Jacobian of the model (∂prediction, whitened) and receptances of the shaft at a point.
-    pub(super) fn linearised(&self, at: &Point, floor: f64) -> Result<Linearised, DiagnoseError> {
-        let speeds = self.speeds();
-        let layout = &self.model.layout;
+    fn evaluated(
+        &self,
+        at: &Point,
+        floor: f64,
+        wanted: Wanted,
+        shaft: Option<&[Receptance]>,
+    ) -> Result<Linearised, DiagnoseError> {
+        let (model, speeds) = (self.model, self.speeds());
+        let layout = (wanted == Wanted::All).then_some(&model.layout);
         let effects = hypothesis::effects(self.effects, &at.theta);
-        let (mut probes, mut sums, mut moved) = (vec![], vec![], vec![]);
-        let mut sources = vec![];
-        for (e, hypothesis) in self.effects.iter().enumerate() {
-            if let Some(own) = self.model.sensitivity(&effects, e, &mut probes) {
-                for (i, mut sum) in own.into_iter().enumerate() {
-                    let slope = hypothesis.slope(i, &at.theta[e]);
-                    sum.iter_mut().for_each(|(factor, _)| *factor *= slope);
-                    sources.push(Source::Sum(sums.len()));
-                    sums.push(sum);
-                }
-                continue;
-            }
-            for i in 0..at.theta[e].len() {
-                let mut there = at.clone();
-                let step = hypothesis.step(i);
-                there.theta[e][i] += step;
-                hypothesis.clamp(&mut there.theta[e]);
-                let mut taken = there.theta[e][i] - at.theta[e][i];
-                if taken.abs() < 0.5 * step {
-                    there.theta[e][i] = at.theta[e][i] - step;
-                    taken = -step;
-                }
-                let to = if hypothesis.electronic() {
-                    let effects = hypothesis::effects(self.effects, &there.theta);
-                    Changed::Electronics(Box::new(self.model.electronics(&there.p, &effects)))
-                } else {
-                    Changed::Shaft(self.assembled(&there, &speeds, false)?)
-                };
-                sources.push(Source::Moved(moved.len()));
-                moved.push(Moved { to, step: taken });
+        let (mut probes, mut numbers) = (vec![], vec![]);
+        let from = match wanted {
+            Wanted::Residual => effects.len(),
+            Wanted::Newest => effects.len().saturating_sub(1),
+            Wanted::All => 0,
+        };
+        for e in from..effects.len() {
+            let own = model.sensitivity(&effects, e, &mut probes);
+            for (i, number) in own.into_iter().enumerate() {
+                numbers.push(number.scaled(self.effects[e].slope(i, &at.theta[e])));
             }
         }
+        let electronics = model.electronics(&at.p, &effects);
+        let strained = layout.is_some() || numbers.iter().any(Number::bends);
         let assemble =
-            |speed: &f64| (self.model).assemble_with(&at.p, &effects, *speed, true, &probes);
-        let models: Vec<Assembled> = speeds.iter().map(assemble).collect::<Result<_, _>>()?;
+            |speed: &f64| model.assemble_with(&at.p, &effects, *speed, strained, &probes);
+        let models: Vec<Assembled> = match shaft {
+            Some(_) => vec![],
+            None => speeds.iter().map(assemble).collect::<Result<_, _>>()?,
+        };
+        let line = |t: usize, task: &Task| match shaft {
+            Some(shaft) => electronics.line(&shaft[t], task.omega, &numbers),
+            None => {
+                let own = &models[task.speed];
+                let first = own.ports() - probes.len();
+                own.line_with(task.omega, layout, first, &numbers)
+            }
+        };
         let tasks = self.tasks(&speeds);
-        let order = order(layout, &sources, sums.len());
-        let width = layout.len() + sources.len();
+        let order = order(layout, self.evidence.sweeps.len(), numbers.len());
+        let width = order.len();
         let pieces: Vec<(Vec<f64>, Mat<f64>, Vec<Receptance>)> = tasks
             .par_chunks(PIECE)
-            .map(|piece| {
+            .enumerate()
+            .map(|(first, piece)| {
                 let records = piece.iter().flat_map(|t| &t.lines);
                 let height = records.map(|(record, _)| record.height()).sum();
                 let mut r = Vec::with_capacity(height);
                 let mut block = Mat::zeros(height, width);
                 let mut shaft = Vec::with_capacity(piece.len());
-                for task in piece {
-                    let model = &models[task.speed];
-                    let first = model.ports() - probes.len();
-                    let mut line = model.line_with(task.omega, Some(layout), first, &sums);
-                    let here = line.response;
-                    line.derivatives.extend(moved.iter().map(|moved| {
-                        let there = match &moved.to {
-                            Changed::Electronics(e) => e.round(&line.receptance, task.omega),
-                            Changed::Shaft(models) => {
-                                models[task.speed].line(task.omega, None).response
-                            }
-                        };
-                        std::array::from_fn(|n| (there[n] - here[n]) / moved.step)
-                    }));
+                for (t, task) in piece.iter().enumerate() {
+                    let line = line(first * PIECE + t, task);
                     for (record, at_line) in &task.lines {
                         let to = (&mut r, &mut block);
-                        let d = &line.derivatives;
-                        self.compare(*record, *at_line, &here, d, &at.p, floor, to, &order);
+                        let (f, d) = (&line.response, &line.derivatives);
+                        self.compare(*record, *at_line, f, d, &at.p, floor, to, &order);
                     }
                     shaft.push(line.receptance);
                 }
@@ -345,22 +288,21 @@ enum Column {
     Axis(usize, usize),
 }
 
-/// Columns in the order of the parameters: the small ones, then the coordinates of effects, of which `sums` are known in closed form.
-fn order(layout: &Layout, sources: &[Source], sums: usize) -> Vec<Column> {
-    let mut all: Vec<Column> = (0..layout.groups).map(Column::Line).collect();
-    all.extend([0, 1].map(Column::Current));
-    all.extend([0, 1].map(|b| Column::Line(layout.groups + b)));
-    all.extend([0, 1].map(Column::Signal));
-    all.extend((layout.groups + 2..layout.analytic()).map(Column::Line));
-    for s in 0..layout.sweeps {
-        all.extend((0..4).map(|i| Column::Axis(s, i)));
+/// Columns in the order of the parameters: the small ones where there is a layout, then `numbers` of effects.
+fn order(layout: Option<&Layout>, sweeps: usize, numbers: usize) -> Vec<Column> {
+    let mut all = vec![];
+    if let Some(layout) = layout {
+        all.extend((0..layout.groups).map(Column::Line));
+        all.extend([0, 1].map(Column::Current));
+        all.extend([0, 1].map(|b| Column::Line(layout.groups + b)));
+        all.extend([0, 1].map(Column::Signal));
+        all.extend((layout.groups + 2..layout.analytic()).map(Column::Line));
+        for s in 0..sweeps {
+            all.extend((0..4).map(|i| Column::Axis(s, i)));
+        }
     }
-    all.extend(sources.iter().map(|source| {
-        Column::Line(match source {
-            Source::Sum(k) => layout.analytic() + k,
-            Source::Moved(k) => layout.analytic() + sums + k,
-        })
-    }));
+    let small = layout.map_or(0, Layout::analytic);
+    all.extend((small..small + numbers).map(Column::Line));
     all
 }
 

@@ -8,25 +8,28 @@
 //! A finer mesh, Z − sω⁴C, is brought back to mass and stiffness: −λ²C = −(K−λ)C(K−λ) + KCK − λ(KC+CK), whose first part is a constant
 //! receptance and whose rest is a change of coordinates: with T = (1 + sKC)⁻¹ the stiffness is TK, ports are T b, and s bᵀCTb is added.
 
+mod behind;
+mod electronics;
 mod finer;
 mod gyroscopic;
+mod line;
 pub mod port;
 pub mod sensitivity;
 mod shaft;
 mod strain;
 
 use super::DiagnoseError;
-use super::chain::{Chain, eliminate};
 use super::nuisance::Layout;
 use super::skeleton::Skeleton;
 use crate::linalg::{Mat, c64};
 use crate::rotor::modes::RIGID;
-use crate::spindle::machine::{Effective, Housing};
+use crate::spindle::machine::Housing;
 use crate::spindle::{Effect, EffectKind, Location, Machine};
+pub use electronics::Electronics;
 use finer::Finer;
 use gyroscopic::Gyroscopic;
+use line::Planar;
 use port::Probe;
-use sensitivity::Sum;
 use shaft::{Modes, modes};
 use std::f64::consts::TAU;
 use strain::Strain;
@@ -74,6 +77,7 @@ pub struct Model {
 /// A hypothesis assembled at one speed: everything that does not depend on frequency.
 #[derive(Clone, Debug)]
 pub struct Assembled {
+    speed_rad_s: f64,
     omega: Vec<f64>,
     damping: Vec<f64>,
     turning: Vec<f64>,
@@ -89,33 +93,6 @@ pub struct Assembled {
     electronics: Electronics,
     strain: Option<Strain>,
     coupled: bool,
-}
-
-/// What stands round the shaft.
-#[derive(Clone, Debug)]
-pub struct Electronics {
-    effective: Effective,
-    sensor_bandwidth_hz: f64,
-}
-
-impl Electronics {
-    fn new(machine: &Machine) -> Self {
-        Self {
-            effective: machine.effective(),
-            sensor_bandwidth_hz: machine.spindle.electronics.sensor_bandwidth_hz,
-        }
-    }
-
-    /// At a line.
-    pub fn chain(&self, omega_rad_s: f64) -> Chain {
-        Chain::new(&self.effective, self.sensor_bandwidth_hz, omega_rad_s)
-    }
-
-    /// F of these electronics round a shaft that is known.
-    pub fn round(&self, receptance: &Receptance, omega_rad_s: f64) -> Square {
-        self.chain(omega_rad_s)
-            .apply(&receptance.plus, receptance.minus.as_ref())
-    }
 }
 
 /// Closed receptance of the shaft at a line: sensors and tool from bearings and tool.
@@ -333,10 +310,9 @@ impl Model {
         let ports: Vec<Vec<f64>> = (0..rows.len())
             .map(|p| (0..n).map(|k| modal_ports[(k, p)]).collect())
             .collect();
-        let factor = speed_rad_s * effective.gyroscopic_factor;
-        let gyroscopic = (factor != 0.0).then(|| {
+        let gyroscopic = (speed_rad_s != 0.0).then(|| {
             Gyroscopic::new(
-                factor,
+                (speed_rad_s, effective.gyroscopic_factor),
                 &skeleton.gyroscopic,
                 &turned,
                 &omega,
@@ -352,6 +328,7 @@ impl Model {
                 .iter()
                 .any(|(_, law)| matches!(law, Law::Spring(k) if k.im != 0.0));
         Ok(Assembled {
+            speed_rad_s,
             housings: effective.housings.clone(),
             omega,
             damping,
@@ -380,161 +357,5 @@ impl Model {
         groups.sort_unstable();
         groups.dedup();
         groups
-    }
-}
-
-/// One signed frequency in the complex plane.
-struct Planar {
-    x: Vec<c64>,
-    closed: Vec<c64>,
-}
-
-impl Assembled {
-    /// F at `omega_rad_s`; with derivatives to moduli, ks, ln ζ and mesh when there is a layout.
-    pub fn line(&self, omega_rad_s: f64, layout: Option<&Layout>) -> Line {
-        self.line_with(omega_rad_s, layout, 0, &[])
-    }
-
-    /// The same with further derivatives, whose probes begin at port `first`.
-    pub fn line_with(
-        &self,
-        omega_rad_s: f64,
-        layout: Option<&Layout>,
-        first: usize,
-        sums: &[Sum],
-    ) -> Line {
-        let forward = self.planar(omega_rad_s);
-        let backward = self.coupled.then(|| self.planar(-omega_rad_s));
-        let receptance = Receptance {
-            plus: self.pick(&forward),
-            minus: backward.as_ref().map(|b| self.pick(b)),
-        };
-        let chain = self.electronics.chain(omega_rad_s);
-        let mut derivatives = vec![];
-        if let Some(layout) = layout {
-            let all = |at: &Planar, w: f64| -> Vec<[c64; 9]> {
-                let mut all = self.slopes(at, w, layout);
-                for sum in sums {
-                    let own = self.sensitive(at, w, first, sum, &all);
-                    all.push(own);
-                }
-                all
-            };
-            let plus = all(&forward, omega_rad_s);
-            let minus = backward.as_ref().map(|b| all(b, -omega_rad_s));
-            derivatives = (0..plus.len())
-                .map(|i| chain.apply(&plus[i], minus.as_ref().map(|m| &m[i])))
-                .collect();
-        }
-        Line {
-            response: chain.apply(&receptance.plus, receptance.minus.as_ref()),
-            receptance,
-            derivatives,
-        }
-    }
-
-    fn pick(&self, at: &Planar) -> [c64; 9] {
-        let n = self.ports.len();
-        std::array::from_fn(|k| at.closed[OUT[k / 3] * n + IN[k % 3]])
-    }
-
-    fn planar(&self, w: f64) -> Planar {
-        let (p, n) = (self.ports.len(), self.omega.len());
-        let diagonal = |k: usize| {
-            c64::new(
-                self.omega[k] * self.omega[k] - w * w,
-                w * self.damping[k] - self.turning[k],
-            )
-        };
-        let d = self.dynamic;
-        let mut x = vec![ZERO; d * p];
-        match &self.gyroscopic {
-            None => {
-                for k in 0..d {
-                    let inverse = diagonal(k).inv();
-                    for j in 0..p {
-                        x[k * p + j] = inverse * self.ports[j][k];
-                    }
-                }
-            }
-            Some(g) => x = g.solve(w, d, &self.ports, &diagonal),
-        }
-        let mut h = vec![ZERO; p * p];
-        for (h, c) in h.iter_mut().zip(&self.constant) {
-            *h += c;
-        }
-        for k in 0..d {
-            for i in 0..p {
-                let a = self.ports[i][k];
-                for j in 0..=i {
-                    h[i * p + j] += x[k * p + j] * a;
-                }
-            }
-        }
-        if let Some(g) = &self.gyroscopic {
-            for k in 0..d {
-                for i in 0..p {
-                    let a = w * g.ports[k * p + i];
-                    for j in 0..=i {
-                        h[i * p + j] -= x[k * p + j] * a;
-                    }
-                }
-            }
-        }
-        for k in d..n {
-            let inverse = diagonal(k).inv();
-            for i in 0..p {
-                let a = inverse * self.ports[i][k];
-                for j in 0..=i {
-                    h[i * p + j] += a * self.ports[j][k];
-                }
-            }
-        }
-        for housing in &self.housings {
-            let own = housing.omega_rad_s;
-            let z = c64::new(own * own - w * w, 2.0 * housing.damping_ratio * own * w)
-                * housing.mass_kg;
-            for i in 1..5 {
-                for j in 1..=i {
-                    h[i * p + j] += z.inv();
-                }
-            }
-        }
-        for i in 0..p {
-            for j in i + 1..p {
-                h[i * p + j] = h[j * p + i];
-            }
-        }
-        // X_c = (I − H_ff κ)⁻¹ H_f·
-        let f = &self.feedback;
-        let gains: Vec<c64> = f.iter().map(|(_, law)| law.gain(w)).collect();
-        let m = f.len();
-        let mut unit = vec![ZERO; m * m];
-        let mut rows = vec![ZERO; m * p];
-        for a in 0..m {
-            for b in 0..m {
-                unit[a * m + b] =
-                    c64::new(f64::from(u8::from(a == b)), 0.0) - h[f[a].0 * p + f[b].0] * gains[b];
-            }
-            rows[a * p..(a + 1) * p].copy_from_slice(&h[f[a].0 * p..(f[a].0 + 1) * p]);
-        }
-        eliminate(&mut unit, &mut rows, m, p);
-        let mut closed = h.clone();
-        for i in 0..p {
-            for a in 0..m {
-                let through = h[i * p + f[a].0] * gains[a];
-                for j in 0..p {
-                    closed[i * p + j] += through * rows[a * p + j];
-                }
-            }
-        }
-        Planar { x, closed }
-    }
-
-    /// Derivatives of the closed 3×3 receptance to moduli, ks, ln ζ.
-    fn slopes(&self, at: &Planar, w: f64, layout: &Layout) -> Vec<[c64; 9]> {
-        let all = self.ported_slopes(at, w, &OUT, &IN, layout);
-        let block = |of: &Vec<c64>| std::array::from_fn(|n| of[n]);
-        all.iter().map(block).collect()
     }
 }

@@ -252,12 +252,13 @@ fn predicted(
     for (e, hypothesis) in candidate.effects.iter().enumerate() {
         for i in 0..at.theta[e].len() {
             let mut theta = at.theta.clone();
-            theta[e][i] += hypothesis.step(i);
+            let step = difference(hypothesis.kind);
+            theta[e][i] += step;
             hypothesis.clamp(&mut theta[e]);
             let mut taken = theta[e][i] - at.theta[e][i];
-            if taken.abs() < 0.5 * hypothesis.step(i) {
-                theta[e][i] = at.theta[e][i] - hypothesis.step(i);
-                taken = -hypothesis.step(i);
+            if taken.abs() < 0.5 * step {
+                theta[e][i] = at.theta[e][i] - step;
+                taken = -step;
             }
             let there = effects_of(candidate, &theta, experiment);
             let assembled = model.assemble(&at.p, &there, speed, false)?;
@@ -283,6 +284,15 @@ fn predicted(
         );
     }
     Ok(Predicted { values, columns })
+}
+
+/// Step of a difference in a fit coordinate, all of which are of order one.
+fn difference(kind: EffectKind) -> f64 {
+    match kind {
+        // 0.05 mm: the shaft reads positions within 1 µm of a node as the node itself.
+        EffectKind::SensorOffset | EffectKind::ActuatorOffset => 0.05,
+        _ => 1e-4,
+    }
 }
 
 /// What an experiment reads from F: of measured coil currents, without delay and amplifiers.

@@ -36,6 +36,8 @@ pub const TIE: f64 = 7.0;
 const SHORT_LISTS: [usize; 3] = [24, 8, 5];
 /// The same for a second effect.
 const PAIR_LISTS: [usize; 3] = [16, 6, 4];
+/// What is still so many times the leader's χ² after a first fit does not come down to it, a resonance that is on its way excepted.
+const DISTANT: f64 = 3.0;
 /// Starts of one name that are fitted.
 const STARTS: usize = 2;
 /// Names that reach the final floor where none of them explains the data: more than pairs are begun with.
@@ -209,15 +211,20 @@ impl Search<'_> {
             effects.push(h.clone());
             effects
         };
-        let free: Vec<&Hypothesis> = self
-            .catalogue
-            .iter()
-            .filter(|h| {
-                !present
-                    .iter()
-                    .any(|p| p.same_name(h) && p.kind != EffectKind::HousingMode)
-            })
-            .collect();
+        // Where nothing fails, a linear step on all lines tells what is worth a fit.
+        let settled = w == FINAL_FLOOR && standing.failure < FAILS;
+        let mut free: Vec<Hypothesis> = vec![];
+        for h in self.catalogue {
+            let taken = |p: &Hypothesis| p.same_name(h) && p.kind != EffectKind::HousingMode;
+            let mut h = h.clone();
+            // What is missing then is small: of a joint, from the rigid one on.
+            if settled && h.kind == EffectKind::ToolJoint {
+                h.start = h.nothing();
+            }
+            if !present.iter().any(taken) && !free.contains(&h) {
+                free.push(h);
+            }
+        }
         (self.progress)(&format!(
             "{} hypotheses, beside {} accepted",
             free.len(),
@@ -227,8 +234,6 @@ impl Search<'_> {
             self.problem(&with(h), usage).fit(from, stages)
         };
         let lower = rung_below(w);
-        // Where nothing fails, a linear step on all lines tells what is worth a fit.
-        let settled = w == FINAL_FLOOR && standing.failure < FAILS;
         let screen = if settled { Use::ALL } else { thin(3) };
         // Where the small parameters have taken up nothing that the data deny, the step starts from their fit.
         let origin = if settled {
@@ -246,10 +251,8 @@ impl Search<'_> {
                     .problem(&with(h), screen)
                     .predicted(&base, &from, w)
                     .ok()?;
-                // A joint has no small size from which a step could tell.
-                let hopeful = chi2 < standing.candidate.fit.chi2 - 0.5 * ACCEPT
-                    || h.kind == EffectKind::ToolJoint;
-                (!settled || hopeful).then(|| ((*h).clone(), at, chi2))
+                let hopeful = chi2 < standing.candidate.fit.chi2 - 0.5 * ACCEPT;
+                (!settled || hopeful).then(|| (h.clone(), at, chi2))
             })
             .collect();
         let first = self.best_starts(first, &with, origin, w);
@@ -276,7 +279,7 @@ impl Search<'_> {
             begun,
             2 * lists[1],
             usize::MAX,
-            (f64::INFINITY, 0.0),
+            (DISTANT, f64::INFINITY),
             &mut others,
         );
         let second: Vec<(Hypothesis, Fit)> = begun
@@ -310,8 +313,9 @@ impl Search<'_> {
         Ok(Round { finalists, others })
     }
 
-    /// Two starts of every name, where there are more: those whose step leads lowest. A step is linear, and where an effect is large the
-    /// prediction hardly tells one place from another; the places themselves do. All starts of a name share its best prediction.
+    /// Two starts of every name, where there are more: those whose step leads lowest; and the one that promises most. A step is linear, and where
+    /// an effect is large the prediction hardly tells one place from another; the places themselves do, unless the step goes too far. All
+    /// starts of a name share its best prediction.
     fn best_starts(
         &self,
         all: Vec<Screened>,
@@ -345,8 +349,9 @@ impl Search<'_> {
             let rank = same()
                 .filter(|j| (reached[*j], *j) < (reached[i], i))
                 .count();
+            let promise = same().filter(|j| (all[*j].2, *j) < (all[i].2, i)).count();
             let best = same().map(|j| all[j].2).fold(f64::INFINITY, f64::min);
-            (rank < STARTS).then(|| (h.clone(), at.clone(), best))
+            (rank < STARTS || promise < 1).then(|| (h.clone(), at.clone(), best))
         });
         kept.collect()
     }
@@ -441,8 +446,8 @@ fn matters(candidate: &Candidate) -> bool {
 }
 
 /// Best start of every name, best score first: at most `most`, and none that is out of the race. The limits of the leader's χ² are a factor
-/// while the leader fails too (what is still to come down does not come down by more), and a surplus where it does not fail: a lower floor
-/// makes every distance larger. Those that go are added to `others`.
+/// while the leader fails too (what is still to come down does not come down by more), and a surplus, if that is finite, where it does not
+/// fail: a lower floor makes every distance larger. Those that go are added to `others`.
 fn ahead(
     mut all: Vec<(Hypothesis, Fit)>,
     most: usize,
@@ -453,7 +458,7 @@ fn ahead(
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
     let Some((best, limit, most)) = all.first().map(|(_, leader)| {
         let fails = leader.data_chi2 > FAILS * leader.residuals as f64;
-        let limit = match fails || factor.is_infinite() {
+        let limit = match fails || surplus.is_infinite() {
             true => factor * leader.chi2 + 100.0,
             false => leader.chi2 + surplus,
         };
@@ -468,7 +473,8 @@ fn ahead(
         if kept.iter().any(|k| k.0.same_name(&h)) {
             continue;
         }
-        if kept.len() < most && fit.chi2 <= limit {
+        let on_its_way = factor == DISTANT && (h.sole() || h.kind == EffectKind::HousingMode);
+        if kept.len() < most && (fit.chi2 <= limit || on_its_way) {
             kept.push((h, fit));
         } else if let Some(theta) = fit.at.theta.last() {
             others.push((h.effect(theta), score(&fit) - best));

@@ -63,6 +63,13 @@ pub struct Magnitudes {
 const LN_DAMPING: (f64, f64) = (-6.9, 9.2);
 
 impl Magnitudes {
+    /// Frequency, magnitude and weight of every point.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+        let both = self.omega_rad_s.iter().zip(&self.magnitude);
+        both.zip(&self.weight)
+            .map(|((w, m), weight)| (*w, *m, *weight))
+    }
+
     /// Checked data.
     ///
     /// # Errors
@@ -232,13 +239,8 @@ fn starts(data: &Magnitudes, order: usize, lower: &Factors) -> Vec<Factors> {
 pub fn realised(data: &Magnitudes, factors: Factors) -> Result<DFit, DfitError> {
     let system = factors.state_space()?;
     let (mut plain, mut weighted) = (0.0f64, 0.0f64);
-    let points = data
-        .omega_rad_s
-        .iter()
-        .zip(&data.magnitude)
-        .zip(&data.weight);
-    for ((w, m), weight) in points {
-        let value = system.transfer(crate::linalg::c64::new(0.0, *w))[(0, 0)].norm();
+    for (w, m, weight) in data.points() {
+        let value = system.transfer(crate::linalg::c64::new(0.0, w))[(0, 0)].norm();
         let error = (value / m).ln().abs();
         plain = plain.max(error);
         weighted = weighted.max(error * weight);

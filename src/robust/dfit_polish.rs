@@ -10,13 +10,8 @@ use super::lmi::{Programme, Row};
 
 /// Largest weighted |ln(|d|/m)|.
 pub fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
-    let points = data
-        .omega_rad_s
-        .iter()
-        .zip(&data.magnitude)
-        .zip(&data.weight);
-    points
-        .map(|((w, m), weight)| weight * (fit.ln_magnitude(*w) - m.ln()).abs())
+    data.points()
+        .map(|(w, m, weight)| weight * (fit.ln_magnitude(w) - m.ln()).abs())
         .fold(
             0.0,
             |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) },
@@ -71,13 +66,8 @@ fn linear_step(
 ) -> Option<(Vec<f64>, f64)> {
     let count = fit.parameters().len();
     let mut inequalities = vec![];
-    let points = data
-        .omega_rad_s
-        .iter()
-        .zip(&data.magnitude)
-        .zip(&data.weight);
-    for ((w, m), weight) in points {
-        let (value, gradient) = fit.ln_magnitude_with_gradient(*w);
+    for (w, m, weight) in data.points() {
+        let (value, gradient) = fit.ln_magnitude_with_gradient(w);
         let residual = (value - m.ln()) * weight / error;
         for sign in [1.0, -1.0] {
             let slopes = gradient.iter().map(|g| sign * g * weight * radius / error);

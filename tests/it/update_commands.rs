@@ -6,6 +6,7 @@ use muspin::input::{load_machine, load_measurement};
 use muspin::spindle::{Effect, EffectKind, Location};
 use muspin::update::{Method, Target, UpdateSettings, front_and_rear, gauss_newton, nelder_mead};
 use serde_json::Value;
+use std::path::Path;
 
 fn muspin() -> Command {
     Command::cargo_bin("muspin").unwrap()
@@ -19,21 +20,21 @@ fn json(output: &[u8]) -> Value {
     serde_json::from_slice(output).unwrap()
 }
 
+/// What a command that succeeds prints; its files go to `out`.
+fn answer(arguments: &[&str], out: &Path) -> Value {
+    let mut command = muspin();
+    let run = command.args(arguments).arg("--out").arg(out).output();
+    let run = run.unwrap();
+    let errors = String::from_utf8_lossy(&run.stderr);
+    assert!(run.status.success(), "{errors}");
+    json(&run.stdout)
+}
+
 #[test]
 fn both_methods_meet_the_published_frequencies_within_a_thousandth() {
     for method in ["gauss-newton", "nelder-mead"] {
         let out = tempfile::tempdir().unwrap();
-        let run = muspin()
-            .args(["update", "--method", method, "--out"])
-            .arg(out.path())
-            .output()
-            .unwrap();
-        assert!(
-            run.status.success(),
-            "{}",
-            String::from_utf8_lossy(&run.stderr)
-        );
-        let answer = json(&run.stdout);
+        let answer = answer(&["update", "--method", method], out.path());
         let updating = &answer["updating"];
         assert_eq!(updating["method"], method);
         let percent = &updating["errors_percent"];
@@ -82,13 +83,7 @@ fn both_methods_meet_the_published_frequencies_within_a_thousandth() {
 #[test]
 fn resonances_only_leaves_antiresonances_off() {
     let out = tempfile::tempdir().unwrap();
-    let run = muspin()
-        .args(["update", "--resonances-only", "--out"])
-        .arg(out.path())
-        .output()
-        .unwrap();
-    assert!(run.status.success());
-    let updating = &json(&run.stdout)["updating"];
+    let updating = &answer(&["update", "--resonances-only"], out.path())["updating"];
     let largest = |v: &Value, list: &str| -> f64 {
         let of = |l: &Value| {
             l.as_array()
@@ -115,17 +110,7 @@ fn resonances_only_leaves_antiresonances_off() {
 #[test]
 fn a_sweep_is_identified_first_and_then_updated() {
     let out = tempfile::tempdir().unwrap();
-    let run = muspin()
-        .args(["update", "--measurement", &c03(), "--out"])
-        .arg(out.path())
-        .output()
-        .unwrap();
-    assert!(
-        run.status.success(),
-        "{}",
-        String::from_utf8_lossy(&run.stderr)
-    );
-    let answer = json(&run.stdout);
+    let answer = answer(&["update", "--measurement", &c03()], out.path());
     assert_eq!(
         answer["identification"]["resonances_hz"]
             .as_array()
@@ -159,13 +144,7 @@ fn a_sweep_is_identified_first_and_then_updated() {
 #[test]
 fn identify_prints_peaks_and_writes_frfs() {
     let out = tempfile::tempdir().unwrap();
-    let run = muspin()
-        .args(["identify", "--measurement", &c03(), "--out"])
-        .arg(out.path())
-        .output()
-        .unwrap();
-    assert!(run.status.success());
-    let found = &json(&run.stdout)["identification"];
+    let found = &answer(&["identify", "--measurement", &c03()], out.path())["identification"];
     assert_eq!(
         found["antiresonances_hz"]["front"]
             .as_array()

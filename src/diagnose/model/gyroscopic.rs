@@ -3,6 +3,7 @@
 //! In r = x + jy the term is ωΩG. Modes far above the band follow as springs; those between couple with the lowest only.
 
 use super::ZERO;
+use super::behind::Behind;
 use crate::diagnose::chain::eliminate;
 use crate::linalg::{Mat, c64};
 use crate::rotor::modes::RIGID;
@@ -14,6 +15,8 @@ const COUPLED_BELOW_HZ: f64 = 12_000.0;
 /// ΩG between the dynamic coordinates d, and what it does through the higher ones h, which follow as springs Ω_h².
 #[derive(Clone, Debug)]
 pub struct Gyroscopic {
+    /// Factor on all of it; 1 is the coupling of the shaft.
+    pub factor: f64,
     /// ΩG_dd, d×d.
     own: Vec<f64>,
     /// ΩG_dh Ω_h⁻² ΩG_hd, d×d.
@@ -26,9 +29,9 @@ pub struct Gyroscopic {
 
 impl Gyroscopic {
     /// Of the shaft's G, n×n, in the modes `turned` with frequencies `omega`, rad/s, of which the first `dynamic` are dynamic; `ports`
-    /// are ports × modes, `speed` is Ω with its factor, rad/s.
+    /// are ports × modes, `speed` is Ω, rad/s, and its factor.
     pub fn new(
-        speed: f64,
+        (speed, factor): (f64, f64),
         matrix: &Mat<f64>,
         turned: &Mat<f64>,
         omega: &[f64],
@@ -53,11 +56,48 @@ impl Gyroscopic {
         };
         let near = |w: &&f64| **w < TAU * COUPLED_BELOW_HZ;
         Self {
+            factor,
             own: flat(low.transpose() * &on_low, speed),
             through: flat(&across * across.transpose(), speed * speed),
             ports: flat(&across * still, speed),
             near: omega.iter().filter(near).count().clamp(RIGID, dynamic),
         }
+    }
+
+    /// Derivative to the factor of the receptance behind a loop, n × n.
+    pub(super) fn slope(&self, behind: &Behind, w: f64) -> Vec<c64> {
+        let n = behind.n;
+        let d = behind.right.len() / n.max(1);
+        let p = behind.right_ports.len() / n.max(1);
+        let mut slope = vec![ZERO; n * n];
+        let mut on_left = vec![ZERO; n];
+        let mut on_right = vec![ZERO; n];
+        for k in 0..d {
+            on_left.fill(ZERO);
+            on_right.fill(ZERO);
+            for q in 0..p {
+                let port = w * self.ports[k * p + q];
+                for o in 0..n {
+                    on_left[o] -= behind.left_ports[o * p + q] * port;
+                    on_right[o] -= behind.right_ports[q * n + o] * port;
+                }
+            }
+            // Coordinates that are both far do not act on each other.
+            for l in (0..d).filter(|l| k.min(*l) < self.near || k == *l) {
+                let own = w * self.own[k * d + l];
+                let term = own - 2.0 * w * w * self.factor * self.through[k * d + l];
+                for i in 0..n {
+                    on_right[i] -= behind.right[l * n + i] * term;
+                }
+            }
+            for o in 0..n {
+                for i in 0..n {
+                    slope[o * n + i] +=
+                        on_left[o] * behind.right[k * n + i] + behind.left[o * d + k] * on_right[i];
+                }
+            }
+        }
+        slope
     }
 
     /// Z⁻¹B: coordinates × ports at a signed frequency, `diagonal` what Z is without gyroscopic terms.
@@ -69,6 +109,7 @@ impl Gyroscopic {
         diagonal: &impl Fn(usize) -> c64,
     ) -> Vec<c64> {
         let (l, d, p) = (self.near, dynamic, ports.len());
+        let w = w * self.factor;
         let both = self.own.iter().zip(&self.through);
         let term: Vec<f64> = both.map(|(own, t)| w * own - w * w * t).collect();
         // Of every coordinate: its row of near terms, then its inputs.

@@ -5,10 +5,9 @@
 
 use super::super::DiagnoseError;
 use super::super::chain::Chain;
-use super::super::nuisance::{DAMPED_MODES, Layout};
+use super::super::nuisance::Layout;
 use super::super::skeleton::Skeleton;
-use super::strain::Behind;
-use super::{Assembled, IN, OUT, Planar, RIGID, SIDE, Square, ZERO};
+use super::{Assembled, IN, OUT, SIDE, Square, ZERO};
 use crate::linalg::c64;
 
 /// Half the distance over which the slope of the shaft is differenced, m: well above the 1 µm within which positions are nodes.
@@ -104,89 +103,15 @@ impl Assembled {
             response.extend(ins.iter().map(|i| at.closed[out * p + i]));
         }
         let slopes = layout.map_or(vec![], |layout| {
-            self.ported_slopes(&at, w, &outs, &ins, layout)
+            let behind = self.behind(&at, w, &outs, &ins);
+            let strains = self.strains(&behind, w);
+            self.small(&at, w, (&outs, &ins), &behind, &strains, layout)
         });
         Ported {
             side,
             response,
             slopes,
         }
-    }
-
-    pub(super) fn ported_slopes(
-        &self,
-        at: &Planar,
-        w: f64,
-        outs: &[usize],
-        ins: &[usize],
-        layout: &Layout,
-    ) -> Vec<Vec<c64>> {
-        let (p, d, n) = (self.ports.len(), self.dynamic, outs.len());
-        let gains: Vec<c64> = self.feedback.iter().map(|(_, law)| law.gain(w)).collect();
-        // L = 1 + H_c κ (n×p) and R = 1 + κ H_c (p×n), then the coordinates behind them.
-        let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
-        for (o, out) in outs.iter().enumerate() {
-            left[o * p + out] += 1.0;
-            for ((port, _), gain) in self.feedback.iter().zip(&gains) {
-                left[o * p + port] += at.closed[out * p + port] * gain;
-            }
-        }
-        for (i, input) in ins.iter().enumerate() {
-            right[input * n + i] += 1.0;
-            for ((port, _), gain) in self.feedback.iter().zip(&gains) {
-                right[port * n + i] += gain * at.closed[port * p + input];
-            }
-        }
-        let (mut xl, mut xr) = (vec![ZERO; n * d], vec![ZERO; d * n]);
-        for k in 0..d {
-            for o in 0..n {
-                let mut sum = (ZERO, ZERO);
-                for q in 0..p {
-                    let x = at.x[k * p + q];
-                    sum.0 += left[o * p + q] * x;
-                    sum.1 += x * right[q * n + o];
-                }
-                xl[o * d + k] = sum.0;
-                xr[k * n + o] = sum.1;
-            }
-        }
-        let mut all = Vec::with_capacity(layout.analytic());
-        let mut mesh = None;
-        if let Some(strain) = &self.strain {
-            all = strain.slopes(&Behind {
-                n,
-                left: &xl,
-                right: &xr,
-                left_ports: &left,
-                right_ports: &right,
-            });
-            // Z − w⁴C where a stiffness is Z + K.
-            mesh = all.pop();
-            for entry in mesh.iter_mut().flatten() {
-                *entry *= -w.powi(4);
-            }
-        }
-        for (port, ks) in Self::MAGNETS.into_iter().zip(self.negative_stiffness()) {
-            let entry = |o: usize, i: usize| at.closed[o * p + port] * at.closed[port * p + i] * ks;
-            let pairs = outs.iter().flat_map(|o| ins.iter().map(move |i| (*o, *i)));
-            all.push(pairs.map(|(o, i)| entry(o, i)).collect());
-        }
-        for mode in 0..DAMPED_MODES {
-            let last = mode + 1 == DAMPED_MODES;
-            let until = if last { d } else { RIGID + mode + 1 };
-            let mut slope = vec![ZERO; n * n];
-            for k in (RIGID + mode).min(d)..until.min(d) {
-                let own = c64::new(0.0, w * self.modal[k]);
-                for o in 0..n {
-                    for i in 0..n {
-                        slope[o * n + i] -= xl[o * d + k] * own * xr[k * n + i];
-                    }
-                }
-            }
-            all.push(slope);
-        }
-        all.extend(mesh);
-        all
     }
 }
 

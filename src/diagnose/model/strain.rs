@@ -6,6 +6,7 @@
 //! the same form, with the rigid coordinates.
 
 use super::super::skeleton::Skeleton;
+use super::behind::Behind;
 use crate::linalg::{Mat, c64};
 use std::ops::Range;
 
@@ -15,20 +16,6 @@ pub(super) struct Strain {
     of_group: Vec<Range<usize>>,
     /// Of the dynamic coordinates, then of the springs above them under a force at each port: strains × (dynamic + ports).
     strains: Mat<f64>,
-}
-
-/// Coordinates behind a closed loop with n outputs and n inputs, at one line.
-pub(super) struct Behind<'a> {
-    /// Outputs and inputs.
-    pub n: usize,
-    /// X_l, n × dynamic.
-    pub left: &'a [c64],
-    /// X_r, dynamic × n.
-    pub right: &'a [c64],
-    /// Forces at the ports of a force at an output, n × ports.
-    pub left_ports: &'a [c64],
-    /// Forces at the ports of an input, ports × n.
-    pub right_ports: &'a [c64],
 }
 
 impl Strain {
