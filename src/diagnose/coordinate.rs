@@ -43,32 +43,3 @@ impl Coordinate {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Coordinate;
-
-    #[test]
-    fn slopes_are_derivatives() {
-        for coordinate in [
-            Coordinate::Linear(3.0),
-            Coordinate::Inverse(2.0),
-            Coordinate::InverseSquare(5.0),
-            Coordinate::Logarithm,
-            Coordinate::Slowness {
-                nominal: 2000.0,
-                unit: 1e-4,
-            },
-        ] {
-            for t in [0.3, 1.7] {
-                let step = 1e-5;
-                let want = (coordinate.value(t + step) - coordinate.value(t - step)) / (2.0 * step);
-                let got = coordinate.slope(t);
-                assert!(
-                    (got - want).abs() < 1e-8 * want.abs(),
-                    "{coordinate:?}: {got} {want}"
-                );
-            }
-        }
-    }
-}

@@ -154,6 +154,15 @@ impl Problem<'_> {
                 numbers.push(number.scaled(self.effects[e].slope(i, &at.theta[e])));
             }
         }
+        // The readings of planes between nodes, small parameters that an effect may switch on.
+        let coordinates = numbers.len();
+        let mut readings = [None; 4];
+        if wanted == Wanted::All {
+            for (plane, number) in model.readings(&effects, &mut probes)? {
+                readings[plane] = Some(numbers.len());
+                numbers.push(number);
+            }
+        }
         let electronics = model.electronics(&at.p, &effects);
         let strained = layout.is_some() || numbers.iter().any(Number::bends);
         let assemble =
@@ -171,7 +180,7 @@ impl Problem<'_> {
             }
         };
         let tasks = self.tasks(&speeds);
-        let order = order(layout, self.evidence.sweeps.len(), numbers.len());
+        let order = order(layout, self.evidence.sweeps.len(), coordinates, &readings);
         let width = order.len();
         let pieces: Vec<(Vec<f64>, Mat<f64>, Vec<Receptance>)> = tasks
             .par_chunks(PIECE)
@@ -242,7 +251,7 @@ impl Problem<'_> {
                             Column::Line(k) => own(&derivatives[k], gain[i]),
                             Column::Axis(record, axis) if (record, axis) == (s, i) => own(f, 1.0),
                             // The block is zero from the start.
-                            Column::Axis(..) => continue,
+                            Column::Axis(..) | Column::Nothing => continue,
                             Column::Signal(b) if b != i / 2 => continue,
                             _ => std::array::from_fn(|j| {
                                 column.entry(f, derivatives, i, j) * gain[i]
@@ -260,7 +269,7 @@ impl Problem<'_> {
                 push(r, &[(tap.compliance[line] - h) / sd]);
                 for (c, column) in order.iter().enumerate() {
                     let mut sum = ZERO;
-                    if matches!(column, Column::Axis(..)) {
+                    if matches!(column, Column::Axis(..) | Column::Nothing) {
                         continue;
                     }
                     for i in 0..SIDE {
@@ -278,6 +287,8 @@ impl Problem<'_> {
 
 /// Where the derivative to a parameter comes from.
 enum Column {
+    /// None: the parameter changes nothing.
+    Nothing,
     /// A derivative of the line.
     Line(usize),
     /// Logarithm of the force constant of a bearing.
@@ -288,8 +299,14 @@ enum Column {
     Axis(usize, usize),
 }
 
-/// Columns in the order of the parameters: the small ones where there is a layout, then `numbers` of effects.
-fn order(layout: Option<&Layout>, sweeps: usize, numbers: usize) -> Vec<Column> {
+/// Columns in the order of the parameters: the small ones where there is a layout, then the `coordinates` of effects. `readings` stand behind
+/// those in a line.
+fn order(
+    layout: Option<&Layout>,
+    sweeps: usize,
+    coordinates: usize,
+    readings: &[Option<usize>; 4],
+) -> Vec<Column> {
     let mut all = vec![];
     if let Some(layout) = layout {
         all.extend((0..layout.groups).map(Column::Line));
@@ -297,12 +314,17 @@ fn order(layout: Option<&Layout>, sweeps: usize, numbers: usize) -> Vec<Column> 
         all.extend([0, 1].map(|b| Column::Line(layout.groups + b)));
         all.extend([0, 1].map(Column::Signal));
         all.extend((layout.groups + 2..layout.analytic()).map(Column::Line));
+        let reading = |r: &Option<usize>| match r {
+            Some(k) => Column::Line(layout.analytic() + k),
+            None => Column::Nothing,
+        };
+        all.extend(readings.iter().map(reading));
         for s in 0..sweeps {
             all.extend((0..4).map(|i| Column::Axis(s, i)));
         }
     }
     let small = layout.map_or(0, Layout::analytic);
-    all.extend((small..small + numbers).map(Column::Line));
+    all.extend((small..small + coordinates).map(Column::Line));
     all
 }
 

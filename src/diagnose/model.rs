@@ -270,14 +270,18 @@ impl Model {
         }
         let [front, rear] = &effective.bearings;
         let mut rows = vec![];
-        for z in [
-            machine.tool_plane_m(),
-            front.actuator_m,
-            rear.actuator_m,
-            front.sensor_m,
-            rear.sensor_m,
-        ] {
-            rows.push(skeleton.row(z)?);
+        rows.push(skeleton.row(machine.tool_plane_m())?);
+        for (plane, z) in effective.planes_m().into_iter().enumerate() {
+            let mut row = skeleton.row(z)?;
+            let share = p[layout.reading(plane)];
+            if share != 0.0
+                && let Some(more) = skeleton.misread(z)?
+            {
+                row.iter_mut()
+                    .zip(&more)
+                    .for_each(|(a, more)| *a += share * more);
+            }
+            rows.push(row);
         }
         let spring = |k: f64| Law::Spring(c64::new(k, 0.0));
         let mut feedback = vec![(1, spring(front.ks_n_per_m)), (2, spring(rear.ks_n_per_m))];

@@ -240,12 +240,12 @@ fn predicted(
         if line == 0 {
             columns = vec![vec![]; layout.len()];
         }
-        let first = layout.axis(0, 0);
+        let first = layout.reading(0);
         for (column, slope) in columns.iter_mut().zip(&slopes) {
             column.extend(pick(slope));
         }
         for column in columns.iter_mut().skip(first) {
-            // Axis gains of the old records do not act on the new one.
+            // Readings are as they are, and axis gains of the old records do not act on the new one.
             column.extend(entries.iter().map(|_| ZERO));
         }
     }

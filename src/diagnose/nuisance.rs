@@ -1,5 +1,5 @@
 //! Small parameters that are never exactly right: moduli, force constants, negative stiffness, sensor gains, damping,
-//! the mesh, and the gain of every sensor axis after each levitation. They are fitted with every hypothesis, held by priors.
+//! the mesh and its reading between nodes, and the gain of every sensor axis after each levitation. They are fitted with every hypothesis, held by priors.
 //!
 //! Factors are logarithms: a factor and an effect of the same kind then trade along a straight line, which one step follows.
 //! Prior standard deviations: what a careful updating leaves open (ki 2 %, ks 4 %, sensor gain 1 %, moduli 1 %, ζ 20 %).
@@ -18,6 +18,8 @@ const MODULUS_SD: f64 = 0.01;
 const DAMPING_SD: f64 = 0.2;
 /// Standard deviation of the mesh: 0 is the mesh of the model, 1 one twice as fine, 4/3 a continuum.
 const MESH_SD: f64 = 0.7;
+/// Standard deviation of what another mesh reads at a plane between two nodes: the shaft itself may be one unit off.
+const READING_SD: f64 = 0.7;
 /// Flexible modes whose damping is a parameter; the last one's also moves all higher.
 pub const DAMPED_MODES: usize = 6;
 /// More groups than this say nothing more about a shaft with four ports.
@@ -80,6 +82,7 @@ impl Layout {
         sd.extend([KI_SD, KI_SD, KS_SD, KS_SD, GAIN_SD, GAIN_SD]);
         sd.extend([DAMPING_SD; DAMPED_MODES]);
         sd.push(MESH_SD);
+        sd.extend([READING_SD; 4]);
         sd.extend(axis_gain_sd.iter().flatten());
         Self {
             group_of_element,
@@ -124,6 +127,11 @@ impl Layout {
         self.groups + 6 + DAMPED_MODES
     }
 
+    /// Index of the reading of an actuator plane (front, rear), then of a sensor plane, which counts where the plane is between nodes.
+    pub fn reading(&self, plane: usize) -> usize {
+        self.mesh() + 1 + plane
+    }
+
     /// Number of parameters whose derivatives follow from the shaft's coordinates: moduli, ks, ln ζ, mesh.
     pub fn analytic(&self) -> usize {
         self.groups + 2 + DAMPED_MODES + 1
@@ -131,7 +139,7 @@ impl Layout {
 
     /// Index of the gain of an axis in a sweep.
     pub fn axis(&self, sweep: usize, axis: usize) -> usize {
-        self.mesh() + 1 + 4 * sweep + axis
+        self.reading(4) + 4 * sweep + axis
     }
 
     /// Keeps parameters where they make sense: factors within e^±0.7, damping within e^±2, the mesh not finer than a
@@ -142,6 +150,7 @@ impl Layout {
             let (lo, hi) = match k {
                 k if damping.contains(&k) => (-2.0, 2.0),
                 k if k == self.mesh() => (-0.5, 1.5),
+                k if (self.reading(0)..self.reading(4)).contains(&k) => (-2.0, 2.0),
                 _ => (-0.7, 0.7),
             };
             *p = p.clamp(lo, hi);

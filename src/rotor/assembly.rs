@@ -331,7 +331,32 @@ impl Rotor {
         Ok(self.shape_at_unchecked(position_m))
     }
 
+    /// The element at a position and the place in it, s = z/L; on a node within the tolerance of positions the node itself.
+    ///
+    /// # Errors
+    /// [`RotorError::OffShaft`] beyond the ends.
+    pub fn element_at(&self, what: &str, position_m: f64) -> Result<(usize, f64), RotorError> {
+        self.check_position(what, position_m)?;
+        Ok(self.element_at_unchecked(position_m))
+    }
+
+    /// Shear angle of element `i`: its dofs with their coefficients.
+    pub fn shear(&self, i: usize) -> Vec<(usize, f64)> {
+        let coefficients = element::shear(&self.sections[i]);
+        self.element_dofs(i).into_iter().zip(coefficients).collect()
+    }
+
     fn shape_at_unchecked(&self, position_m: f64) -> Vec<(usize, f64)> {
+        let (element, s) = self.element_at_unchecked(position_m);
+        let coefficients = element::hermite(s, self.sections[element].length_m);
+        self.element_dofs(element)
+            .into_iter()
+            .zip(coefficients)
+            .filter(|(_, c)| *c != 0.0)
+            .collect()
+    }
+
+    fn element_at_unchecked(&self, position_m: f64) -> (usize, f64) {
         let element = (0..self.sections.len())
             .rev()
             .find(|i| self.node_z_m[self.element_nodes[*i][0]] <= position_m + NODE_TOLERANCE_M)
@@ -339,18 +364,12 @@ impl Rotor {
         let left = self.node_z_m[self.element_nodes[element][0]];
         let length = self.sections[element].length_m;
         let mut s = (position_m - left) / length;
-        // On a node within the tolerance of positions: read the node itself.
         if (s * length).abs() < NODE_TOLERANCE_M {
             s = 0.0;
         } else if ((s - 1.0) * length).abs() < NODE_TOLERANCE_M {
             s = 1.0;
         }
-        let coefficients = element::hermite(s, length);
-        self.element_dofs(element)
-            .into_iter()
-            .zip(coefficients)
-            .filter(|(_, c)| *c != 0.0)
-            .collect()
+        (element, s)
     }
 
     fn element_dofs(&self, i: usize) -> [usize; 4] {

@@ -56,9 +56,8 @@ pub fn matrices(section: &Section) -> ElementMatrices {
             at(section.mass_inner_diameter_m, s),
         )
     };
-    let (area_mid, inertia_mid) = (area(stiff(0.5)), second_moment(stiff(0.5)));
     let kappa = section.shear_coefficient();
-    let phi = kappa.map_or(0.0, |k| 12.0 * e * inertia_mid / (k * g * area_mid * l * l));
+    let phi = shear_parameter(section);
     let mut mass = Matrix::zeros();
     let mut rotary = Matrix::zeros();
     let mut stiffness = Matrix::zeros();
@@ -90,6 +89,29 @@ pub fn matrices(section: &Section) -> ElementMatrices {
         },
         polar_inertia_kg_m2: polar,
     }
+}
+
+/// Shear angle of a section, g above: coefficients of (w₁, ψ₁, w₂, ψ₂); zero without shear flexibility.
+pub fn shear(section: &Section) -> [f64; 4] {
+    let l = section.length_m;
+    let phi = shear_parameter(section);
+    let c = phi / (1.0 + phi);
+    [-c / l, -0.5 * c, c / l, -0.5 * c]
+}
+
+/// φ of a section.
+fn shear_parameter(section: &Section) -> f64 {
+    let l = section.length_m;
+    let middle = |d: [f64; 2]| d[0] + (d[1] - d[0]) * 0.5;
+    let diameters = (
+        middle(section.outer_diameter_m),
+        middle(section.inner_diameter_m),
+    );
+    let e = section.material.youngs_modulus_pa * section.modulus_scale;
+    let g = section.material.shear_modulus_pa * section.modulus_scale;
+    section.shear_coefficient().map_or(0.0, |k| {
+        12.0 * e * second_moment(diameters) / (k * g * area(diameters) * l * l)
+    })
 }
 
 /// Deflection at s = z/L of an element of length L read with cubic Hermite functions: coefficients of (w₁, ψ₁, w₂, ψ₂).

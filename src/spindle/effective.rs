@@ -102,6 +102,17 @@ impl Machine {
 }
 
 impl Effective {
+    /// Positions of the actuators, front and rear, then of the sensors, m.
+    pub fn planes_m(&self) -> [f64; 4] {
+        let [front, rear] = &self.bearings;
+        [
+            front.actuator_m,
+            rear.actuator_m,
+            front.sensor_m,
+            rear.sensor_m,
+        ]
+    }
+
     fn apply(&mut self, effect: &Effect) {
         let value = effect.values.first().copied().unwrap_or_default();
         if let Location::Bearing(which) = effect.location {

@@ -2,9 +2,12 @@
 
 use super::diagnose_folder::read;
 use muspin::diagnose::hypothesis::{Hypothesis, Scope, catalogue};
+use muspin::diagnose::model::sensitivity::Number;
 use muspin::diagnose::model::{Assembled, Model, Square};
 use muspin::diagnose::skeleton::refined;
 use muspin::lti::Response;
+use muspin::rotor::element;
+use muspin::rotor::section::{Material, Section};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
@@ -114,8 +117,9 @@ fn reduced_model_answers_as_the_plant() {
 }
 
 /// Peak difference of a model from a plant over lines round the resonances, relative to the largest entry of a line.
-fn difference(plant: &Plant, model: &Model, p: &[f64]) -> f64 {
-    let assembled = model.assemble(p, &[], 0.0, false).expect("assembled");
+fn difference(plant: &Plant, model: &Model, p: &[f64], effects: &[Effect]) -> f64 {
+    let assembled = model.assemble(p, effects, 0.0, false);
+    let assembled = assembled.expect("assembled");
     let mut worst = 0.0f64;
     for k in 0..400 {
         let omega = TAU * 40.0 * 100f64.powf(k as f64 / 399.0);
@@ -142,12 +146,88 @@ fn mesh_parameter_is_a_finer_mesh() {
     let machine = &machine;
     let plant = Plant::new(&refined(&refined(machine)), 0.0, ModelDetail::Full).expect("plant");
     let mut p = vec![0.0; model.layout.len()];
-    let coarse = difference(&plant, &model, &p);
+    let coarse = difference(&plant, &model, &p, &[]);
     p[model.layout.mesh()] = 1.0;
-    let fine = difference(&plant, &model, &p);
+    let fine = difference(&plant, &model, &p, &[]);
     assert!(coarse > 5e-3, "the mesh shows at resonances: {coarse}");
     // First order: the square of a relative change of 10⁻³ at the end of the band, and the reduction.
     assert!(fine < 0.02 * coarse, "{fine} of {coarse}");
+}
+
+/// Planes between nodes of the file, moved by −2.7 mm at the front actuators and by 3 mm at the rear sensors.
+fn moved_planes() -> Vec<Effect> {
+    [
+        (EffectKind::ActuatorOffset, Bearings::Front, -2.7e-3),
+        (EffectKind::SensorOffset, Bearings::Rear, 3e-3),
+    ]
+    .map(|(kind, side, by)| Effect::new(kind, Location::Bearing(side), vec![by]).expect("effect"))
+    .to_vec()
+}
+
+/// Between nodes another mesh reads differently, by what two numbers within their range describe.
+#[test]
+fn readings_follow_another_mesh() {
+    let (machine, model) = reduced();
+    let effects = moved_planes();
+    let mut fine = refined(&refined(&machine));
+    for effect in &effects {
+        fine = fine.with_effect(effect.clone());
+    }
+    let plant = Plant::new(&fine, 0.0, ModelDetail::Full).expect("plant");
+    let mut p = vec![0.0; model.layout.len()];
+    p[model.layout.mesh()] = 1.0;
+    let before = difference(&plant, &model, &p, &effects);
+    for plane in [0, 3, 0, 3] {
+        let k = model.layout.reading(plane);
+        let (mut best, mut share) = (f64::INFINITY, 0.0);
+        for step in -20..=20 {
+            p[k] = 0.05 * f64::from(step);
+            let off = difference(&plant, &model, &p, &effects);
+            if off < best {
+                (best, share) = (off, p[k]);
+            }
+        }
+        p[k] = share;
+    }
+    let after = difference(&plant, &model, &p, &effects);
+    // A grid of 0.05 leaves a twentieth of a unit.
+    assert!(after < 0.2 * before, "{after} of {before}");
+}
+
+/// Derivatives to the readings against central differences; planes on nodes have none.
+#[test]
+fn derivatives_of_readings() {
+    let (_, model) = reduced();
+    let effects = moved_planes();
+    let mut p = vec![0.0; model.layout.len()];
+    assert_eq!(model.readings(&[], &mut vec![]).expect("planes"), vec![]);
+    for plane in [0, 3] {
+        p[model.layout.reading(plane)] = 0.3;
+    }
+    for speed in [0.0, 3000.0] {
+        let mut probes = vec![];
+        let readings = model.readings(&effects, &mut probes).expect("planes");
+        let (planes, numbers): (Vec<usize>, Vec<Number>) = readings.into_iter().unzip();
+        assert_eq!(planes, [0, 3]);
+        let here = model.assemble_with(&p, &effects, speed, false, &probes);
+        let here = here.expect("assembled");
+        let first = here.ports() - probes.len();
+        for (i, plane) in planes.into_iter().enumerate() {
+            let step = 1e-3;
+            let moved = |by: f64| {
+                let mut p = p.clone();
+                p[model.layout.reading(plane)] += by;
+                model.assemble(&p, &effects, speed, false).expect("moved")
+            };
+            let own = |w: f64| {
+                let line = here.line_with(w, None, first, &numbers);
+                (line.response, line.derivatives[i])
+            };
+            let (off, size) = off_and_size(own, (&moved(step), &moved(-step)), step);
+            // Linear but for the loop of the magnets.
+            assert!(off < 1e-8 * size, "{plane} at {speed}: {off} of {size}");
+        }
+    }
 }
 
 /// Derivatives to every small parameter against central differences.
@@ -181,6 +261,73 @@ fn derivatives_of_small_parameters() {
             assert!(
                 off < 2.5e-3 * size,
                 "parameter {k} at {speed}: {off} of {size}"
+            );
+        }
+    }
+}
+
+/// What cubic functions with ψ as slope leave out of the deflection is the shear angle times L s(1−s)(1−2s): of a clamped beam under a
+/// force and a moment at its end, for which elements of any length are exact, read between two nodes and on the node of a finer mesh.
+#[test]
+fn cubic_functions_leave_out_the_shear_angle() {
+    let steel = Material::isotropic("steel", 210e9, 7850.0, 0.3);
+    let beam = |length: f64| Section::cylinder(length, 0.04, 0.01, steel.clone());
+    let (length, force, moment) = (0.03, 900.0, -11.0);
+    // The end of a clamped element: its lower right block against (force, moment).
+    let end = |section: &Section, force: f64, moment: f64| {
+        let k = element::matrices(section).stiffness;
+        let (a, b, d) = (k[(2, 2)], k[(2, 3)], k[(3, 3)]);
+        let det = a * d - b * b;
+        [
+            (d * force - b * moment) / det,
+            (a * moment - b * force) / det,
+        ]
+    };
+    let whole = beam(length);
+    let [w, psi] = end(&whole, force, moment);
+    for s in [0.1, 0.35, 0.5, 0.8] {
+        // To the cut, the rest of the beam is its force and its moment.
+        let [exact, _] = end(
+            &beam(s * length),
+            force,
+            moment + force * (1.0 - s) * length,
+        );
+        let read = element::hermite(s, length);
+        let shear = element::shear(&whole);
+        let angle = shear[2] * w + shear[3] * psi;
+        let got = read[2] * w + read[3] * psi + angle * length * s * (1.0 - s) * (1.0 - 2.0 * s);
+        assert!((got - exact).abs() < 1e-12 * w.abs(), "{s}: {got} {exact}");
+        if s != 0.5 {
+            assert!((got - read[2] * w - read[3] * psi).abs() > 1e-4 * w.abs());
+        }
+    }
+}
+
+/// The derivative of every number to its coordinate against central differences.
+#[test]
+fn coordinates_have_slopes() {
+    let (machine, model) = reduced();
+    for hypothesis in every(&machine, &model) {
+        let mut theta = hypothesis.start.clone();
+        theta[0] += 0.3;
+        for i in 0..theta.len() {
+            let number = |by: f64| {
+                let mut theta = theta.clone();
+                theta[i] += by;
+                let effect = hypothesis.effect(&theta);
+                match (effect.values.get(i), effect.location) {
+                    (Some(value), _) => *value,
+                    (None, Location::Position(z)) => z,
+                    other => panic!("{other:?}"),
+                }
+            };
+            let step = 1e-5;
+            let want = (number(step) - number(-step)) / (2.0 * step);
+            let got = hypothesis.slope(i, &theta);
+            assert!(
+                (got - want).abs() < 1e-6 * want.abs(),
+                "{:?} {i}: {got} {want}",
+                hypothesis.kind
             );
         }
     }

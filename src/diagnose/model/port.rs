@@ -20,6 +20,8 @@ pub enum Probe {
     Station(f64),
     /// Slope of the shaft at a position.
     Slope(f64),
+    /// What another mesh may read more at a position.
+    Misread(f64),
     /// Tool against nose, across.
     JointAcross,
     /// Tool against nose, turning.
@@ -37,6 +39,9 @@ impl Probe {
         };
         Ok(match self {
             Self::Station(z) => skeleton.row(z)?,
+            Self::Misread(z) => skeleton
+                .misread(z)?
+                .unwrap_or_else(|| vec![0.0; skeleton.len()]),
             Self::JointAcross => joint(0),
             Self::JointTurning => joint(1),
             Self::Slope(z) => {

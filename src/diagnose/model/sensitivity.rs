@@ -4,6 +4,7 @@
 //! slope port,  dH_oi = κ (H_oq' H_qi + H_oq H_q'i); a sensor that moves reads H_q'i instead of H_oi; what stands between ports a and b before the
 //! magnets are closed gives  Σ (1 + Hκ)_oa dh (1 + κH)_bi.
 
+use super::super::DiagnoseError;
 use super::behind::Behind;
 use super::electronics::Change;
 use super::port::Probe;
@@ -53,9 +54,9 @@ pub enum Term {
     Bond(usize, Law),
     /// A law of one unit at a probe whose slope is another probe.
     Shift(usize, usize, Law),
-    /// The sensors of a bearing move along the slope of a probe.
+    /// The sensors of a bearing read a probe more.
     Signal(usize, usize),
-    /// The magnets of a bearing move along the slope of a probe.
+    /// The magnets of a bearing act at a probe, too.
     Magnet(usize, usize),
     /// Mass, frequency in Hz, damping ratio of a housing mode.
     Housing(usize, usize),
@@ -115,6 +116,31 @@ impl Model {
         }
         let sums = self.sums(effects, index, probes);
         sums.into_iter().map(Number::Shaft).collect()
+    }
+
+    /// Derivatives to the readings of the planes that are between nodes, with their planes.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a plane is off the shaft.
+    pub fn readings(
+        &self,
+        effects: &[Effect],
+        probes: &mut Vec<Probe>,
+    ) -> Result<Vec<(usize, Number)>, DiagnoseError> {
+        let mut all = vec![];
+        let planes = self.with(effects).effective().planes_m();
+        for (plane, z) in planes.into_iter().enumerate() {
+            if self.rigid.misread(z)?.is_some() {
+                let probe = probes.len();
+                probes.push(Probe::Misread(z));
+                let term = match plane {
+                    0 | 1 => Term::Magnet(plane, probe),
+                    _ => Term::Signal(plane - 2, probe),
+                };
+                all.push((plane, Number::Shaft(vec![(1.0, term)])));
+            }
+        }
+        Ok(all)
     }
 
     fn sums(&self, effects: &[Effect], index: usize, probes: &mut Vec<Probe>) -> Vec<Sum> {
