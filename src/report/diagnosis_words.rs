@@ -160,6 +160,10 @@ pub fn statement(e: &NamedEffect) -> String {
     let scaled = |i: usize, factor: f64, unit: &str| ranged(e, i, |v| factor * v, unit);
     let percent = || ranged(e, 0, |v| 100.0 * (v - 1.0), " %");
     let value = e.effect.values.first().copied().unwrap_or_default();
+    let grams = || match value < 0.0 {
+        true => (scaled(0, -1e3, " g"), "less"),
+        false => (scaled(0, 1e3, " g"), "more"),
+    };
     match e.effect.kind {
         EffectKind::LoopDelay => {
             let way = if value < 0.0 { "faster" } else { "slower" };
@@ -227,18 +231,12 @@ pub fn statement(e: &NamedEffect) -> String {
             scaled(1, 1e-3, " kN m/rad")
         ),
         EffectKind::ToolMass => {
-            let way = if value < 0.0 { "less" } else { "more" };
-            let sign = if value < 0.0 { -1e3 } else { 1e3 };
-            format!(
-                "the tip of the tool carries {} {way} than the model",
-                scaled(0, sign, " g")
-            )
+            let (mass, way) = grams();
+            format!("the tip of the tool carries {mass} {way} than the model")
         }
         EffectKind::AddedMass => {
-            format!(
-                "{} more sit at {at} than in the model",
-                scaled(0, 1e3, " g")
-            )
+            let (mass, way) = grams();
+            format!("{mass} {way} sit at {at} than in the model")
         }
         EffectKind::HousingMode => format!(
             "the housing, {}, resonates at {} with a damping ratio of {}",
