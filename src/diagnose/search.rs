@@ -40,8 +40,8 @@ const PAIR_LISTS: [usize; 3] = [16, 6, 4];
 const DISTANT: f64 = 3.0;
 /// Starts of one name that are fitted.
 const STARTS: usize = 2;
-/// Names that reach the final floor where none of them explains the data: more than pairs are begun with.
-const BEGINNINGS: usize = 3;
+/// Names that reach the final floor where none of them explains the data: those that pairs are begun with; twice as many are fitted to all lines.
+const BEGINNINGS: usize = 2;
 /// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1, noise that is not quite
 /// white has reached 1.6.
 pub const BLOCK_FAILS: f64 = 2.2;
@@ -289,7 +289,7 @@ impl Search<'_> {
                 Some((h, further))
             })
             .collect();
-        let second = ahead(second, lists[1], usize::MAX, (10.0, 100.0), &mut others);
+        let second = ahead(second, lists[1], 2 * BEGINNINGS, (10.0, 100.0), &mut others);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
             .into_par_iter()
