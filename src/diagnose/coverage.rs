@@ -65,12 +65,11 @@ pub fn detectable(
             let mut there = at.clone();
             there.theta.push(theta.clone());
             let linearised = problem.newest(&there, FINAL_FLOOR, None)?;
-            let columns = linearised.jacobian.columns();
-            let first = Mat::from_fn(columns, 1, |i, _| f64::from(u8::from(i == 0)));
-            let v = linearised.jacobian.times(&first);
-            let (n, start) = (v.nrows(), theta.first().copied().unwrap_or_default());
-            let own: f64 = (0..n).map(|i| v[(i, 0)] * v[(i, 0)]).sum();
-            let shared = jacobian.transpose_times(&v);
+            let start = theta.first().copied().unwrap_or_default();
+            // Of the numbers of an effect the first is its size.
+            let own = linearised.jacobian.normal()[(0, 0)];
+            let shared = jacobian.transpose_times_columns(&linearised.jacobian);
+            let shared = Mat::from_fn(shared.nrows(), 1, |i, _| shared[(i, 0)]);
             let absorbed = solve(normal, &shared)?;
             let taken: f64 = (0..shared.nrows())
                 .map(|i| shared[(i, 0)] * absorbed[(i, 0)])

@@ -163,15 +163,22 @@ impl Problem<'_> {
     }
 
     /// A point between two that lies lower than the first: the second, or half the way, or half of that; the last of them when all lie higher
-    /// (a start without any size may be no better).
+    /// (a start without any size may be no better). With its χ², which is infinite where there is no model.
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn downhill(&self, from: &Point, to: &Point, floor: f64) -> Result<Point, DiagnoseError> {
+    pub fn downhill(
+        &self,
+        from: &Point,
+        to: &Point,
+        floor: f64,
+    ) -> Result<(Point, f64), DiagnoseError> {
         let here = self.chi2(from, floor)?;
+        let chi2 = |at: &Point| self.chi2(at, floor).unwrap_or(f64::INFINITY);
         let mut there = to.clone();
+        let mut value = chi2(&there);
         for _ in 0..4 {
-            if self.chi2(&there, floor).is_ok_and(|chi2| chi2 < here) {
+            if value < here {
                 break;
             }
             let half = |a: &mut f64, b: &f64| *a = 0.5 * (*a + b);
@@ -183,8 +190,9 @@ impl Problem<'_> {
             for (a, b) in there.theta.iter_mut().zip(&from.theta) {
                 a.iter_mut().zip(b).for_each(|(a, b)| half(a, b));
             }
+            value = chi2(&there);
         }
-        Ok(there)
+        Ok((there, value))
     }
 
     pub(super) fn prior(&self, p: &[f64]) -> f64 {

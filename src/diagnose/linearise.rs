@@ -163,16 +163,16 @@ impl Problem<'_> {
                 numbers.push(number);
             }
         }
-        let electronics = model.electronics(&at.p, &effects);
+        let known = shaft.map(|shaft| (shaft, model.electronics(&at.p, &effects)));
         let strained = layout.is_some() || numbers.iter().any(Number::bends);
         let assemble =
             |speed: &f64| model.assemble_with(&at.p, &effects, *speed, strained, &probes);
-        let models: Vec<Assembled> = match shaft {
+        let models: Vec<Assembled> = match known {
             Some(_) => vec![],
             None => speeds.iter().map(assemble).collect::<Result<_, _>>()?,
         };
-        let line = |t: usize, task: &Task| match shaft {
-            Some(shaft) => electronics.line(&shaft[t], task.omega, &numbers),
+        let line = |t: usize, task: &Task| match &known {
+            Some((shaft, electronics)) => electronics.line(&shaft[t], task.omega, &numbers),
             None => {
                 let own = &models[task.speed];
                 let first = own.ports() - probes.len();
@@ -180,7 +180,7 @@ impl Problem<'_> {
             }
         };
         let tasks = self.tasks(&speeds);
-        let order = order(layout, self.evidence.sweeps.len(), coordinates, &readings);
+        let order = order(layout, coordinates, &readings);
         let width = order.len();
         let pieces: Vec<(Vec<f64>, Mat<f64>, Vec<Receptance>)> = tasks
             .par_chunks(PIECE)
@@ -303,7 +303,6 @@ enum Column {
 /// those in a line.
 fn order(
     layout: Option<&Layout>,
-    sweeps: usize,
     coordinates: usize,
     readings: &[Option<usize>; 4],
 ) -> Vec<Column> {
@@ -319,7 +318,7 @@ fn order(
             None => Column::Nothing,
         };
         all.extend(readings.iter().map(reading));
-        for s in 0..sweeps {
+        for s in 0..layout.sweeps {
             all.extend((0..4).map(|i| Column::Axis(s, i)));
         }
     }

@@ -12,6 +12,7 @@ mod behind;
 mod electronics;
 mod finer;
 mod gyroscopic;
+pub mod law;
 mod line;
 pub mod port;
 pub mod sensitivity;
@@ -28,6 +29,7 @@ use crate::spindle::{Effect, EffectKind, Location, Machine};
 pub use electronics::Electronics;
 use finer::Finer;
 use gyroscopic::Gyroscopic;
+use law::Law;
 use line::Planar;
 use port::Probe;
 use shaft::{Modes, modes};
@@ -46,22 +48,6 @@ const DYNAMIC_BELOW_HZ: f64 = 24_000.0;
 const TOOL: usize = 0;
 const OUT: [usize; 3] = [3, 4, TOOL];
 const IN: [usize; 3] = [1, 2, TOOL];
-
-#[derive(Clone, Copy, Debug)]
-enum Law {
-    Spring(c64),
-    Dashpot(f64),
-}
-
-impl Law {
-    /// Force per displacement, N/m.
-    fn gain(&self, w: f64) -> c64 {
-        match self {
-            Self::Spring(k) => *k,
-            Self::Dashpot(c) => c64::new(0.0, -w * c),
-        }
-    }
-}
 
 /// The base machine in reduced coordinates, rigid and with a joint at the nose.
 #[derive(Clone, Debug)]
@@ -88,7 +74,8 @@ pub struct Assembled {
     ports: Vec<Vec<f64>>,
     /// Constant receptance between ports, ports×ports; empty with the mesh of the model.
     constant: Vec<f64>,
-    feedback: Vec<(usize, Law)>,
+    /// Port, law, and how many units of it.
+    feedback: Vec<(usize, Law, f64)>,
     housings: Vec<Housing>,
     electronics: Electronics,
     strain: Option<Strain>,
@@ -283,23 +270,23 @@ impl Model {
             }
             rows.push(row);
         }
-        let spring = |k: f64| Law::Spring(c64::new(k, 0.0));
-        let mut feedback = vec![(1, spring(front.ks_n_per_m)), (2, spring(rear.ks_n_per_m))];
-        let mut attach = |z: f64, law: Law| -> Result<(), DiagnoseError> {
-            feedback.push((rows.len(), law));
+        let ks = [front.ks_n_per_m, rear.ks_n_per_m];
+        let mut feedback = vec![(1, Law::Spring, -ks[0]), (2, Law::Spring, -ks[1])];
+        let mut attach = |z: f64, law: Law, value: f64| -> Result<(), DiagnoseError> {
+            feedback.push((rows.len(), law, value));
             rows.push(skeleton.row(z)?);
             Ok(())
         };
         for (z, k) in &effective.added_stiffness {
-            attach(*z, spring(-k))?;
+            attach(*z, Law::Spring, *k)?;
         }
         for (z, q) in &effective.cross_coupling {
-            attach(*z, Law::Spring(c64::new(0.0, *q)))?;
+            attach(*z, Law::Circulatory, *q)?;
         }
         if let (Some(effect), Some([_, turning])) = (joint, &skeleton.joint) {
             let c = effect.values.get(2).copied().unwrap_or_default();
             if c != 0.0 {
-                feedback.push((rows.len(), Law::Dashpot(c)));
+                feedback.push((rows.len(), Law::Dashpot, c));
                 rows.push(turning.clone());
             }
         }
@@ -316,7 +303,8 @@ impl Model {
             .collect();
         let gyroscopic = (speed_rad_s != 0.0).then(|| {
             Gyroscopic::new(
-                (speed_rad_s, effective.gyroscopic_factor),
+                speed_rad_s,
+                effective.gyroscopic_factor,
                 &skeleton.gyroscopic,
                 &turned,
                 &omega,
@@ -330,7 +318,7 @@ impl Model {
             || turning.iter().any(|t| *t != 0.0)
             || feedback
                 .iter()
-                .any(|(_, law)| matches!(law, Law::Spring(k) if k.im != 0.0));
+                .any(|(_, law, value)| *law == Law::Circulatory && *value != 0.0);
         Ok(Assembled {
             speed_rad_s,
             housings: effective.housings.clone(),

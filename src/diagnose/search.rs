@@ -98,6 +98,13 @@ impl Standing {
     }
 }
 
+/// A point with a hypothesis at its start besides.
+fn beside(origin: &Point, h: &Hypothesis) -> Point {
+    let mut from = origin.clone();
+    from.theta.push(h.start.clone());
+    from
+}
+
 /// What a round found.
 #[derive(Clone, Debug)]
 pub struct Round {
@@ -245,12 +252,9 @@ impl Search<'_> {
         let first: Vec<(Hypothesis, Point, f64)> = free
             .par_iter()
             .filter_map(|h| {
-                let mut from = origin.clone();
-                from.theta.push(h.start.clone());
-                let (at, chi2) = self
-                    .problem(&with(h), screen)
-                    .predicted(&base, &from, w)
-                    .ok()?;
+                let with = with(h);
+                let problem = self.problem(&with, screen);
+                let (at, chi2) = problem.predicted(&base, &beside(origin, h), w).ok()?;
                 let hopeful = chi2 < standing.candidate.fit.chi2 - 0.5 * ACCEPT;
                 (!settled || hopeful).then(|| (h.clone(), at, chi2))
             })
@@ -266,20 +270,21 @@ impl Search<'_> {
         let begun: Vec<(Hypothesis, Fit)> = first
             .par_iter()
             .filter_map(|(h, at, _)| {
-                let mut from = origin.clone();
-                from.theta.push(h.start.clone());
                 let with = with(h);
                 let problem = self.problem(&with, thin(3));
-                let start = problem.downhill(&from, at, w).ok()?;
+                let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
                 Some((h.clone(), problem.fit(&start, stages).ok()?))
             })
             .collect();
         let mut others = vec![];
         let begun = ahead(
             begun,
-            2 * lists[1],
-            usize::MAX,
-            (DISTANT, f64::INFINITY),
+            Gate {
+                most: 2 * lists[1],
+                beginnings: usize::MAX,
+                factor: DISTANT,
+                surplus: None,
+            },
             &mut others,
         );
         let second: Vec<(Hypothesis, Fit)> = begun
@@ -289,7 +294,13 @@ impl Search<'_> {
                 Some((h, further))
             })
             .collect();
-        let second = ahead(second, lists[1], 2 * BEGINNINGS, (10.0, 100.0), &mut others);
+        let gate = Gate {
+            most: lists[1],
+            beginnings: 2 * BEGINNINGS,
+            factor: 10.0,
+            surplus: Some(100.0),
+        };
+        let second = ahead(second, gate, &mut others);
         (self.progress)("finalists");
         let third: Vec<(Hypothesis, Fit)> = second
             .into_par_iter()
@@ -298,7 +309,13 @@ impl Search<'_> {
                 Some((h, all))
             })
             .collect();
-        let third = ahead(third, lists[2], BEGINNINGS, (4.0, 50.0), &mut others);
+        let gate = Gate {
+            most: lists[2],
+            beginnings: BEGINNINGS,
+            factor: 4.0,
+            surplus: Some(50.0),
+        };
+        let third = ahead(third, gate, &mut others);
         let mut finalists: Vec<Candidate> = third
             .par_iter()
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Use::ALL).ok())
@@ -334,13 +351,10 @@ impl Search<'_> {
                 if twins(h) <= STARTS {
                     return 0.0;
                 }
-                let mut from = origin.clone();
-                from.theta.push(h.start.clone());
                 let with = with(h);
                 let problem = self.problem(&with, usage);
-                let there = problem.downhill(&from, at, floor);
-                let chi2 = there.and_then(|there| problem.chi2(&there, floor));
-                chi2.unwrap_or(f64::INFINITY)
+                let there = problem.downhill(&beside(origin, h), at, floor);
+                there.map_or(f64::INFINITY, |(_, chi2)| chi2)
             })
             .collect();
         let kept = (0..all.len()).filter_map(|i| {
@@ -445,25 +459,35 @@ fn matters(candidate: &Candidate) -> bool {
     newest.is_none_or(|(h, theta)| h.matters(theta))
 }
 
-/// Best start of every name, best score first: at most `most`, and none that is out of the race. The limits of the leader's χ² are a factor
-/// while the leader fails too (what is still to come down does not come down by more), and a surplus, if that is finite, where it does not
-/// fail: a lower floor makes every distance larger. Those that go are added to `others`.
+/// What may go on with the leader of a stage.
+struct Gate {
+    /// Most names.
+    most: usize,
+    /// Most where the leader fails: the beginnings of a pair.
+    beginnings: usize,
+    /// Largest χ² in terms of the leader's while that fails too: what is still to come down does not come down by more.
+    factor: f64,
+    /// Largest χ² above the leader's where that does not fail: a lower floor makes every distance larger. None after first fits, where the
+    /// factor counts either way and resonances that are on their way go on.
+    surplus: Option<f64>,
+}
+
+/// Best start of every name, best score first, as far as the gate is open; those that go are added to `others`.
 fn ahead(
     mut all: Vec<(Hypothesis, Fit)>,
-    most: usize,
-    beginnings: usize,
-    (factor, surplus): (f64, f64),
+    gate: Gate,
     others: &mut Vec<(Effect, f64)>,
 ) -> Vec<(Hypothesis, Fit)> {
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
     let Some((best, limit, most)) = all.first().map(|(_, leader)| {
         let fails = leader.data_chi2 > FAILS * leader.residuals as f64;
-        let limit = match fails || surplus.is_infinite() {
-            true => factor * leader.chi2 + 100.0,
-            false => leader.chi2 + surplus,
+        let limit = match gate.surplus {
+            Some(surplus) if !fails => leader.chi2 + surplus,
+            _ => gate.factor * leader.chi2 + 100.0,
         };
-        // Of what fails, only the beginnings of a pair go on.
-        let most = if fails { most.min(beginnings) } else { most };
+        let most = gate
+            .most
+            .min(if fails { gate.beginnings } else { usize::MAX });
         (score(leader), limit, most)
     }) else {
         return all;
@@ -473,7 +497,8 @@ fn ahead(
         if kept.iter().any(|k| k.0.same_name(&h)) {
             continue;
         }
-        let on_its_way = factor == DISTANT && (h.sole() || h.kind == EffectKind::HousingMode);
+        let resonance = h.sole() || h.kind == EffectKind::HousingMode;
+        let on_its_way = gate.surplus.is_none() && resonance;
         if kept.len() < most && (fit.chi2 <= limit || on_its_way) {
             kept.push((h, fit));
         } else if let Some(theta) = fit.at.theta.last() {

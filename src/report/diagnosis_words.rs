@@ -160,18 +160,15 @@ pub fn statement(e: &NamedEffect) -> String {
     let scaled = |i: usize, factor: f64, unit: &str| ranged(e, i, |v| factor * v, unit);
     let percent = || ranged(e, 0, |v| 100.0 * (v - 1.0), " %");
     let value = e.effect.values.first().copied().unwrap_or_default();
-    let grams = || match value < 0.0 {
-        true => (scaled(0, -1e3, " g"), "less"),
-        false => (scaled(0, 1e3, " g"), "more"),
+    let either = |factor: f64, unit: &str, [less, more]: [&'static str; 2]| match value < 0.0 {
+        true => (scaled(0, -factor, unit), less),
+        false => (scaled(0, factor, unit), more),
     };
+    let grams = || either(1e3, " g", ["less", "more"]);
     match e.effect.kind {
         EffectKind::LoopDelay => {
-            let way = if value < 0.0 { "faster" } else { "slower" };
-            let sign = if value < 0.0 { -1e6 } else { 1e6 };
-            format!(
-                "the loop is {} {way} than the model",
-                scaled(0, sign, " µs")
-            )
+            let (time, way) = either(1e6, " µs", ["faster", "slower"]);
+            format!("the loop is {time} {way} than the model")
         }
         EffectKind::AmplifierBandwidth => {
             format!(

@@ -73,7 +73,7 @@ pub fn matrices(section: &Section) -> ElementMatrices {
         polar += 2.0 * rho * second_moment(heavy(s)) * h;
     }
     if let Some(kappa) = kappa {
-        let strain = Vector4::new(-1.0 / l, -0.5, 1.0 / l, -0.5) * (phi / (1.0 + phi));
+        let strain = Vector4::from(shear(section));
         stiffness += strain * strain.transpose() * (kappa * g * area_integral);
     }
     if section.rotary_inertia {
@@ -96,7 +96,7 @@ pub fn shear(section: &Section) -> [f64; 4] {
     let l = section.length_m;
     let phi = shear_parameter(section);
     let c = phi / (1.0 + phi);
-    [-c / l, -0.5 * c, c / l, -0.5 * c]
+    [-1.0 / l * c, -0.5 * c, 1.0 / l * c, -0.5 * c]
 }
 
 /// φ of a section.

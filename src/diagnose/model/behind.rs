@@ -23,17 +23,17 @@ pub(super) struct Behind {
 impl Assembled {
     pub(super) fn behind(&self, at: &Planar, w: f64, outs: &[usize], ins: &[usize]) -> Behind {
         let (p, d, n) = (self.ports.len(), self.dynamic, outs.len());
-        let gains: Vec<c64> = self.feedback.iter().map(|(_, law)| law.gain(w)).collect();
+        let gains = self.gains(w);
         let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
         for (o, out) in outs.iter().enumerate() {
             left[o * p + out] += 1.0;
-            for ((port, _), gain) in self.feedback.iter().zip(&gains) {
+            for ((port, ..), gain) in self.feedback.iter().zip(&gains) {
                 left[o * p + port] += at.closed[out * p + port] * gain;
             }
         }
         for (i, input) in ins.iter().enumerate() {
             right[input * n + i] += 1.0;
-            for ((port, _), gain) in self.feedback.iter().zip(&gains) {
+            for ((port, ..), gain) in self.feedback.iter().zip(&gains) {
                 right[port * n + i] += gain * at.closed[port * p + input];
             }
         }

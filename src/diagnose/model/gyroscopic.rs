@@ -31,7 +31,8 @@ impl Gyroscopic {
     /// Of the shaft's G, n×n, in the modes `turned` with frequencies `omega`, rad/s, of which the first `dynamic` are dynamic; `ports`
     /// are ports × modes, `speed` is Ω, rad/s, and its factor.
     pub fn new(
-        (speed, factor): (f64, f64),
+        speed: f64,
+        factor: f64,
         matrix: &Mat<f64>,
         turned: &Mat<f64>,
         omega: &[f64],

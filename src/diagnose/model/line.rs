@@ -5,6 +5,7 @@ use super::super::nuisance::Layout;
 use super::sensitivity::Number;
 use super::{Assembled, IN, Line, OUT, Receptance, ZERO};
 use crate::linalg::c64;
+use std::cell::LazyCell;
 
 /// One signed frequency in the complex plane.
 pub(super) struct Planar {
@@ -56,6 +57,12 @@ impl Assembled {
             receptance,
             derivatives,
         }
+    }
+
+    /// Force per displacement of every feedback, N/m.
+    pub(super) fn gains(&self, w: f64) -> Vec<c64> {
+        let each = self.feedback.iter();
+        each.map(|(_, law, value)| law.gain(w) * *value).collect()
     }
 
     fn pick(&self, at: &Planar) -> [c64; 9] {
@@ -132,7 +139,7 @@ impl Assembled {
         }
         // X_c = (I − H_ff κ)⁻¹ H_f·
         let f = &self.feedback;
-        let gains: Vec<c64> = f.iter().map(|(_, law)| law.gain(w)).collect();
+        let gains = self.gains(w);
         let m = f.len();
         let mut unit = vec![ZERO; m * m];
         let mut rows = vec![ZERO; m * p];
@@ -165,13 +172,9 @@ impl Assembled {
         first: usize,
         numbers: &[Number],
     ) -> Vec<[c64; 9]> {
-        let behind = self.behind(at, w, &OUT, &IN);
-        let bent = layout.is_some() || numbers.iter().any(Number::bends);
-        let strains = if bent {
-            self.strains(&behind, w)
-        } else {
-            vec![]
-        };
+        // What acts at ports needs neither.
+        let behind = LazyCell::new(|| self.behind(at, w, &OUT, &IN));
+        let strains = LazyCell::new(|| self.strains(&behind, w));
         let small = layout.map(|l| self.small(at, w, (&OUT, &IN), &behind, &strains, l));
         let block = |of: &Vec<c64>| std::array::from_fn(|n| of[n]);
         let mut all: Vec<[c64; 9]> = small.iter().flatten().map(block).collect();

@@ -7,35 +7,13 @@
 use super::super::DiagnoseError;
 use super::behind::Behind;
 use super::electronics::Change;
+use super::law::Law;
 use super::port::Probe;
 use super::{Assembled, IN, Model, OUT, Planar, RIGID, ZERO};
 use crate::linalg::c64;
 use crate::spindle::{Bearings, Effect, EffectKind, Location};
 use std::f64::consts::TAU;
-
-/// A force per displacement, of one unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Law {
-    /// Against the displacement.
-    Spring,
-    /// Across it.
-    Circulatory,
-    /// Against the velocity.
-    Dashpot,
-    /// Against the acceleration.
-    Mass,
-}
-
-impl Law {
-    fn gain(self, w: f64) -> c64 {
-        match self {
-            Self::Spring => c64::new(-1.0, 0.0),
-            Self::Circulatory => c64::new(0.0, 1.0),
-            Self::Dashpot => c64::new(0.0, -w),
-            Self::Mass => c64::new(w * w, 0.0),
-        }
-    }
-}
+use std::ops::Deref;
 
 /// A part of a derivative. Probes are numbered in the order in which they were asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +38,16 @@ pub enum Term {
     Magnet(usize, usize),
     /// Mass, frequency in Hz, damping ratio of a housing mode.
     Housing(usize, usize),
+}
+
+impl Term {
+    /// A plane, actuators front and rear, then sensors, reads or acts at a probe, too.
+    fn of_plane(plane: usize, probe: usize) -> Self {
+        match plane {
+            0 | 1 => Self::Magnet(plane, probe),
+            _ => Self::Signal(plane - 2, probe),
+        }
+    }
 }
 
 /// A sum of terms with factors.
@@ -133,10 +121,7 @@ impl Model {
             if self.rigid.misread(z)?.is_some() {
                 let probe = probes.len();
                 probes.push(Probe::Misread(z));
-                let term = match plane {
-                    0 | 1 => Term::Magnet(plane, probe),
-                    _ => Term::Signal(plane - 2, probe),
-                };
+                let term = Term::of_plane(plane, probe);
                 all.push((plane, Number::Shaft(vec![(1.0, term)])));
             }
         }
@@ -184,18 +169,12 @@ impl Model {
                 ]
             }
             (EffectKind::SensorOffset | EffectKind::ActuatorOffset, Location::Bearing(which)) => {
-                let effective = self.with(effects).effective();
+                let planes = self.with(effects).effective().planes_m();
                 let signal = effect.kind == EffectKind::SensorOffset;
                 let term = |b: usize| {
-                    let bearing = &effective.bearings[b];
-                    let z = if signal {
-                        bearing.sensor_m
-                    } else {
-                        bearing.actuator_m
-                    };
-                    let slope = probe(Probe::Slope(z));
-                    let term = if signal { Term::Signal } else { Term::Magnet };
-                    (1.0, term(b, slope))
+                    let plane = if signal { 2 + b } else { b };
+                    let slope = probe(Probe::Slope(planes[plane]));
+                    (1.0, Term::of_plane(plane, slope))
                 };
                 vec![bearings(which).into_iter().map(term).collect()]
             }
@@ -241,8 +220,8 @@ impl Assembled {
         w: f64,
         first: usize,
         sum: &Sum,
-        behind: &Behind,
-        strains: &[Vec<c64>],
+        behind: &impl Deref<Target = Behind>,
+        strains: &impl Deref<Target = Vec<Vec<c64>>>,
     ) -> [c64; 9] {
         let mut all = [ZERO; 9];
         for (factor, term) in sum {
@@ -263,8 +242,8 @@ impl Assembled {
         &self,
         term: Term,
         w: f64,
-        behind: &Behind,
-        strains: &[Vec<c64>],
+        behind: &impl Deref<Target = Behind>,
+        strains: &impl Deref<Target = Vec<Vec<c64>>>,
     ) -> Option<Vec<c64>> {
         let modes = RIGID..self.dynamic;
         Some(match term {
