@@ -5,7 +5,8 @@
 //! States, signals and outputs saturate at ±1 (Q31), states and outputs at their limits (float32).
 
 use super::ControllerError;
-use super::realise::{Realisation, Row};
+use super::anti_windup::correct_f32;
+use super::realise::{Realisation, Row, Term};
 use super::scaling::{ScaledRealisation, rescaled};
 
 /// Full scale of Q31, 2³¹.
@@ -20,6 +21,8 @@ pub struct Float32Program {
     pub input_limit_m: f32,
     /// Output clamp, A.
     pub output_limit_a: f32,
+    /// Rows of the anti-windup gain L, one a state, exactly representable in single precision.
+    pub conditioning: Vec<Row>,
     state: Vec<f32>,
 }
 
@@ -43,6 +46,11 @@ pub fn float32(scaled: &ScaledRealisation) -> Result<Float32Program, ControllerE
     }
     Ok(Float32Program {
         state: vec![0.0; rows.order()],
+        conditioning: scaled
+            .conditioning
+            .iter()
+            .map(|row| row.iter().map(|t| single(*t)).collect())
+            .collect(),
         rows,
         input_limit_m: scaled.limits.input_m as f32,
         output_limit_a: scaled.limits.output_a as f32,
@@ -61,19 +69,23 @@ impl Float32Program {
             let value = sum_f32(row, &v);
             v.push(value);
         }
-        let outputs = self
-            .rows
-            .outputs
+        let wanted: Vec<f32> = self.rows.outputs.iter().map(|r| sum_f32(r, &v)).collect();
+        let outputs: Vec<f32> = wanted
             .iter()
-            .map(|row| clamp_f32(sum_f32(row, &v), self.output_limit_a))
+            .map(|u| clamp_f32(*u, self.output_limit_a))
             .collect();
-        self.state = self
-            .rows
-            .states
-            .iter()
-            .map(|row| clamp_f32(sum_f32(row, &v), 1.0))
-            .collect();
+        let excess: Vec<f32> = outputs.iter().zip(&wanted).map(|(u, v)| u - v).collect();
+        let mut next: Vec<f32> = self.rows.states.iter().map(|r| sum_f32(r, &v)).collect();
+        correct_f32(&mut next, &self.conditioning, &excess);
+        self.state = next.into_iter().map(|x| clamp_f32(x, 1.0)).collect();
         outputs
+    }
+}
+
+fn single(term: Term) -> Term {
+    Term {
+        coefficient: f64::from(term.coefficient as f32),
+        ..term
     }
 }
 

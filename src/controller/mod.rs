@@ -1,5 +1,6 @@
 //! K(s) to firmware: PID, reduction, discretisation, realisation, fixed-point and float arithmetic.
 
+pub mod anti_windup;
 pub mod arithmetic;
 pub mod cma_es;
 pub mod discretise;

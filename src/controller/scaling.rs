@@ -38,6 +38,9 @@ pub struct ScaledRealisation {
     pub signal_scale: Vec<f64>,
     /// True for states whose clamp is the anti-windup limit.
     pub anti_windup: Vec<bool>,
+    /// Rows of L of [`super::anti_windup`], one a state; a term's source is the output, its coefficient scaled state
+    /// per A. Empty rows: the state is not conditioned.
+    pub conditioning: Vec<Row>,
 }
 
 /// Scales states and signals of a realisation to ±1.
@@ -124,6 +127,7 @@ pub fn scaled(
     Ok(ScaledRealisation {
         rows,
         limits,
+        conditioning: vec![Row::new(); state_scale.len()],
         state_scale,
         signal_scale,
         anti_windup,
