@@ -1,5 +1,6 @@
 //! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys.
 
+use super::plausibility::Records;
 use super::{Failure, Outcome, stdout};
 use crate::input::kind::FileKind;
 use crate::input::{
@@ -34,6 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         None => load_spindle(&arguments.spindle)?,
     };
     let has_tool = found.iter().any(|(_, kind)| *kind == FileKind::Tool);
+    let mut plausible = true;
     for (file, kind) in &found {
         match kind {
             // Its effects may name regions of the tool: with a tool among the files both are checked together below.
@@ -49,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             FileKind::Controller => {
                 load_controller(file)?;
             }
-            FileKind::Measurement => check_measurement(file)?,
+            FileKind::Measurement => plausible &= check_measurement(file)?,
         }
     }
     stdout::data(|out| {
@@ -58,7 +60,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         Ok(())
     })?;
-    Ok(Outcome::Done)
+    Ok(if plausible {
+        Outcome::Done
+    } else {
+        Outcome::TargetMissed
+    })
 }
 
 /// A spindle with the shipped tool. Positions on a longer tool and regions of another tool need that tool among the files.
@@ -70,13 +76,16 @@ fn check_alone(file: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-fn check_measurement(folder: &str) -> Result<(), Failure> {
+/// True when every record is plausible.
+fn check_measurement(folder: &str) -> Result<bool, Failure> {
     let measurement = load_measurement(folder)?;
-    measurement.machine(None, None)?;
+    let machine = measurement.machine(None, None)?;
     let sweeps = measurement.sweeps.iter().map(|s| &s.controller);
     let hammers = measurement.hammers.iter().map(|h| &h.controller);
     for controller in sweeps.chain(hammers).flatten() {
         load_controller(controller)?;
     }
-    Ok(())
+    let records = Records::of(&measurement, &machine)?;
+    records.say();
+    Ok(records.plausible())
 }

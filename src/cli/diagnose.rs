@@ -2,6 +2,7 @@
 //! Writes the corrected spindle and tool, `summary.json`, the report and its pictures.
 
 use super::design::finish;
+use super::plausibility::Records;
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::diagnose::experiment::{Axis, Measurement, Tap};
@@ -9,8 +10,10 @@ use crate::diagnose::{DiagnoseError, Verdict, diagnose};
 use crate::input::{load_controller, load_measurement, spindle_yaml, tool_yaml};
 use crate::report::diagnosis::{stage, summarised};
 use crate::report::diagnosis_words::sentence;
+use crate::report::identification::{plausibility_json, record_faults};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::Summary;
+use serde_json::{Value, json};
 
 /// Arguments of `muspin diagnose`.
 #[derive(clap::Args, Debug, Default)]
@@ -79,12 +82,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             })
             .collect(),
     };
+    let records = Records::of(&loaded, &machine)?;
+    records.say();
     let progress = Progress::start();
     let found = diagnose(&machine, &measurement, &|what: &str| progress.stage(what))
         .map_err(|error| failed(&arguments.measurement, error))?;
     drop(progress);
     let mut summary = Summary::new();
-    summary.set("diagnosis", summarised(&found));
+    summary.set("plausibility", plausibility_json(&records.reports));
+    let mut diagnosis = summarised(&found);
+    if let Value::Object(map) = &mut diagnosis {
+        map.insert(
+            "record_faults".into(),
+            json!(record_faults(&records.reports)),
+        );
+    }
+    summary.set("diagnosis", diagnosis);
     let mut folder = ResultsFolder::new();
     folder.add("spindle.yaml", spindle_yaml(&found.corrected.spindle))?;
     folder.add("tool.yaml", tool_yaml(&found.corrected.tool))?;

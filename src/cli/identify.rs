@@ -1,10 +1,12 @@
-//! `muspin identify`: measured sweeps to FRFs with covariance, resonances and antiresonances of the free-free rotor (JSON).
+//! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances of the
+//! free-free rotor (JSON).
 
+use super::plausibility::Records;
 use super::{Failure, Outcome, stdout};
-use crate::identify::{IdentifyError, MeasuredFrf, identify, open_loop};
+use crate::identify::{IdentifyError, MeasuredFrf, identify};
 use crate::input::load_measurement;
 use crate::report::atomic::write_file;
-use crate::report::identification::{frf_csv, identification_json};
+use crate::report::identification::{frf_csv, identification_json, plausibility_json};
 use crate::report::uff::{UffRecord, universal_file};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -47,11 +49,9 @@ impl From<IdentifyError> for Failure {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement)?;
     let machine = measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
-    let frfs = measurement
-        .sweeps
-        .iter()
-        .map(|s| open_loop(&s.record))
-        .collect::<Result<Vec<_>, _>>()?;
+    let records = Records::of(&measurement, &machine)?;
+    records.say();
+    let frfs = &records.frfs;
     if frfs.is_empty() && measurement.hammers.is_empty() {
         return Err(Failure::new(format!(
             "{}: no record of kind sweep or hammer",
@@ -60,16 +60,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .with_hint("identification needs a sweep; frequencies that are known already go straight into `muspin update`"));
     }
     let mut answer = serde_json::Map::new();
-    if let Some(frf) = standstill(&frfs) {
-        let found = identify(frf, &machine)?;
-        answer.insert("identification".into(), identification_json(&found));
+    answer.insert("plausibility".into(), plausibility_json(&records.reports));
+    if let Some((frf, report)) = records.standstill() {
+        // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
+        if report.plausible() {
+            let found = identify(frf, &machine)?;
+            answer.insert("identification".into(), identification_json(&found));
+        }
     } else if let Some(frf) = frfs.first() {
         return Err(IdentifyError::NotAtRest {
             speed_rpm: frf.speed_rpm,
         }
         .into());
     }
-    let mut files = vec![];
+    let text = serde_json::to_string_pretty(&answer["plausibility"])
+        .map_err(|e| Failure::new(e.to_string()))?;
+    let mut files = vec![("plausibility.json".to_owned(), text + "\n")];
     for (k, frf) in frfs.iter().enumerate() {
         files.push((format!("frf-{k}.csv"), frf_csv(frf)));
     }
@@ -103,12 +109,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
         }
     }
-    let names: Vec<&String> = files.iter().map(|(n, _)| n).collect();
+    let names: Vec<&String> = files.iter().skip(1).map(|(n, _)| n).collect();
     answer.insert("records".into(), json!(names));
     let text = serde_json::to_string_pretty(&Value::Object(answer))
         .map_err(|e| Failure::new(e.to_string()))?;
     stdout::data(|out| writeln!(out, "{text}"))?;
-    Ok(Outcome::Done)
+    Ok(if records.plausible() {
+        Outcome::Done
+    } else {
+        Outcome::TargetMissed
+    })
 }
 
 /// The first sweep at standstill.

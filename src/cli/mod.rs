@@ -15,6 +15,7 @@ mod export;
 mod frf;
 mod identify;
 mod modes;
+mod plausibility;
 mod report;
 mod run;
 mod simulate;

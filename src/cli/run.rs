@@ -2,6 +2,7 @@
 
 use super::design::{add_arithmetic, add_controller, add_predictions, finish, outcome, run_design};
 use super::design_arguments::DesignArguments;
+use super::plausibility::Records;
 use super::progress::Progress;
 use super::update::targets;
 use super::{Failure, Outcome, stdout};
@@ -140,7 +141,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 fn update(measurement: &crate::input::Measurement, nominal: &Machine) -> Result<Updating, Failure> {
-    let (targets, identification) = targets(measurement, nominal, None)?;
+    let records = Records::of(measurement, nominal)?;
+    records.refuse_for_updating()?;
+    records.say();
+    let (targets, identification) = targets(measurement, &records, nominal, None)?;
     let settings = UpdateSettings::default();
     let found = gauss_newton(nominal, &targets, &settings)?;
     Ok(Updating {

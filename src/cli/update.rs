@@ -1,11 +1,11 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
-use super::identify::standstill;
+use super::plausibility::Records;
 use super::{Failure, Outcome, stdout};
-use crate::identify::{Identification, Reading, identify, open_loop};
+use crate::identify::{Identification, Reading, identify};
 use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
 use crate::report::atomic::write_file;
-use crate::report::identification::identification_json;
+use crate::report::identification::{identification_json, plausibility_json};
 use crate::report::plot::picture;
 use crate::report::tables::Table;
 use crate::report::updating::{error_table, figures, updating_json};
@@ -86,8 +86,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement)?;
     let machine = measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
-    let (mut targets, identification) =
-        targets(&measurement, &machine, arguments.relative_deviation)?;
+    let records = Records::of(&measurement, &machine)?;
+    records.refuse_for_updating()?;
+    records.say();
+    let (mut targets, identification) = targets(
+        &measurement,
+        &records,
+        &machine,
+        arguments.relative_deviation,
+    )?;
     for (frf, code) in targets.antiresonances.iter_mut().zip(FRF_CODES) {
         frf.held_out = !arguments.frfs.iter().any(|f| f == code);
     }
@@ -127,6 +134,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(found) = &identification {
         summary.insert("identification".into(), identification_json(found));
     }
+    if !records.reports.is_empty() {
+        summary.insert("plausibility".into(), plausibility_json(&records.reports));
+    }
     summary.insert("updating".into(), updating);
     let text = serde_json::to_string_pretty(&Value::Object(summary))
         .map_err(|e| Failure::new(e.to_string()))?
@@ -134,12 +144,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     write_all(&arguments.out, &machine, delivered, &models, &text)?;
     stdout::data(|out| out.write_all(text.as_bytes()))?;
     let explanation = &delivered.fit.explanation;
-    if explanation.explained {
-        Ok(Outcome::Done)
-    } else {
+    if !explanation.explained {
         eprintln!("{}", explanation.statement);
-        Ok(Outcome::TargetMissed)
     }
+    Ok(if explanation.explained && records.plausible() {
+        Outcome::Done
+    } else {
+        Outcome::TargetMissed
+    })
 }
 
 /// Codes of the FRFs, output and input axis, in the order of the targets.
@@ -188,16 +200,12 @@ fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
 /// held out.
 pub(super) fn targets(
     measurement: &Measurement,
+    records: &Records,
     machine: &Machine,
     relative_deviation: Option<f64>,
 ) -> Result<(Targets, Option<Identification>), Failure> {
-    let frfs = measurement
-        .sweeps
-        .iter()
-        .map(|s| open_loop(&s.record))
-        .collect::<Result<Vec<_>, _>>()?;
     let mut identification = None;
-    let mut targets = if let Some(frf) = standstill(&frfs) {
+    let mut targets = if let Some((frf, _)) = records.standstill() {
         let found = identify(frf, machine)?;
         let list = |readings: &[Reading]| readings.iter().map(target).collect();
         let mut targets = front_and_rear(

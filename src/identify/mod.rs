@@ -1,14 +1,17 @@
-//! Records to frequency responses with covariance; resonances and antiresonances; hammer tests.
+//! Records to frequency responses with covariance, and whether they are plausible; resonances and antiresonances;
+//! hammer tests.
 
 pub mod free_free;
 pub mod frf;
 pub mod hammer;
 pub mod local;
 pub mod peaks;
+pub mod plausibility;
 
 pub use free_free::{Identification, Reading, identify};
 pub use frf::{MeasuredFrf, SweepRecord, open_loop};
 pub use hammer::HammerFrf;
+pub use plausibility::{Plausibility, hammer_plausibility, sweep_plausibility};
 
 use crate::linalg::NumericError;
 use crate::rotor::RotorError;

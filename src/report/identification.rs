@@ -1,8 +1,87 @@
-//! Identified resonances and antiresonances as JSON, measured FRFs with their covariance as CSV.
+//! Plausibility of records, identified resonances and antiresonances as JSON; measured FRFs with their covariance
+//! as CSV.
 
+use super::summary::number;
+use crate::identify::frf::AXIS_NAMES;
+use crate::identify::plausibility::{Plausibility, RecordFault};
 use crate::identify::{Identification, MeasuredFrf, Reading};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
+
+/// The `plausibility` object of `summary.json`: all checks of all records, and the mistakes found.
+pub fn plausibility_json(reports: &[Plausibility]) -> Value {
+    let check = |report: &Plausibility| {
+        let record = file_name(&report.record).to_owned();
+        let each = |c: &crate::identify::plausibility::Check| {
+            json!({
+                "record": record,
+                "name": c.name,
+                "value": number(c.value),
+                "expected": c.expected,
+                "ok": c.ok,
+                "words": c.words,
+            })
+        };
+        report.checks.iter().map(each).collect::<Vec<_>>()
+    };
+    json!({
+        "plausible": reports.iter().all(Plausibility::plausible),
+        "statements": reports.iter().filter_map(Plausibility::statement).collect::<Vec<_>>(),
+        "checks": reports.iter().flat_map(check).collect::<Vec<_>>(),
+        "record_faults": record_faults(reports),
+    })
+}
+
+/// Mistakes of all records, one object each: `record`, `fault`, the fields of the fault, `words`.
+pub fn record_faults(reports: &[Plausibility]) -> Vec<Value> {
+    let of = |report: &Plausibility| {
+        let each = |f: &RecordFault| fault_json(file_name(&report.record), f);
+        report.faults.iter().map(each).collect::<Vec<_>>()
+    };
+    reports.iter().flat_map(of).collect()
+}
+
+fn fault_json(record: &str, fault: &RecordFault) -> Value {
+    let mut map = serde_json::Map::new();
+    map.insert("record".into(), json!(record));
+    map.insert("fault".into(), json!(fault.name()));
+    let fields: Vec<(&str, Value)> = match *fault {
+        RecordFault::ChannelsSwapped { a, b, signal } => vec![
+            ("a", json!(AXIS_NAMES[a])),
+            ("b", json!(AXIS_NAMES[b])),
+            ("signal", json!(signal.name())),
+        ],
+        RecordFault::PlanesSwapped { signal } => vec![("signal", json!(signal.name()))],
+        RecordFault::Sign { channel, signal } => {
+            let channel = channel.map(|k| ("channel", json!(AXIS_NAMES[k])));
+            let signal = ("signal", json!(signal.name()));
+            channel.into_iter().chain([signal]).collect()
+        }
+        RecordFault::Unit {
+            signal,
+            decades,
+            channel,
+        } => {
+            let channel = channel.map(|k| ("channel", json!(AXIS_NAMES[k])));
+            let rest = [
+                ("signal", json!(signal.name())),
+                ("factor", json!(10f64.powi(decades))),
+            ];
+            rest.into_iter().chain(channel).collect()
+        }
+        RecordFault::Conjugate => vec![],
+        RecordFault::Clock { factor } => vec![("factor", json!(factor))],
+        RecordFault::Quantity(quantity) => vec![("quantity", json!(quantity.name()))],
+    };
+    map.extend(fields.into_iter().map(|(k, v)| (k.to_owned(), v)));
+    map.insert("words".into(), json!(fault.words()));
+    Value::Object(map)
+}
+
+/// The file without its folder, as `measurement.yaml` names it.
+fn file_name(record: &str) -> &str {
+    record.rsplit(['/', '\\']).next().unwrap_or(record)
+}
 
 /// The `identification` object of `summary.json`.
 pub fn identification_json(found: &Identification) -> Value {

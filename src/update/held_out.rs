@@ -5,13 +5,10 @@
 
 use super::UpdateError;
 use crate::identify::HammerFrf;
-use crate::linalg::{Mat, c64, solve_complex};
+use crate::identify::hammer::closed_loop_compliance;
 use crate::lti::Response;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
-
-/// Axes of the controller.
-const AXES: usize = 4;
 
 /// Root mean square error of the predicted tool compliance in dB; `axis` 0 is x, 1 is y.
 ///
@@ -25,16 +22,9 @@ pub fn tool_error_db(
 ) -> Result<f64, UpdateError> {
     let speed = measured.speed_rpm * TAU / 60.0;
     let plant = Plant::new(machine, speed, ModelDetail::Full)?;
-    let port = AXES + axis.min(1);
     let mut sum = 0.0;
     for (f, h) in measured.frequency_hz.iter().zip(&measured.compliance) {
-        let g = plant.at(TAU * f);
-        let k = controller.at(TAU * f);
-        let g11 = g.submatrix(0, 0, AXES, AXES).to_owned();
-        let into = g.submatrix(0, port, AXES, 1).to_owned();
-        let out = g.submatrix(port, 0, 1, AXES).to_owned();
-        let y = solve_complex(&(Mat::<c64>::identity(AXES, AXES) - &g11 * &k), &into);
-        let model = g[(port, port)] + (out * (k * y))[(0, 0)];
+        let model = closed_loop_compliance(&plant, controller, TAU * f, axis);
         let db = 20.0 * (model.norm() / h.norm()).log10();
         sum += db * db;
     }

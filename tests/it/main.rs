@@ -23,6 +23,7 @@ mod mu_system;
 mod own_spectrum;
 mod pid;
 mod plots;
+mod record_plausibility;
 mod reference_run;
 mod results_folder;
 mod rotor_cases;

@@ -291,3 +291,91 @@ fn library_entry_points_scale_the_elements_of_spindle_and_tool() {
         );
     }
 }
+
+/// The folder c03 with every number of the sweep's columns that `belongs` picks multiplied by `factor`.
+fn scaled_sweep(folder: &Path, belongs: impl Fn(&str) -> bool, factor: f64) {
+    for file in std::fs::read_dir(c03()).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), folder.join(file.file_name())).unwrap();
+    }
+    let path = folder.join("sweep-0.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let row = |line: &str| {
+        let cells = line.split(',').zip(&header).map(|(cell, name)| {
+            if belongs(name) {
+                format!("{:e}", cell.parse::<f64>().unwrap() * factor)
+            } else {
+                cell.to_owned()
+            }
+        });
+        cells.collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = text.lines().skip(1).map(row).collect();
+    std::fs::write(&path, header.join(",") + "\n" + &rows.join("\n") + "\n").unwrap();
+}
+
+#[test]
+fn a_sweep_in_micrometres_is_named_by_identify_and_refused_by_update() {
+    let folder = tempfile::tempdir().unwrap();
+    scaled_sweep(folder.path(), |name| name.starts_with('y'), 1e6);
+    let run = |command: &str, out: &Path| {
+        let mut muspin = muspin();
+        muspin.args([command, "--measurement"]).arg(folder.path());
+        muspin.arg("--out").arg(out).output().unwrap()
+    };
+    let out = tempfile::tempdir().unwrap();
+    let identified = run("identify", out.path());
+    assert_eq!(identified.status.code(), Some(1));
+    let errors = String::from_utf8(identified.stderr).unwrap();
+    let first = errors.lines().next().unwrap();
+    assert!(
+        first.contains("sweep-0.csv: the record is implausible") && first.contains("µm, not m"),
+        "{errors}"
+    );
+    let answer = json(&identified.stdout);
+    assert!(answer["identification"].is_null());
+    let found = &answer["plausibility"];
+    assert_eq!(found["plausible"], false);
+    let fault = &found["record_faults"][0];
+    assert_eq!(fault["record"], "sweep-0.csv");
+    assert_eq!(fault["fault"], "unit");
+    assert_eq!(fault["signal"], "y");
+    assert_eq!(fault["factor"], 1e6);
+    assert!(fault["channel"].is_null());
+    let checks = found["checks"].as_array().unwrap();
+    let gain = checks.iter().find(|c| c["name"] == "static_gain").unwrap();
+    assert_eq!(gain["ok"], false);
+    assert!((gain["value"].as_f64().unwrap().log10() - 6.0).abs() < 0.1);
+    let written = std::fs::read(out.path().join("plausibility.json")).unwrap();
+    assert_eq!(&json(&written), found);
+
+    let out = out.path().join("update");
+    let updated = run("update", &out);
+    assert_eq!(updated.status.code(), Some(2));
+    assert!(!out.exists());
+    let errors = String::from_utf8(updated.stderr).unwrap();
+    assert!(
+        errors.starts_with("error: ") && errors.contains("µm, not m"),
+        "{errors}"
+    );
+}
+
+#[test]
+fn a_right_sweep_passes_every_check() {
+    let out = tempfile::tempdir().unwrap();
+    let found = answer(&["identify", "--measurement", &c03()], out.path());
+    let found = &found["plausibility"];
+    assert_eq!(found["plausible"], true);
+    assert_eq!(found["record_faults"].as_array().unwrap().len(), 0);
+    let checks = found["checks"].as_array().unwrap();
+    assert!(checks.iter().all(|c| c["ok"] == true), "{checks:?}");
+    for name in [
+        "static_gain",
+        "low_frequency_phase",
+        "reciprocity",
+        "controller",
+    ] {
+        assert!(checks.iter().any(|c| c["name"] == name), "{name}");
+    }
+}

@@ -1,0 +1,89 @@
+//! The plausibility of every record of a measurement, said before anything is done with them.
+
+use super::Failure;
+use super::identify::standstill;
+use crate::controller::Controller;
+use crate::identify::{
+    MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility,
+};
+use crate::input::{Measurement, load_controller};
+use crate::lti::Response;
+use crate::spindle::Machine;
+
+/// Sweeps in file order with their responses, then hammer tests that name their controller.
+pub(super) struct Records {
+    /// Open-loop response of every sweep.
+    pub(super) frfs: Vec<MeasuredFrf>,
+    /// One report a record: the sweeps first.
+    pub(super) reports: Vec<Plausibility>,
+}
+
+impl Records {
+    /// Estimates the responses of all sweeps and compares every record with the machine.
+    pub(super) fn of(measurement: &Measurement, machine: &Machine) -> Result<Self, Failure> {
+        let load = |path: &Option<String>| -> Result<Option<Controller>, Failure> {
+            Ok(match path {
+                Some(path) => Some(load_controller(path)?),
+                None => None,
+            })
+        };
+        let (mut frfs, mut reports) = (vec![], vec![]);
+        for sweep in &measurement.sweeps {
+            let frf = open_loop(&sweep.record)?;
+            let controller = load(&sweep.controller)?;
+            let named = controller.as_ref().map(|k| k as &dyn Response);
+            reports.push(sweep_plausibility(
+                &sweep.record.name,
+                &frf,
+                machine,
+                named,
+            )?);
+            frfs.push(frf);
+        }
+        for hammer in &measurement.hammers {
+            if let Some(controller) = load(&hammer.controller)? {
+                let (name, frf) = (&hammer.name, &hammer.frf);
+                reports.push(hammer_plausibility(
+                    name,
+                    frf,
+                    hammer.axis,
+                    machine,
+                    &controller,
+                )?);
+            }
+        }
+        Ok(Self { frfs, reports })
+    }
+
+    /// True when every record is plausible.
+    pub(super) fn plausible(&self) -> bool {
+        self.reports.iter().all(Plausibility::plausible)
+    }
+
+    /// Writes what is wrong to standard error, then the remarks.
+    pub(super) fn say(&self) {
+        for statement in self.reports.iter().filter_map(Plausibility::statement) {
+            eprintln!("{statement}");
+        }
+        for remark in self.reports.iter().flat_map(Plausibility::remarks) {
+            eprintln!("note: {remark}");
+        }
+    }
+
+    /// The sweep that updating and identification use, with its report.
+    pub(super) fn standstill(&self) -> Option<(&MeasuredFrf, &Plausibility)> {
+        let frf = standstill(&self.frfs)?;
+        let at = self.frfs.iter().position(|f| std::ptr::eq(f, frf))?;
+        Some((frf, self.reports.get(at)?))
+    }
+
+    /// An error when the sweep that moduli would be fitted to is implausible.
+    pub(super) fn refuse_for_updating(&self) -> Result<(), Failure> {
+        match self.standstill().and_then(|(_, report)| report.statement()) {
+            Some(statement) => Err(Failure::new(statement).with_hint(
+                "moduli are not fitted to an implausible record; `muspin identify` shows all checks",
+            )),
+            None => Ok(()),
+        }
+    }
+}
