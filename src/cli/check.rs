@@ -35,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         None => load_spindle(&arguments.spindle)?,
     };
     let has_tool = found.iter().any(|(_, kind)| *kind == FileKind::Tool);
-    let mut plausible = true;
+    let mut implausible: Vec<&String> = vec![];
     for (file, kind) in &found {
         match kind {
             // Its effects may name regions of the tool: with a tool among the files both are checked together below.
@@ -51,16 +51,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             FileKind::Controller => {
                 load_controller(file)?;
             }
-            FileKind::Measurement => plausible &= check_measurement(file)?,
+            FileKind::Measurement => {
+                if !check_measurement(file)? {
+                    implausible.push(file);
+                }
+            }
         }
     }
     stdout::data(|out| {
         for (file, kind) in &found {
-            writeln!(out, "{file}: {} ok", kind.name())?;
+            let verdict = if implausible.contains(file) {
+                "implausible"
+            } else {
+                "ok"
+            };
+            writeln!(out, "{file}: {} {verdict}", kind.name())?;
         }
         Ok(())
     })?;
-    Ok(if plausible {
+    Ok(if implausible.is_empty() {
         Outcome::Done
     } else {
         Outcome::TargetMissed

@@ -350,6 +350,11 @@ fn a_sweep_in_micrometres_is_named_by_identify_and_refused_by_update() {
     let written = std::fs::read(out.path().join("plausibility.json")).unwrap();
     assert_eq!(&json(&written), found);
 
+    let checked = muspin().arg("check").arg(folder.path()).output().unwrap();
+    assert_eq!(checked.status.code(), Some(1));
+    let verdict = String::from_utf8(checked.stdout).unwrap();
+    assert!(verdict.ends_with("measurement implausible\n"), "{verdict}");
+
     let out = out.path().join("update");
     let updated = run("update", &out);
     assert_eq!(updated.status.code(), Some(2));
