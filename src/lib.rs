@@ -7,6 +7,7 @@ pub mod augment;
 pub mod cli;
 pub mod controller;
 pub mod diagnose;
+pub mod guide;
 pub mod identify;
 pub mod input;
 pub mod linalg;

@@ -10,7 +10,7 @@ use crate::lti::sample::inverse_tustin;
 use crate::lti::structure;
 use crate::lti::{Continuous, StateSpace, TimeBase};
 use crate::spindle::plant::CHANNELS;
-use crate::spindle::{EffectKind, Machine, ModelDetail, Plant, SpindleError};
+use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 
 /// Places where forces act and displacements are predicted: tool, front actuator, rear actuator.
 pub const LOADS: usize = 3;
@@ -32,12 +32,8 @@ pub enum Route {
 /// The machine without couplings between the planes other than gyroscopics (bearing coupling, turned sensor axes).
 pub fn isotropic(machine: &Machine) -> Machine {
     let mut isotropic = machine.clone();
-    isotropic.spindle.effects.retain(|e| {
-        !matches!(
-            e.kind,
-            EffectKind::BearingCoupling | EffectKind::AxisMisalignment
-        )
-    });
+    let effects = &mut isotropic.spindle.effects;
+    effects.retain(|e| !e.kind.entry().couples_planes);
     isotropic
 }
 

@@ -6,7 +6,7 @@
 
 use super::model::{SIDE, Square, ZERO};
 use crate::linalg::c64;
-use crate::spindle::machine::Effective;
+use crate::spindle::Effective;
 use std::f64::consts::TAU;
 
 /// Damping ratio of the second-order sensor low-pass.

@@ -4,7 +4,8 @@
 //! the housing as 1/m, factors as logarithms. A fit can then start at the machine as it is.
 
 use super::DiagnoseError;
-use super::coordinate::Coordinate;
+use crate::spindle::effects::LocationKind;
+use crate::spindle::effects::entry::{Nominal, Parameter, Starts};
 use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 
 /// An effect with free numbers.
@@ -24,47 +25,16 @@ pub struct Hypothesis {
 const POSITION_UNIT_M: f64 = 0.05;
 
 impl Hypothesis {
-    /// The coordinates of the values.
-    fn coordinates(&self) -> Vec<Coordinate> {
-        let linear = |unit: f64| vec![Coordinate::Linear(unit)];
-        match self.kind {
-            EffectKind::LoopDelay => linear(1e-5),
-            EffectKind::AmplifierBandwidth => vec![Coordinate::Slowness {
-                nominal: self.nominal,
-                unit: 1e-4,
-            }],
-            EffectKind::EddyCurrents => vec![Coordinate::InverseSquare(1e4)],
-            EffectKind::SensorLowpass => vec![Coordinate::Inverse(1e4)],
-            EffectKind::SensorOffset | EffectKind::ActuatorOffset => linear(1e-3),
-            EffectKind::NegativeStiffness
-            | EffectKind::ForceConstant
-            | EffectKind::SensorGain
-            | EffectKind::ModalDamping
-            | EffectKind::RegionStiffness => vec![Coordinate::Logarithm],
-            EffectKind::Gyroscopic | EffectKind::AxisMisalignment => linear(1.0),
-            EffectKind::BearingCoupling => linear(1e-2),
-            EffectKind::InternalDamping => linear(1e-6),
-            EffectKind::CrossCoupling | EffectKind::AddedStiffness => linear(1e5),
-            EffectKind::ToolJoint => vec![
-                Coordinate::Inverse(1e9),
-                Coordinate::Inverse(1e6),
-                Coordinate::Linear(1.0),
-            ],
-            EffectKind::ToolMass => linear(5e-3),
-            EffectKind::AddedMass => linear(5e-2),
-            EffectKind::HousingMode => vec![
-                Coordinate::Inverse(100.0),
-                Coordinate::Logarithm,
-                Coordinate::Logarithm,
-            ],
-        }
+    fn parameters(&self) -> &'static [Parameter] {
+        self.kind.parameters()
     }
 
     /// The effect at fit coordinates `theta`.
     pub fn effect(&self, theta: &[f64]) -> Effect {
         let at = |i: usize| theta.get(i).copied().unwrap_or_default();
-        let coordinates = self.coordinates().into_iter().enumerate();
-        let values = coordinates.map(|(i, c)| c.value(at(i))).collect();
+        let parameters = self.parameters().iter().enumerate();
+        let values = parameters.map(|(i, p)| p.coordinate.value(at(i), self.nominal));
+        let values = values.collect();
         let location = match &self.place {
             Location::Position(_) => {
                 let z = POSITION_UNIT_M * theta.last().copied().unwrap_or_default();
@@ -82,96 +52,25 @@ impl Hypothesis {
     /// Derivative of the number that coordinate `i` stands for, a value or the position, at fit coordinates `theta`.
     pub fn slope(&self, i: usize, theta: &[f64]) -> f64 {
         let at = theta.get(i).copied().unwrap_or_default();
-        let own = self.coordinates().get(i).map(|c| c.slope(at));
-        own.unwrap_or(POSITION_UNIT_M)
+        let own = self.parameters().get(i);
+        own.map_or(POSITION_UNIT_M, |p| p.coordinate.slope(at, self.nominal))
     }
 
     /// Keeps fit coordinates where the effect makes sense.
     pub fn clamp(&self, theta: &mut [f64]) {
-        let limit = |t: &mut f64, lo: f64, hi: f64| *t = t.clamp(lo, hi);
-        let (lo, hi) = match self.kind {
-            // Half a sample is the least total delay; nominal is in s.
-            EffectKind::LoopDelay => (-self.nominal / 1e-5, 100.0),
-            EffectKind::AmplifierBandwidth => (1e4 * (2e-6 - 1.0 / self.nominal), 1e2),
-            EffectKind::EddyCurrents => (0.02, 50.0),
-            EffectKind::SensorLowpass => (0.02, 50.0),
-            EffectKind::SensorOffset | EffectKind::ActuatorOffset => (-30.0, 30.0),
-            EffectKind::NegativeStiffness
-            | EffectKind::ForceConstant
-            | EffectKind::SensorGain
-            | EffectKind::RegionStiffness => (-2.0, 2.0),
-            EffectKind::ModalDamping => (-4.0, 4.0),
-            EffectKind::Gyroscopic => (-1.0, 3.0),
-            EffectKind::AxisMisalignment => (-45.0, 45.0),
-            EffectKind::BearingCoupling => (-50.0, 50.0),
-            EffectKind::InternalDamping => (-100.0, 100.0),
-            EffectKind::CrossCoupling | EffectKind::AddedStiffness => (-200.0, 200.0),
-            EffectKind::ToolJoint => (1e-3, 100.0),
-            EffectKind::ToolMass => (-10.0, 100.0),
-            EffectKind::AddedMass => (-10.0, 60.0),
-            EffectKind::HousingMode => (1e-3, 50.0),
-        };
-        if let Some(t) = theta.first_mut() {
-            limit(t, lo, hi);
-        }
-        match (self.kind, &mut theta[..]) {
-            (EffectKind::ToolJoint, [_, r, c]) => {
-                limit(r, 1e-3, 1000.0);
-                limit(c, -20.0, 500.0);
-            }
-            (EffectKind::HousingMode, [_, f, z]) => {
-                limit(f, 10f64.ln(), 6000f64.ln());
-                limit(z, 1e-4f64.ln(), 0.7f64.ln());
-            }
-            _ => {}
+        for (parameter, t) in self.parameters().iter().zip(theta.iter_mut()) {
+            let (lo, hi) = (parameter.bounds)(self.nominal);
+            *t = t.clamp(lo, hi);
         }
         if let (Location::Position(_), Some(z)) = (&self.place, theta.last_mut()) {
-            limit(
-                z,
-                self.span_m.0 / POSITION_UNIT_M,
-                self.span_m.1 / POSITION_UNIT_M,
-            );
+            let (from, to) = self.span_m;
+            *z = z.clamp(from / POSITION_UNIT_M, to / POSITION_UNIT_M);
         }
     }
 
-    /// Whether the effect is large enough to be worth a name: a fifth or less of the smallest that spindles have in practice.
-    /// What is smaller, the data may show and a mesh may cause.
+    /// Whether the effect is large enough to be worth a name.
     pub fn matters(&self, theta: &[f64]) -> bool {
-        let size = self.size(theta).abs();
-        let at = |i: usize| theta.get(i).copied().unwrap_or_default();
-        match self.kind {
-            // 0.5 µs.
-            EffectKind::LoopDelay => size > 0.05,
-            // 2 % of the bandwidth.
-            EffectKind::AmplifierBandwidth => size * 1e-4 * self.nominal > 0.02,
-            // Corners below 1 MHz and 200 kHz.
-            EffectKind::EddyCurrents => size > 0.1,
-            EffectKind::SensorLowpass => size > 0.05,
-            // 0.2 mm.
-            EffectKind::SensorOffset | EffectKind::ActuatorOffset => size > 0.2,
-            EffectKind::NegativeStiffness => size > 0.03,
-            // 5 %, five times what careful updating leaves open.
-            EffectKind::RegionStiffness => size > 0.05,
-            EffectKind::ForceConstant | EffectKind::SensorGain => size > 0.02,
-            // A factor of 1.4, or of 0.45: a ratio known to 20 % is that low once in three hundred, as a logarithm it seems much rarer.
-            EffectKind::ModalDamping => size > if self.size(theta) < 0.0 { 0.8 } else { 0.35 },
-            EffectKind::Gyroscopic => size > 0.03,
-            // 0.1 degree.
-            EffectKind::AxisMisalignment => size > 0.1,
-            // 0.1 % of the force constant.
-            EffectKind::BearingCoupling => size > 0.1,
-            EffectKind::InternalDamping => size > 0.02,
-            // 2000 N/m and 20 000 N/m.
-            EffectKind::CrossCoupling => size > 0.02,
-            EffectKind::AddedStiffness => size > 0.2,
-            // 2·10¹⁰ N/m and 2·10⁷ N m/rad: as stiff as solid steel.
-            EffectKind::ToolJoint => size > 0.05 || at(1) > 0.05,
-            // 0.3 g and 2 g.
-            EffectKind::ToolMass => size > 0.06,
-            EffectKind::AddedMass => size > 0.04,
-            // 5 t.
-            EffectKind::HousingMode => size > 0.02,
-        }
+        (self.kind.entry().matters)(self.size(theta), theta, self.nominal)
     }
 
     /// Coordinates of no effect, or of as little as they allow; numbers beside the size are those of the start.
@@ -205,8 +104,8 @@ impl Hypothesis {
 
     /// The effect that this coordinate vector would have without any size: how far the fit is from no effect, in σ.
     pub fn size(&self, theta: &[f64]) -> f64 {
-        let null = match self.kind {
-            EffectKind::Gyroscopic => self.nominal,
+        let null = match self.kind.entry().starts {
+            Starts::AtNominal => self.nominal,
             _ => 0.0,
         };
         theta.first().map_or(0.0, |t| t - null)
@@ -228,6 +127,9 @@ pub struct Scope {
     pub top_rad_s: f64,
 }
 
+/// Places of a hypothesis on the shaft from which its position is fitted.
+const STATIONS: usize = 9;
+
 /// All hypotheses for a machine.
 ///
 /// # Errors
@@ -238,99 +140,87 @@ pub fn catalogue(
     flexible_rad_s: &[f64],
     scope: Scope,
 ) -> Result<Vec<Hypothesis>, DiagnoseError> {
-    let effective = machine.effective();
     let mut all = vec![];
-    let make = |kind: EffectKind, place: Location, nominal: f64, start: &[f64]| Hypothesis {
-        kind,
-        place,
-        start: start.to_vec(),
-        nominal,
-        span_m,
-    };
-    for kind in EffectKind::ALL {
-        let already = machine.of_kind(kind).next().is_some();
-        match kind {
-            EffectKind::LoopDelay => {
-                let spare = effective.delay_s - 0.5 * machine.spindle.electronics.sample_period_s();
-                all.push(make(kind, Location::None, spare.max(0.0), &[0.0]));
-            }
-            EffectKind::Gyroscopic if scope.turning => {
-                let factor = effective.gyroscopic_factor;
-                all.push(make(kind, Location::None, factor, &[factor]));
-            }
-            EffectKind::InternalDamping => all.push(make(kind, Location::None, 0.0, &[0.0])),
-            EffectKind::ToolMass => {
-                // 0, 5 and 15 g: the resonance of a slender tool moves by more than its width.
-                for start in [0.0, 1.0, 3.0] {
-                    all.push(make(kind, Location::None, 0.0, &[start]));
+    for kind in EffectKind::all() {
+        let entry = kind.entry();
+        let taken = entry.single && machine.of_kind(kind).next().is_some();
+        if taken || (entry.at_speed_only && !scope.turning) {
+            continue;
+        }
+        let nominal = nominal(machine, entry.nominal);
+        let starts = starts(entry.starts, nominal, scope);
+        for place in places(machine, entry.location, span_m, flexible_rad_s, scope) {
+            for start in &starts {
+                let mut start = start.clone();
+                if let Location::Position(z) = place {
+                    start.push(z / POSITION_UNIT_M);
                 }
+                all.push(Hypothesis {
+                    kind,
+                    place: place.clone(),
+                    start,
+                    nominal,
+                    span_m,
+                });
             }
-            EffectKind::ToolJoint if !already => {
-                // A stiff joint, and one as soft as collets get.
-                for start in [[1.0, 1.0, 0.0], [6.0, 10.0, 0.5]] {
-                    all.push(make(kind, Location::None, 0.0, &start));
-                }
-            }
-            EffectKind::HousingMode => {
-                // One start per octave or so: the basin of a resonance is not much wider.
-                let mut hz = 60.0;
-                while hz < scope.top_rad_s / std::f64::consts::TAU {
-                    all.push(make(
-                        kind,
-                        Location::None,
-                        0.0,
-                        &[0.5, f64::ln(hz), 0.05f64.ln()],
-                    ));
-                    hz *= 1.45;
-                }
-            }
-            EffectKind::AmplifierBandwidth
-            | EffectKind::EddyCurrents
-            | EffectKind::SensorLowpass
-            | EffectKind::SensorOffset
-            | EffectKind::ActuatorOffset
-            | EffectKind::NegativeStiffness
-            | EffectKind::ForceConstant
-            | EffectKind::SensorGain
-            | EffectKind::BearingCoupling
-            | EffectKind::AxisMisalignment => {
-                let start = match kind {
-                    EffectKind::EddyCurrents | EffectKind::SensorLowpass => 0.1,
-                    _ => 0.0,
-                };
-                for which in [Bearings::Front, Bearings::Rear, Bearings::Both] {
-                    let nominal = machine.spindle.electronics.amplifier_bandwidth_hz;
-                    all.push(make(kind, Location::Bearing(which), nominal, &[start]));
-                }
-            }
-            EffectKind::CrossCoupling | EffectKind::AddedMass | EffectKind::AddedStiffness => {
-                let points = 9;
-                for i in 0..points {
-                    let z = span_m.0 + (span_m.1 - span_m.0) * (i as f64 + 0.5) / points as f64;
-                    all.push(make(
-                        kind,
-                        Location::Position(z),
-                        0.0,
-                        &[0.0, z / POSITION_UNIT_M],
-                    ));
-                }
-            }
-            EffectKind::ModalDamping => {
-                // A mode a little above the band still shapes its end.
-                let seen = flexible_rad_s
-                    .iter()
-                    .take_while(|w| **w < 1.3 * scope.top_rad_s);
-                for mode in 1..=seen.count() {
-                    all.push(make(kind, Location::Mode(mode), 0.0, &[0.0]));
-                }
-            }
-            EffectKind::RegionStiffness => {
-                for region in machine.regions() {
-                    all.push(make(kind, Location::Region(region), 0.0, &[0.0]));
-                }
-            }
-            EffectKind::Gyroscopic | EffectKind::ToolJoint => {}
         }
     }
     Ok(all)
+}
+
+fn nominal(machine: &Machine, which: Nominal) -> f64 {
+    let electronics = &machine.spindle.electronics;
+    match which {
+        Nominal::None => 0.0,
+        Nominal::SpareDelay => {
+            let spare = machine.effective().delay_s - 0.5 * electronics.sample_period_s();
+            spare.max(0.0)
+        }
+        Nominal::AmplifierBandwidth => electronics.amplifier_bandwidth_hz,
+        Nominal::GyroscopicFactor => machine.effective().gyroscopic_factor,
+    }
+}
+
+fn starts(starts: Starts, nominal: f64, scope: Scope) -> Vec<Vec<f64>> {
+    match starts {
+        Starts::At(all) => all.iter().map(|start| start.to_vec()).collect(),
+        Starts::AtNominal => vec![vec![nominal]],
+        Starts::OverTheBand {
+            first,
+            damping_ratio,
+        } => std::iter::successors(Some(60.0), |hz| Some(hz * 1.45))
+            .take_while(|hz| *hz < scope.top_rad_s / std::f64::consts::TAU)
+            .map(|hz: f64| vec![first, hz.ln(), damping_ratio.ln()])
+            .collect(),
+    }
+}
+
+fn places(
+    machine: &Machine,
+    location: LocationKind,
+    span_m: (f64, f64),
+    flexible_rad_s: &[f64],
+    scope: Scope,
+) -> Vec<Location> {
+    match location {
+        LocationKind::None => vec![Location::None],
+        LocationKind::Bearing => [Bearings::Front, Bearings::Rear, Bearings::Both]
+            .map(Location::Bearing)
+            .to_vec(),
+        LocationKind::Position => (0..STATIONS)
+            .map(|i| (i as f64 + 0.5) / STATIONS as f64)
+            .map(|share| Location::Position(span_m.0 + (span_m.1 - span_m.0) * share))
+            .collect(),
+        LocationKind::Mode => {
+            // A mode a little above the band still shapes its end.
+            let in_reach = |w: &&f64| **w < 1.3 * scope.top_rad_s;
+            let seen = flexible_rad_s.iter().take_while(in_reach).count();
+            (1..=seen).map(Location::Mode).collect()
+        }
+        LocationKind::Region => machine
+            .regions()
+            .into_iter()
+            .map(Location::Region)
+            .collect(),
+    }
 }

@@ -8,7 +8,6 @@
 pub mod chain;
 mod choose;
 pub mod compare;
-mod coordinate;
 pub mod correction;
 pub mod coverage;
 pub mod evidence;

@@ -24,7 +24,7 @@ use super::nuisance::Layout;
 use super::skeleton::Skeleton;
 use crate::linalg::{Mat, c64};
 use crate::rotor::modes::RIGID;
-use crate::spindle::machine::Housing;
+use crate::spindle::effective::{Housing, Motion};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 pub use electronics::Electronics;
 use finer::Finer;
@@ -272,16 +272,15 @@ impl Model {
         }
         let ks = [front.ks_n_per_m, rear.ks_n_per_m];
         let mut feedback = vec![(1, Law::Spring, -ks[0]), (2, Law::Spring, -ks[1])];
-        let mut attach = |z: f64, law: Law, value: f64| -> Result<(), DiagnoseError> {
-            feedback.push((rows.len(), law, value));
-            rows.push(skeleton.row(z)?);
-            Ok(())
-        };
-        for (z, k) in &effective.added_stiffness {
-            attach(*z, Law::Spring, *k)?;
-        }
-        for (z, q) in &effective.cross_coupling {
-            attach(*z, Law::Circulatory, *q)?;
+        for attached in &effective.attachments {
+            let z = attached.position_m;
+            for (law, value) in Law::parts(attached.gain) {
+                feedback.push((rows.len(), law, value));
+                rows.push(match attached.motion {
+                    Motion::Displacement => skeleton.row(z)?,
+                    Motion::Slope => skeleton.slope_row(z)?,
+                });
+            }
         }
         if let (Some(effect), Some([_, turning])) = (joint, &skeleton.joint) {
             let c = effect.values.get(2).copied().unwrap_or_default();

@@ -300,7 +300,7 @@ struct Transfer {
     kind: Kind,
     delay_s: f64,
     amplifier_hz: [f64; 2],
-    housing: Vec<crate::spindle::machine::Housing>,
+    housing: Vec<crate::spindle::Housing>,
 }
 
 impl Transfer {

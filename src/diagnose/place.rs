@@ -2,6 +2,8 @@
 
 use super::model::Model;
 use super::model::port::Probe;
+use crate::spindle::effects::LocationKind;
+use crate::spindle::effects::entry::Site;
 use crate::spindle::{EffectKind, Location};
 
 /// A place; bearings and axes by index, front first, x first.
@@ -93,43 +95,26 @@ impl Place {
 
     /// Whether an effect of this kind may be what is missing here.
     pub fn hosts(&self, kind: EffectKind, location: &Location) -> bool {
-        use EffectKind as K;
-        let at = |b: usize| matches!(location, Location::Bearing(w) if w.includes(b));
-        let both = at(0) && at(1);
-        match self {
-            Self::Nowhere | Self::Freed(_) => true,
-            Self::Station(_) | Self::Apart(_) | Self::Circulating(_) => matches!(
-                kind,
-                K::ToolMass
-                    | K::AddedMass
-                    | K::AddedStiffness
-                    | K::CrossCoupling
-                    | K::InternalDamping
-                    | K::Gyroscopic
-                    | K::NegativeStiffness
-            ),
-            Self::Joint => matches!(kind, K::ToolJoint | K::ToolMass | K::RegionStiffness),
-            Self::Housing => kind == K::HousingMode,
-            Self::Loop => match kind {
-                K::LoopDelay => true,
-                K::AmplifierBandwidth
-                | K::EddyCurrents
-                | K::ForceConstant
-                | K::SensorLowpass
-                | K::SensorGain => both,
-                _ => false,
-            },
-            Self::Sensors(b) => matches!(kind, K::SensorLowpass | K::SensorGain) && at(*b),
-            Self::Currents(b) => {
-                let kinds = [K::AmplifierBandwidth, K::EddyCurrents, K::ForceConstant];
-                kinds.contains(&kind) && at(*b)
-            }
-            Self::Turned(b) => kind == K::AxisMisalignment && at(*b),
-            Self::Coupled(b) => kind == K::BearingCoupling && at(*b),
-            Self::SensorPlane(b) => kind == K::SensorOffset && at(*b),
-            Self::ActuatorPlane(b) => kind == K::ActuatorOffset && at(*b),
-            Self::Sensor(_) | Self::Current(_) | Self::Crosstalk(_) => false,
-        }
+        let entry = kind.entry();
+        let at = |b: usize| match location {
+            Location::Bearing(which) => which.includes(b),
+            _ => entry.location != LocationKind::Bearing,
+        };
+        let (site, here) = match self {
+            Self::Nowhere | Self::Freed(_) => return true,
+            Self::Sensor(_) | Self::Current(_) | Self::Crosstalk(_) => return false,
+            Self::Station(_) | Self::Apart(_) | Self::Circulating(_) => (Site::Shaft, true),
+            Self::Joint => (Site::Joint, true),
+            Self::Housing => (Site::Housing, true),
+            Self::Loop => (Site::Loop, at(0) && at(1)),
+            Self::Sensors(b) => (Site::Sensors, at(*b)),
+            Self::Currents(b) => (Site::Currents, at(*b)),
+            Self::Turned(b) => (Site::SensorAxes, at(*b)),
+            Self::Coupled(b) => (Site::AxisCoupling, at(*b)),
+            Self::SensorPlane(b) => (Site::SensorPlane, at(*b)),
+            Self::ActuatorPlane(b) => (Site::ActuatorPlane, at(*b)),
+        };
+        here && entry.sites.contains(&site)
     }
 
     /// Position of a place on the shaft, m.

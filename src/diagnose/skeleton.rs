@@ -280,6 +280,22 @@ impl Skeleton {
         Ok(self.reduced(&self.rotor.shape_at("port", position_m)?))
     }
 
+    /// What a port that turns with the shaft at a position reads of the coordinates.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] for a position off the shaft.
+    pub fn slope_row(&self, position_m: f64) -> Result<Vec<f64>, DiagnoseError> {
+        Ok(self.reduced(&self.rotor.slope_at("port", position_m)?))
+    }
+
+    /// The derivative of [`Self::slope_row`] to the position.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] for a position off the shaft.
+    pub fn curvature_row(&self, position_m: f64) -> Result<Vec<f64>, DiagnoseError> {
+        Ok(self.reduced(&self.rotor.curvature_at("port", position_m)?))
+    }
+
     /// What another mesh may read more or less at a position between the nodes of the file, one unit; none on a node.
     ///
     /// Cubic functions with the rotations ψ as slopes leave out the shear angle γ: of an element of length L the deflection misses

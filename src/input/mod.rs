@@ -4,6 +4,7 @@
 //! [`InputError`] that says file, line or key path, rule and hint.
 
 pub mod controller;
+mod effect;
 pub mod error;
 pub mod hammer;
 pub mod kind;

@@ -1,12 +1,10 @@
 //! Spindle YAML (formats.md, section 1) to [`Spindle`]; the file's shapes of materials, elements, discs and effects.
 
+use super::effect::EffectFile;
 use super::error::{InputError, nearest};
 use super::shipped::{self, SPINDLES};
 use crate::rotor::{Disc, Material, Section};
-use crate::spindle::effect::LocationKind;
-use crate::spindle::{
-    Bearing, Bearings, Effect, EffectKind, Electronics, Location, Planes, Spindle, SpindleError,
-};
+use crate::spindle::{Bearing, Electronics, Planes, Spindle};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -125,31 +123,6 @@ struct SpeedFile {
     max_rpm: f64,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct EffectFile {
-    effect: String,
-    bearing: Option<String>,
-    position_m: Option<f64>,
-    mode: Option<usize>,
-    region: Option<String>,
-    delay_s: Option<f64>,
-    bandwidth_hz: Option<f64>,
-    corner_hz: Option<f64>,
-    offset_m: Option<f64>,
-    factor: Option<f64>,
-    ratio: Option<f64>,
-    angle_deg: Option<f64>,
-    loss_time_s: Option<f64>,
-    stiffness_n_per_m: Option<f64>,
-    translational_n_per_m: Option<f64>,
-    rotational_n_m_per_rad: Option<f64>,
-    damping_n_m_s_per_rad: Option<f64>,
-    mass_kg: Option<f64>,
-    frequency_hz: Option<f64>,
-    damping_ratio: Option<f64>,
-}
-
 /// A spindle from a path or a shipped name.
 ///
 /// # Errors
@@ -178,7 +151,7 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
     let effects = effects
         .into_iter()
         .enumerate()
-        .map(|(i, e)| effect(file, i, e));
+        .map(|(i, e)| e.effect(file, i));
     let spindle = Spindle {
         sections: sections(file, "rotor.elements", read.rotor.elements, &materials)?,
         discs: discs(read.rotor.discs),
@@ -299,93 +272,4 @@ pub(super) fn discs(read: Option<Vec<DiscFile>>) -> Vec<Disc> {
         diametral_inertia_kg_m2: d.diametral_inertia_kg_m2,
     });
     discs.collect()
-}
-
-fn effect(file: &str, index: usize, read: EffectFile) -> Result<Effect, InputError> {
-    let path = format!("effects[{index}]");
-    let Some(kind) = EffectKind::from_name(&read.effect) else {
-        let known = EffectKind::ALL.iter().map(|k| k.name());
-        let best = nearest(&read.effect, known).unwrap_or_default();
-        let rule = format!("{path}.effect: {:?} is not in the catalogue", read.effect);
-        return Err(InputError::new(file, rule).with_hint(format!("did you mean `{best}`?")));
-    };
-    let given = [
-        ("delay_s", read.delay_s),
-        ("bandwidth_hz", read.bandwidth_hz),
-        ("corner_hz", read.corner_hz),
-        ("offset_m", read.offset_m),
-        ("factor", read.factor),
-        ("ratio", read.ratio),
-        ("angle_deg", read.angle_deg),
-        ("loss_time_s", read.loss_time_s),
-        ("stiffness_n_per_m", read.stiffness_n_per_m),
-        ("translational_n_per_m", read.translational_n_per_m),
-        ("rotational_n_m_per_rad", read.rotational_n_m_per_rad),
-        ("damping_n_m_s_per_rad", read.damping_n_m_s_per_rad),
-        ("mass_kg", read.mass_kg),
-        ("frequency_hz", read.frequency_hz),
-        ("damping_ratio", read.damping_ratio),
-    ];
-    let where_key = match kind.location() {
-        LocationKind::None => None,
-        LocationKind::Bearing => Some("bearing"),
-        LocationKind::Position => Some("position_m"),
-        LocationKind::Mode => Some("mode"),
-        LocationKind::Region => Some("region"),
-    };
-    let placed = [
-        ("bearing", read.bearing.is_some()),
-        ("position_m", read.position_m.is_some()),
-        ("mode", read.mode.is_some()),
-        ("region", read.region.is_some()),
-    ];
-    let mut takes: Vec<&str> = where_key.into_iter().collect();
-    takes.extend(kind.parameters());
-    let allowed = format!("{} takes {}", kind.name(), takes.join(", "));
-    let fail = |rule: String| Err(InputError::new(file, rule).with_hint(allowed.clone()));
-    let values = given.iter().map(|(k, v)| (*k, v.is_some()));
-    let present: Vec<&str> = values.chain(placed).filter(|p| p.1).map(|p| p.0).collect();
-    // A foreign key explains a missing one, so it is named first.
-    if let Some(key) = present.iter().find(|key| !takes.contains(key)) {
-        return fail(format!("{path}.{key}: does not belong to {}", kind.name()));
-    }
-    if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
-        return fail(format!("{path}.{key}: is missing"));
-    }
-    let location = match kind.location() {
-        LocationKind::None => Location::None,
-        LocationKind::Bearing => {
-            let name = read.bearing.unwrap_or_default();
-            match Bearings::from_name(&name) {
-                Some(bearings) => Location::Bearing(bearings),
-                None => {
-                    let rule = format!("{path}.bearing: {name:?} must be front, rear or both");
-                    return fail(rule);
-                }
-            }
-        }
-        LocationKind::Position => Location::Position(read.position_m.unwrap_or_default()),
-        LocationKind::Mode => Location::Mode(read.mode.unwrap_or_default()),
-        LocationKind::Region => Location::Region(read.region.unwrap_or_default()),
-    };
-    let value = |name: &&str| {
-        let found = given.iter().find(|(key, _)| key == name);
-        found.and_then(|(_, v)| *v).unwrap_or_default()
-    };
-    let values = kind.parameters().iter().map(value).collect();
-    Effect::new(kind, location, values).map_err(|error| {
-        let error = match error {
-            SpindleError::Value {
-                path: key,
-                value,
-                rule,
-            } => SpindleError::Value {
-                path: format!("{path}.{key}"),
-                value,
-                rule,
-            },
-            other => other,
-        };
-        InputError::rule(file, &error)
-    })
 }

@@ -109,7 +109,7 @@ pub fn effect(effect: &Effect) -> String {
     parts.extend(
         names
             .zip(&effect.values)
-            .map(|(key, v)| format!("{key}: {}", number(*v))),
+            .map(|(p, v)| format!("{}: {}", p.name, number(*v))),
     );
     format!("{{{}}}", parts.join(", "))
 }

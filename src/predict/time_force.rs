@@ -7,7 +7,7 @@
 //! Contact: beyond the clearance, normal force k_c·depth + c_c·approach (never pulling), Coulomb friction μ.
 
 use crate::spindle::Bearing;
-use crate::spindle::machine::EffectiveBearing;
+use crate::spindle::EffectiveBearing;
 use std::f64::consts::TAU;
 
 /// A gap this close to the pole face, as a part of it, is where the force law ends.

@@ -49,7 +49,7 @@ pub fn summarised(d: &Diagnosis) -> Value {
             "measurement": m.text, "separation_chi2": number(m.separation),
         })).collect::<Vec<_>>(),
         "detectable": d.detectable.iter().map(|e| {
-            let names = e.effect.kind.parameters().iter().map(|n| (*n).to_owned());
+            let names = e.effect.kind.parameters().iter().map(|p| p.name.to_owned());
             let values = e.effect.values.iter().map(|x| number(*x));
             json!({
                 "effect": e.effect.kind.name(),
@@ -93,7 +93,7 @@ fn place(location: &Location) -> Value {
 
 fn effect_json(e: &NamedEffect) -> Value {
     let keyed = |values: Vec<Value>| -> Map<String, Value> {
-        let names = e.effect.kind.parameters().iter().map(|n| (*n).to_owned());
+        let names = e.effect.kind.parameters().iter().map(|p| p.name.to_owned());
         names.zip(values).collect()
     };
     let mut deviations = keyed(e.standard_deviations.iter().map(|x| number(*x)).collect());
@@ -278,7 +278,7 @@ fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
     let mut table = Table::with_columns(&["effect", "where", "parameters", "score_above_best"]);
     for (e, score) in &d.ranking {
         let values = e.kind.parameters().iter().zip(&e.values);
-        let values: Vec<String> = values.map(|(n, v)| format!("{n} {v:.6e}")).collect();
+        let values: Vec<String> = values.map(|(p, v)| format!("{} {v:.6e}", p.name)).collect();
         table.push(vec![
             e.kind.name().into(),
             spot(&e.location),

@@ -3,6 +3,7 @@
 use super::readable::four_digits;
 use crate::diagnose::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
+use crate::spindle::effects::entry::Shown;
 use crate::spindle::{Effect, EffectKind, Location};
 
 /// The verdict in one sentence or two: what is missing, how much, how sure, what to do, and how far the gap fell.
@@ -156,122 +157,29 @@ fn ranged(e: &NamedEffect, i: usize, to: impl Fn(f64) -> f64, unit: &str) -> Str
 
 /// An effect with its size and interval.
 pub fn statement(e: &NamedEffect) -> String {
-    let at = place(&e.effect.location);
-    let scaled = |i: usize, factor: f64, unit: &str| ranged(e, i, |v| factor * v, unit);
-    let percent = || ranged(e, 0, |v| 100.0 * (v - 1.0), " %");
-    let value = e.effect.values.first().copied().unwrap_or_default();
-    let either = |factor: f64, unit: &str, [less, more]: [&'static str; 2]| match value < 0.0 {
-        true => (scaled(0, -factor, unit), less),
-        false => (scaled(0, factor, unit), more),
-    };
-    let grams = || either(1e3, " g", ["less", "more"]);
-    match e.effect.kind {
-        EffectKind::LoopDelay => {
-            let (time, way) = either(1e6, " µs", ["faster", "slower"]);
-            format!("the loop is {time} {way} than the model")
-        }
-        EffectKind::AmplifierBandwidth => {
-            format!(
-                "the amplifier of {at} has a bandwidth of {}",
-                scaled(0, 1.0, " Hz")
-            )
-        }
-        EffectKind::EddyCurrents => format!(
-            "eddy currents weaken {at} from a corner of {} on",
-            scaled(0, 1.0, " Hz")
-        ),
-        EffectKind::SensorLowpass => format!(
-            "the sensors of {at} have a low-pass at {}",
-            scaled(0, 1.0, " Hz")
-        ),
-        EffectKind::SensorOffset => format!(
-            "the sensor plane of {at} sits {} off, + to the rear",
-            scaled(0, 1e3, " mm")
-        ),
-        EffectKind::ActuatorOffset => format!(
-            "the actuator plane of {at} sits {} off, + to the rear",
-            scaled(0, 1e3, " mm")
-        ),
-        EffectKind::NegativeStiffness => {
-            format!("the negative stiffness of {at} is {} off", percent())
-        }
-        EffectKind::ForceConstant => format!("the force constant of {at} is {} off", percent()),
-        EffectKind::SensorGain => format!("the sensor gain of {at} is {} off", percent()),
-        EffectKind::BearingCoupling => format!(
-            "x and y of {at} are coupled by {} of the force constant",
-            scaled(0, 100.0, " %")
-        ),
-        EffectKind::AxisMisalignment => {
-            format!(
-                "the sensor axes of {at} are turned by {}",
-                scaled(0, 1.0, "°")
-            )
-        }
-        EffectKind::Gyroscopic => {
-            format!("the gyroscopic effect counts {} times", scaled(0, 1.0, ""))
-        }
-        EffectKind::InternalDamping => format!(
-            "the rotor has internal damping with a loss time of {}",
-            scaled(0, 1e6, " µs")
-        ),
-        EffectKind::CrossCoupling => format!(
-            "a circulatory stiffness of {} acts at {at}",
-            scaled(0, 1.0, " N/m")
-        ),
-        EffectKind::ModalDamping => format!(
-            "the damping of {at} is {} times that of the model",
-            scaled(0, 1.0, "")
-        ),
-        EffectKind::ToolJoint => format!(
-            "the tool sits in a flexible joint of {} and {}",
-            scaled(0, 1e-6, " N/µm"),
-            scaled(1, 1e-3, " kN m/rad")
-        ),
-        EffectKind::ToolMass => {
-            let (mass, way) = grams();
-            format!("the tip of the tool carries {mass} {way} than the model")
-        }
-        EffectKind::AddedMass => {
-            let (mass, way) = grams();
-            format!("{mass} {way} sit at {at} than in the model")
-        }
-        EffectKind::HousingMode => format!(
-            "the housing, {}, resonates at {} with a damping ratio of {}",
-            scaled(0, 1.0, " kg"),
-            scaled(1, 1.0, " Hz"),
-            scaled(2, 1.0, "")
-        ),
-        EffectKind::RegionStiffness => format!("the modulus of {at} is {} off", percent()),
-        EffectKind::AddedStiffness => {
-            format!("a stiffness of {} acts at {at}", scaled(0, 1.0, " N/m"))
-        }
+    let entry = e.effect.kind.entry();
+    let mut text = entry.sentence.replace("{at}", &place(&e.effect.location));
+    for (i, parameter) in entry.parameters.iter().enumerate() {
+        let shown = match parameter.shown {
+            Shown::Scaled(factor, unit) => ranged(e, i, |v| factor * v, unit),
+            Shown::PercentOff => ranged(e, i, |v| 100.0 * (v - 1.0), " %"),
+            Shown::Either(factor, unit, [below, above]) => {
+                let negative = e.effect.values.get(i).is_some_and(|v| *v < 0.0);
+                let (sign, way) = if negative {
+                    (-1.0, below)
+                } else {
+                    (1.0, above)
+                };
+                text = text.replace("{way}", way);
+                ranged(e, i, |v| sign * factor * v, unit)
+            }
+        };
+        text = text.replace(&format!("{{{i}}}"), &shown);
     }
+    text
 }
 
 /// What to do about an effect.
 pub fn advice(e: &NamedEffect) -> String {
-    match e.effect.kind {
-        EffectKind::LoopDelay => "design with the corrected file, and look for computing or PWM time that the model leaves out",
-        EffectKind::AmplifierBandwidth => "measure command to coil current, and check current controller and bus voltage",
-        EffectKind::EddyCurrents => "look for solid or thick laminated parts in the flux path, and design with the corrected file",
-        EffectKind::SensorLowpass => "check the anti-alias filter and the demodulation of these sensors",
-        EffectKind::SensorOffset => "check where the sensor ring sits on the drawing, and design with the corrected file",
-        EffectKind::ActuatorOffset => "check where the magnet sits on the drawing, and design with the corrected file",
-        EffectKind::NegativeStiffness => "check bias current and air gap (ks grows with i0² and falls with the cube of the gap)",
-        EffectKind::ForceConstant => "check bias current, air gap and the scale of the current command",
-        EffectKind::SensorGain => "calibrate against the clearance from touch-down to touch-down",
-        EffectKind::BearingCoupling => "look for flux leakage or unequal poles between the axes",
-        EffectKind::AxisMisalignment => "turn the sensor ring back, or rotate its signals in the controller",
-        EffectKind::Gyroscopic => "design with the corrected file at every speed",
-        EffectKind::InternalDamping => "verify stability at full speed with the corrected file, and check shrink fits",
-        EffectKind::CrossCoupling => "repeat with motor and coolant off to find its source, and verify stability at speed with the corrected file",
-        EffectKind::ModalDamping => "design with the corrected file, and check the fits that damp this mode",
-        EffectKind::ToolJoint => "clean and re-clamp the taper, check the drawbar force, and repeat; if it stays, design with the corrected file",
-        EffectKind::ToolMass => "weigh the tool, and correct the tool file",
-        EffectKind::AddedMass => "look for a part that is not in the drawing, or coolant in the bore",
-        EffectKind::HousingMode => "confirm with an accelerometer on the housing and the mount clamped, and design with the corrected file",
-        EffectKind::RegionStiffness => "check the shrink fit or lamination stack of this region, and design with the corrected file",
-        EffectKind::AddedStiffness => "repeat with the motor off (its pull is negative), and look for seals or cables there",
-    }
-    .to_owned()
+    e.effect.kind.entry().advice.to_owned()
 }

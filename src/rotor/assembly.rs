@@ -346,9 +346,39 @@ impl Rotor {
         self.element_dofs(i).into_iter().zip(coefficients).collect()
     }
 
+    /// Row that reads the slope of the deflection at a position, on a node its rotation; transposed, it puts a moment there.
+    ///
+    /// # Errors
+    /// [`RotorError::OffShaft`] beyond the ends.
+    pub fn slope_at(&self, what: &str, position_m: f64) -> Result<Vec<(usize, f64)>, RotorError> {
+        self.check_position(what, position_m)?;
+        Ok(self.read_element(position_m, element::hermite_slope))
+    }
+
+    /// Row that reads the curvature of the deflection at a position, on a node that of the element behind it.
+    ///
+    /// # Errors
+    /// [`RotorError::OffShaft`] beyond the ends.
+    pub fn curvature_at(
+        &self,
+        what: &str,
+        position_m: f64,
+    ) -> Result<Vec<(usize, f64)>, RotorError> {
+        self.check_position(what, position_m)?;
+        Ok(self.read_element(position_m, element::hermite_curvature))
+    }
+
     fn shape_at_unchecked(&self, position_m: f64) -> Vec<(usize, f64)> {
+        self.read_element(position_m, element::hermite)
+    }
+
+    fn read_element(
+        &self,
+        position_m: f64,
+        coefficients: fn(f64, f64) -> [f64; 4],
+    ) -> Vec<(usize, f64)> {
         let (element, s) = self.element_at_unchecked(position_m);
-        let coefficients = element::hermite(s, self.sections[element].length_m);
+        let coefficients = coefficients(s, self.sections[element].length_m);
         self.element_dofs(element)
             .into_iter()
             .zip(coefficients)

@@ -2,9 +2,9 @@
 //! Channel order everywhere: front_x, front_y, rear_x, rear_y. z in m from the nose face, the tool at z < 0.
 
 use super::SpindleError;
-use super::effect::{Effect, EffectKind, Location};
-pub use super::effective::{Effective, EffectiveBearing, Housing};
-use crate::rotor::{Disc, Joint, PointMass, Rotor, RotorError, Section};
+use super::effective::{Effective, EffectiveBearing};
+use super::effects::{Effect, EffectKind, Location, action};
+use crate::rotor::{Disc, Rotor, RotorError, Section};
 
 /// A bearing of the spindle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -316,32 +316,10 @@ impl Machine {
         let tool = self.tool.rotor()?;
         let spindle = Rotor::new(0.0, self.spindle.sections.clone(), &self.spindle.discs)
             .map_err(SpindleError::Rotor)?;
-        let joints = self.of_kind(EffectKind::ToolJoint);
-        let joint = joints.map(|e| joint(&e.values)).reduce(in_series);
-        let shaft = SpindleError::Shaft;
-        let mut rotor = Rotor::join(&tool, &spindle, joint).map_err(shaft)?;
+        let joint = action::joint(&self.spindle.effects);
+        let mut rotor = Rotor::join(&tool, &spindle, joint).map_err(SpindleError::Shaft)?;
         for effect in &self.spindle.effects {
-            let value = effect.values.first().copied().unwrap_or_default();
-            let mass = |position_m| PointMass {
-                position_m,
-                mass_kg: value,
-            };
-            match (effect.kind, &effect.location) {
-                (EffectKind::ToolMass, _) => {
-                    let tip = rotor.from_m();
-                    rotor = rotor.with_point_mass(mass(tip)).map_err(shaft)?;
-                }
-                (EffectKind::AddedMass, Location::Position(z)) => {
-                    rotor = rotor.with_point_mass(mass(*z)).map_err(shaft)?;
-                }
-                (EffectKind::RegionStiffness, Location::Region(region)) => {
-                    let inside = |s: &Section| s.region.as_ref() == Some(region);
-                    rotor = rotor
-                        .with_modulus_factors(|_, s| if inside(s) { value } else { 1.0 })
-                        .map_err(shaft)?;
-                }
-                _ => {}
-            }
+            rotor = action::on_rotor(effect, rotor).map_err(SpindleError::Shaft)?;
         }
         Ok(rotor)
     }
@@ -350,11 +328,43 @@ impl Machine {
     pub fn damping_ratio(&self, k: usize) -> f64 {
         let list = &self.spindle.damping_ratio;
         let nominal = list.get(k).or(list.last()).copied().unwrap_or_default();
-        let factors = self.of_kind(EffectKind::ModalDamping);
-        factors
-            .filter(|e| e.location == Location::Mode(k + 1))
-            .filter_map(|e| e.value("factor"))
-            .fold(nominal, |zeta, factor| zeta * factor)
+        action::on_damping_ratio(&self.spindle.effects, k, nominal)
+    }
+
+    /// Bearings, chain and additions after all effects.
+    pub fn effective(&self) -> Effective {
+        let (s, p, e) = (
+            &self.spindle,
+            &self.spindle.planes,
+            &self.spindle.electronics,
+        );
+        let nominal = |b: &Bearing, sensor_m, actuator_m| EffectiveBearing {
+            ki_n_per_a: b.ki_n_per_a,
+            ks_n_per_m: b.ks_n_per_m,
+            amplifier_bandwidth_hz: e.amplifier_bandwidth_hz,
+            eddy_corner_hz: None,
+            sensor_lowpass_hz: None,
+            sensor_m,
+            actuator_m,
+            sensor_gain: b.sensor_gain,
+            coupling_ratio: 0.0,
+            sensor_angle_rad: 0.0,
+        };
+        let mut all = Effective {
+            bearings: [
+                nominal(&s.front, p.front_sensor_m, p.front_actuator_m),
+                nominal(&s.rear, p.rear_sensor_m, p.rear_actuator_m),
+            ],
+            delay_s: e.delay_s,
+            gyroscopic_factor: if s.gyroscopics { 1.0 } else { 0.0 },
+            loss_time_s: 0.0,
+            attachments: vec![],
+            housings: vec![],
+        };
+        for effect in &s.effects {
+            action::on_machine(effect, &mut all);
+        }
+        all
     }
 
     /// Effects of one kind, in file order.
@@ -418,25 +428,6 @@ impl Machine {
             total,
             "is the total delay in s, which must be at least half a sample period",
         )
-    }
-}
-
-fn joint(values: &[f64]) -> Joint {
-    let at = |i: usize| values.get(i).copied().unwrap_or_default();
-    Joint {
-        translational_n_per_m: at(0),
-        rotational_n_m_per_rad: at(1),
-        damping_n_m_s_per_rad: at(2),
-    }
-}
-
-/// Two joints listed for one place: their flexibilities add; the smaller damping is kept, an underestimate.
-fn in_series(a: Joint, b: Joint) -> Joint {
-    let series = |x: f64, y: f64| x * y / (x + y);
-    Joint {
-        translational_n_per_m: series(a.translational_n_per_m, b.translational_n_per_m),
-        rotational_n_m_per_rad: series(a.rotational_n_m_per_rad, b.rotational_n_m_per_rad),
-        damping_n_m_s_per_rad: a.damping_n_m_s_per_rad.min(b.damping_n_m_s_per_rad),
     }
 }
 

@@ -6,7 +6,7 @@
 //! Every effect of the catalogue keeps both planes alike here: what does not (cross terms of ki, turned sensors) acts on
 //! currents and signals, see [`super::plant`].
 
-use super::effective::Effective;
+use super::effective::{Effective, Motion};
 use super::machine::Machine;
 use super::whirl_form::WhirlForm;
 use super::{SpindleError, plant::ModelDetail};
@@ -399,13 +399,13 @@ fn port_rows(
         spring(Port::FrontControl as usize, c64::new(front.ks_n_per_m, 0.0)),
         spring(Port::RearControl as usize, c64::new(rear.ks_n_per_m, 0.0)),
     ];
-    for (z, k) in &effective.added_stiffness {
-        feedback.push(spring(rows.len(), c64::new(-k, 0.0)));
-        rows.push(at("added stiffness", *z)?);
-    }
-    for (z, q) in &effective.cross_coupling {
-        feedback.push(spring(rows.len(), c64::new(0.0, *q)));
-        rows.push(at("cross coupling", *z)?);
+    for attached in &effective.attachments {
+        feedback.push(spring(rows.len(), attached.gain));
+        let z = attached.position_m;
+        rows.push(match attached.motion {
+            Motion::Displacement => at("attachment", z)?,
+            Motion::Slope => modes.amplitudes(&rotor.slope_at("attachment", z)?),
+        });
     }
     for ([a, b], joint) in rotor.joints() {
         if joint.damping_n_m_s_per_rad != 0.0 {

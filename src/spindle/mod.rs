@@ -1,15 +1,15 @@
 //! The machine round the shaft: bearings, electronics, effects, tool, named ports, the open-loop plant at a speed.
 
-pub mod effect;
 pub mod effective;
+pub mod effects;
 pub mod machine;
 pub mod mechanics;
 pub mod plant;
 pub mod realise;
 pub mod whirl_form;
 
-pub use effect::{Bearings, Effect, EffectKind, Location};
 pub use effective::{Effective, EffectiveBearing, Housing};
+pub use effects::{Bearings, Effect, EffectKind, Location};
 pub use machine::{Bearing, Electronics, Machine, Planes, Side, Spindle, Tool};
 pub use plant::{ModelDetail, Plant};
 

@@ -26,14 +26,13 @@ pub fn front_and_rear(
     rear: Vec<Option<Target>>,
 ) -> Targets {
     let [f, r] = machine.effective().bearings;
-    let frf =
-        |name: &str, b: &crate::spindle::machine::EffectiveBearing, antiresonances| FrfTargets {
-            name: name.to_owned(),
-            output_m: b.sensor_m,
-            input_m: b.actuator_m,
-            antiresonances,
-            held_out: false,
-        };
+    let frf = |name: &str, b: &crate::spindle::EffectiveBearing, antiresonances| FrfTargets {
+        name: name.to_owned(),
+        output_m: b.sensor_m,
+        input_m: b.actuator_m,
+        antiresonances,
+        held_out: false,
+    };
     Targets {
         resonances,
         antiresonances: vec![frf("front", &f, front), frf("rear", &r, rear)],

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 /// Folders under `src/` in the order of the pipeline: each may use those before it.
-const ORDER: [&str; 15] = [
+const ORDER: [&str; 16] = [
+    "guide",
     "linalg",
     "lti",
     "rotor",

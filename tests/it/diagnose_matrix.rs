@@ -166,7 +166,7 @@ fn judged(case: &Case, d: &Diagnosis) -> &'static str {
 
 fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
     let mut cases = vec![];
-    for kind in EffectKind::ALL {
+    for kind in EffectKind::all() {
         for i in 0..draws {
             let seed = kind as u64 * 100 + i;
             let mut draw = Draw::new(seed);

@@ -391,7 +391,7 @@ fn derivatives_of_effects() {
     }
     known.sort_unstable();
     known.dedup();
-    assert_eq!(known, EffectKind::ALL.to_vec());
+    assert_eq!(known, EffectKind::all().collect::<Vec<_>>());
 }
 
 /// Largest relative difference of the diagonal planes from the plant over 50 to 4000 Hz, sensors from currents and from the tool.

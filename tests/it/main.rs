@@ -14,6 +14,7 @@ mod diagnose_matrix;
 mod diagnose_model;
 mod diagnose_next;
 mod dk;
+mod effects_table;
 mod firmware;
 mod generator;
 mod identify_sweeps;

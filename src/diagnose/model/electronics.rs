@@ -7,7 +7,8 @@ use super::sensitivity::Number;
 use super::{Line, Receptance, SIDE, Square, ZERO};
 use crate::diagnose::chain::{Chain, LOWPASS_DAMPING};
 use crate::linalg::c64;
-use crate::spindle::machine::Effective;
+use crate::spindle::Effective;
+use crate::spindle::effects::entry::Domain;
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 use std::f64::consts::TAU;
 
@@ -36,10 +37,7 @@ impl Change {
             Location::Bearing(which) => which.includes(b),
             _ => true,
         };
-        let replaces = matches!(
-            effect.kind,
-            EffectKind::AmplifierBandwidth | EffectKind::EddyCurrents | EffectKind::SensorLowpass
-        );
+        let replaces = effect.kind.entry().replaces;
         let later = |b: usize| {
             let mut others = effects[index + 1..].iter();
             replaces && others.any(|e| e.kind == effect.kind && on(e, b))
@@ -63,17 +61,7 @@ impl Electronics {
 
     /// Whether effects of a kind are here, so that they leave the receptance of the shaft as it is.
     pub fn have(kind: EffectKind) -> bool {
-        matches!(
-            kind,
-            EffectKind::LoopDelay
-                | EffectKind::AmplifierBandwidth
-                | EffectKind::EddyCurrents
-                | EffectKind::SensorLowpass
-                | EffectKind::ForceConstant
-                | EffectKind::SensorGain
-                | EffectKind::BearingCoupling
-                | EffectKind::AxisMisalignment
-        )
+        kind.entry().domain == Domain::Electronics
     }
 
     /// At a line.

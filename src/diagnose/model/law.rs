@@ -16,6 +16,12 @@ pub enum Law {
 }
 
 impl Law {
+    /// The springs and circulatory laws, with their stiffness, that make up a constant gain.
+    pub fn parts(gain: c64) -> impl Iterator<Item = (Self, f64)> {
+        let all = [(Self::Spring, -gain.re), (Self::Circulatory, gain.im)];
+        all.into_iter().filter(|(_, value)| *value != 0.0)
+    }
+
     /// Force per displacement at a signed frequency, rad/s.
     pub fn gain(self, w: f64) -> c64 {
         match self {

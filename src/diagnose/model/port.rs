@@ -10,9 +10,6 @@ use super::super::skeleton::Skeleton;
 use super::{Assembled, IN, OUT, SIDE, Square, ZERO};
 use crate::linalg::c64;
 
-/// Half the distance over which the slope of the shaft is differenced, m: well above the 1 µm within which positions are nodes.
-const SLOPE_M: f64 = 2e-4;
-
 /// A further port.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Probe {
@@ -20,6 +17,8 @@ pub enum Probe {
     Station(f64),
     /// Slope of the shaft at a position.
     Slope(f64),
+    /// Curvature of the shaft at a position.
+    Curvature(f64),
     /// What another mesh may read more at a position.
     Misread(f64),
     /// Tool against nose, across.
@@ -44,13 +43,8 @@ impl Probe {
                 .unwrap_or_else(|| vec![0.0; skeleton.len()]),
             Self::JointAcross => joint(0),
             Self::JointTurning => joint(1),
-            Self::Slope(z) => {
-                let (from, to) = skeleton.span_m();
-                let (a, b) = ((z - SLOPE_M).max(from), (z + SLOPE_M).min(to));
-                let (behind, ahead) = (skeleton.row(a)?, skeleton.row(b)?);
-                let both = behind.iter().zip(&ahead);
-                both.map(|(x, y)| (y - x) / (b - a)).collect()
-            }
+            Self::Slope(z) => skeleton.slope_row(z)?,
+            Self::Curvature(z) => skeleton.curvature_row(z)?,
         })
     }
 }

@@ -137,24 +137,28 @@ impl Model {
             probes.push(p);
             probes.len() - 1
         };
-        let placed = |probe: &mut dyn FnMut(Probe) -> usize, z: f64, law: Law| {
-            let (at, slope) = (probe(Probe::Station(z)), probe(Probe::Slope(z)));
+        // A law at a port, and the same at a port that moves: its own derivative to the position.
+        let placed = |probe: &mut dyn FnMut(Probe) -> usize, [at, along]: [Probe; 2], law: Law| {
+            let (at, along) = (probe(at), probe(along));
             vec![
                 vec![(1.0, Term::Bond(at, law))],
-                vec![(value, Term::Shift(at, slope, law))],
+                vec![(value, Term::Shift(at, along, law))],
             ]
         };
+        let across = |z: f64| [Probe::Station(z), Probe::Slope(z)];
         let bearings = |which: &Bearings| -> Vec<usize> {
             [0, 1].into_iter().filter(|b| which.includes(*b)).collect()
         };
         match (effect.kind, &effect.location) {
             (EffectKind::AddedStiffness, Location::Position(z)) => {
-                placed(&mut probe, *z, Law::Spring)
+                placed(&mut probe, across(*z), Law::Spring)
             }
             (EffectKind::CrossCoupling, Location::Position(z)) => {
-                placed(&mut probe, *z, Law::Circulatory)
+                placed(&mut probe, across(*z), Law::Circulatory)
             }
-            (EffectKind::AddedMass, Location::Position(z)) => placed(&mut probe, *z, Law::Mass),
+            (EffectKind::AddedMass, Location::Position(z)) => {
+                placed(&mut probe, across(*z), Law::Mass)
+            }
             (EffectKind::ToolMass, _) => {
                 let tip = probe(Probe::Station(self.span_m().0));
                 vec![vec![(1.0, Term::Bond(tip, Law::Mass))]]

@@ -12,34 +12,29 @@ pub enum Coordinate {
     /// exp t.
     Logarithm,
     /// 1/(1/nominal + unit·t).
-    Slowness {
-        /// The number at t = 0.
-        nominal: f64,
-        /// Change of the reciprocal per unit.
-        unit: f64,
-    },
+    Slowness(f64),
 }
 
 impl Coordinate {
-    /// The number at t.
-    pub fn value(self, t: f64) -> f64 {
+    /// The number at t, for a nominal value of the machine.
+    pub fn value(self, t: f64, nominal: f64) -> f64 {
         match self {
             Self::Linear(unit) => unit * t,
             Self::Inverse(unit) => unit / t,
             Self::InverseSquare(unit) => unit / (t * t),
             Self::Logarithm => t.exp(),
-            Self::Slowness { nominal, unit } => (nominal.recip() + unit * t).recip(),
+            Self::Slowness(unit) => (nominal.recip() + unit * t).recip(),
         }
     }
 
     /// Its derivative at t.
-    pub fn slope(self, t: f64) -> f64 {
+    pub fn slope(self, t: f64, nominal: f64) -> f64 {
         match self {
             Self::Linear(unit) => unit,
             Self::Inverse(unit) => -unit / (t * t),
             Self::InverseSquare(unit) => -2.0 * unit / t.powi(3),
             Self::Logarithm => t.exp(),
-            Self::Slowness { unit, .. } => -unit * self.value(t).powi(2),
+            Self::Slowness(unit) => -unit * self.value(t, nominal).powi(2),
         }
     }
 }

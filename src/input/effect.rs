@@ -1,0 +1,157 @@
+//! One effect of a spindle file (formats.md, section 6): its keys are those that the table of effects has.
+
+use super::InputError;
+use super::error::nearest;
+use crate::spindle::effects::{LocationKind, table::TABLE};
+use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+/// Every key that some effect has.
+static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+    let mut keys = vec!["effect"];
+    let of_entry = TABLE.iter().flat_map(|entry| {
+        let names = entry.parameters.iter().map(|p| p.name);
+        entry.location.key().into_iter().chain(names)
+    });
+    for key in of_entry {
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
+    keys
+});
+
+/// The keys of an effect as the file has them.
+#[derive(Default)]
+pub(super) struct EffectFile {
+    effect: String,
+    bearing: Option<String>,
+    region: Option<String>,
+    mode: Option<usize>,
+    /// Position and parameters.
+    numbers: BTreeMap<String, f64>,
+}
+
+impl<'de> Deserialize<'de> for EffectFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Keys)
+    }
+}
+
+struct Keys;
+
+impl<'de> Visitor<'de> for Keys {
+    type Value = EffectFile;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("an effect: {effect: name, its place, its parameters}")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<EffectFile, A::Error> {
+        let mut read = EffectFile::default();
+        let mut seen: Vec<&'static str> = vec![];
+        while let Some(key) = map.next_key::<String>()? {
+            let Some(known) = KEYS.iter().find(|known| **known == key) else {
+                return Err(A::Error::unknown_field(&key, &KEYS));
+            };
+            if seen.contains(known) {
+                return Err(A::Error::duplicate_field(known));
+            }
+            seen.push(known);
+            match *known {
+                "effect" => read.effect = map.next_value()?,
+                "bearing" => read.bearing = map.next_value()?,
+                "region" => read.region = map.next_value()?,
+                "mode" => read.mode = map.next_value()?,
+                _ => {
+                    if let Some(value) = map.next_value::<Option<f64>>()? {
+                        read.numbers.insert(key, value);
+                    }
+                }
+            }
+        }
+        if !seen.contains(&"effect") {
+            return Err(A::Error::missing_field("effect"));
+        }
+        Ok(read)
+    }
+}
+
+impl EffectFile {
+    /// The effect of entry `index` of the list.
+    ///
+    /// # Errors
+    /// [`InputError`] with the keys that the effect takes.
+    pub(super) fn effect(self, file: &str, index: usize) -> Result<Effect, InputError> {
+        let path = format!("effects[{index}]");
+        let Some(kind) = EffectKind::from_name(&self.effect) else {
+            let known = EffectKind::all().map(EffectKind::name);
+            let best = nearest(&self.effect, known).unwrap_or_default();
+            let rule = format!("{path}.effect: {:?} is not in the catalogue", self.effect);
+            return Err(InputError::new(file, rule).with_hint(format!("did you mean `{best}`?")));
+        };
+        let names = kind.parameters().iter().map(|p| p.name);
+        let takes: Vec<&str> = kind.location().key().into_iter().chain(names).collect();
+        let allowed = format!("{} takes {}", kind.name(), takes.join(", "));
+        let fail = |rule: String| InputError::new(file, rule).with_hint(allowed.clone());
+        let present = self.present();
+        // A foreign key explains a missing one, so it is named first.
+        if let Some(key) = present.iter().find(|key| !takes.contains(key)) {
+            let rule = format!("{path}.{key}: does not belong to {}", kind.name());
+            return Err(fail(rule));
+        }
+        if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
+            return Err(fail(format!("{path}.{key}: is missing")));
+        }
+        let location = self.location(kind.location()).ok_or_else(|| {
+            let name = self.bearing.clone().unwrap_or_default();
+            fail(format!(
+                "{path}.bearing: {name:?} must be front, rear or both"
+            ))
+        })?;
+        let value = |name: &str| self.numbers.get(name).copied().unwrap_or_default();
+        let values = kind.parameters().iter().map(|p| value(p.name)).collect();
+        Effect::new(kind, location, values).map_err(|error| {
+            let error = match error {
+                SpindleError::Value {
+                    path: key,
+                    value,
+                    rule,
+                } => SpindleError::Value {
+                    path: format!("{path}.{key}"),
+                    value,
+                    rule,
+                },
+                other => other,
+            };
+            InputError::rule(file, &error)
+        })
+    }
+
+    fn present(&self) -> Vec<&str> {
+        let mut present: Vec<&str> = self.numbers.keys().map(String::as_str).collect();
+        let places = [
+            ("bearing", self.bearing.is_some()),
+            ("mode", self.mode.is_some()),
+            ("region", self.region.is_some()),
+        ];
+        present.extend(places.into_iter().filter(|p| p.1).map(|p| p.0));
+        present
+    }
+
+    /// The location, complete keys provided; none for a bearing of another name.
+    fn location(&self, kind: LocationKind) -> Option<Location> {
+        let text = |key: &Option<String>| key.clone().unwrap_or_default();
+        Some(match kind {
+            LocationKind::None => Location::None,
+            LocationKind::Bearing => Location::Bearing(Bearings::from_name(&text(&self.bearing))?),
+            LocationKind::Position => {
+                Location::Position(self.numbers.get("position_m").copied().unwrap_or_default())
+            }
+            LocationKind::Mode => Location::Mode(self.mode.unwrap_or_default()),
+            LocationKind::Region => Location::Region(text(&self.region)),
+        })
+    }
+}

@@ -1,0 +1,110 @@
+//! One effect of a spindle file: its kind, its location and its values, checked against the table.
+
+use super::location::{Location, LocationKind};
+use super::table::EffectKind;
+use crate::spindle::SpindleError;
+
+/// One effect of a spindle file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effect {
+    /// What it is.
+    pub kind: EffectKind,
+    /// Where it acts.
+    pub location: Location,
+    /// Its numbers, in the order and units of [`EffectKind::parameters`].
+    pub values: Vec<f64>,
+}
+
+impl Effect {
+    /// An effect that keeps the rules of its kind.
+    ///
+    /// # Errors
+    /// [`SpindleError::Value`] or [`SpindleError::Name`] with a path relative to the effect.
+    pub fn new(
+        kind: EffectKind,
+        location: Location,
+        values: Vec<f64>,
+    ) -> Result<Self, SpindleError> {
+        let effect = Self {
+            kind,
+            location,
+            values,
+        };
+        effect.validate()?;
+        Ok(effect)
+    }
+
+    /// The value of the parameter of that name; `None` when the kind has none.
+    pub fn value(&self, parameter: &str) -> Option<f64> {
+        let names = self.kind.parameters();
+        let i = names.iter().position(|p| p.name == parameter)?;
+        self.values.get(i).copied()
+    }
+
+    /// The same effect with other numbers.
+    pub fn with_values(&self, values: &[f64]) -> Self {
+        Self {
+            values: values.to_vec(),
+            ..self.clone()
+        }
+    }
+
+    /// Checks location and numbers against the kind.
+    ///
+    /// # Errors
+    /// As [`Effect::new`].
+    pub fn validate(&self) -> Result<(), SpindleError> {
+        let matches = matches!(
+            (self.kind.location(), &self.location),
+            (LocationKind::None, Location::None)
+                | (LocationKind::Bearing, Location::Bearing(_))
+                | (LocationKind::Position, Location::Position(_))
+                | (LocationKind::Mode, Location::Mode(_))
+                | (LocationKind::Region, Location::Region(_))
+        );
+        if !matches {
+            return Err(SpindleError::Name {
+                path: "effect".into(),
+                name: self.kind.name().into(),
+                rule: match self.kind.location() {
+                    LocationKind::None => "takes no location".into(),
+                    LocationKind::Bearing => "needs bearing: front, rear or both".into(),
+                    LocationKind::Position => "needs position_m".into(),
+                    LocationKind::Mode => "needs mode, counted from 1".into(),
+                    LocationKind::Region => "needs region".into(),
+                },
+            });
+        }
+        if let Location::Mode(0) = self.location {
+            return Err(SpindleError::Value {
+                path: "mode".into(),
+                value: 0.0,
+                rule: "must be 1 or more: flexible modes are counted from 1".into(),
+            });
+        }
+        let parameters = self.kind.parameters();
+        if parameters.len() != self.values.len() {
+            let names: Vec<&str> = parameters.iter().map(|p| p.name).collect();
+            return Err(SpindleError::Name {
+                path: "effect".into(),
+                name: self.kind.name().into(),
+                rule: format!("needs the parameters {}", names.join(", ")),
+            });
+        }
+        for (parameter, value) in parameters.iter().zip(&self.values) {
+            let rule = if !value.is_finite() {
+                "must be a number"
+            } else if parameter.positive && *value <= 0.0 {
+                "must be positive"
+            } else {
+                continue;
+            };
+            return Err(SpindleError::Value {
+                path: parameter.name.into(),
+                value: *value,
+                rule: rule.into(),
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,159 @@
+//! What an entry of the table of effects consists of.
+
+use super::coordinate::Coordinate;
+use super::location::LocationKind;
+use super::table::EffectKind;
+
+/// What an effect changes; this decides which part of a model has to be computed again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// Amplifiers, sensors and delay: the receptance of the shaft stays.
+    Electronics,
+    /// The shaft or what acts on it.
+    Shaft,
+}
+
+/// A kind of place at which an effect can be what is missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Site {
+    /// A position of the shaft.
+    Shaft,
+    /// Between tool and nose.
+    Joint,
+    /// The stator under both bearings.
+    Housing,
+    /// The sensors of a bearing.
+    Sensors,
+    /// The currents of a bearing.
+    Currents,
+    /// All currents, or equally all sensors.
+    Loop,
+    /// The orientation of a bearing's sensor axes.
+    SensorAxes,
+    /// The coupling of a bearing's axes.
+    AxisCoupling,
+    /// The axial position of a bearing's sensors.
+    SensorPlane,
+    /// The axial position of a bearing's magnet.
+    ActuatorPlane,
+}
+
+/// The value of the machine's own that a parameter refers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nominal {
+    /// None.
+    None,
+    /// The delay beyond half a sample, s.
+    SpareDelay,
+    /// The bandwidth of the amplifiers, Hz.
+    AmplifierBandwidth,
+    /// The factor on the gyroscopic matrix.
+    GyroscopicFactor,
+}
+
+/// Where fits of an effect start, in fit coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Starts {
+    /// At each of these, at every place that the location allows.
+    At(&'static [&'static [f64]]),
+    /// At the nominal value.
+    AtNominal,
+    /// One for each factor 1.45 of frequency over the band, because the basin of a resonance is not much wider.
+    OverTheBand {
+        /// The first coordinate.
+        first: f64,
+        /// The damping ratio.
+        damping_ratio: f64,
+    },
+}
+
+/// How a sentence shows a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shown {
+    /// The value times a factor, with its unit.
+    Scaled(f64, &'static str),
+    /// 100 (value − 1), in percent.
+    PercentOff,
+    /// The size of the value times a factor, with its unit; `{way}` becomes the first word below zero, else the second.
+    Either(f64, &'static str, [&'static str; 2]),
+}
+
+/// One number of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// The key in files, with its unit.
+    pub name: &'static str,
+    /// Whether the model makes sense for positive values only.
+    pub positive: bool,
+    /// How the value follows from its fit coordinate.
+    pub coordinate: Coordinate,
+    /// Bounds of the fit coordinate, from the nominal value.
+    pub bounds: fn(f64) -> (f64, f64),
+    /// How sentences show it.
+    pub shown: Shown,
+}
+
+/// Everything that muspin knows about an effect, besides its action.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// The kind.
+    pub kind: EffectKind,
+    /// The name in files.
+    pub name: &'static str,
+    /// The location it needs.
+    pub location: LocationKind,
+    /// Its numbers, in file order.
+    pub parameters: &'static [Parameter],
+    /// What it changes.
+    pub domain: Domain,
+    /// Whether the last of several effects of this kind replaces the earlier ones.
+    pub replaces: bool,
+    /// Whether it couples the two planes even at rest.
+    pub couples_planes: bool,
+    /// Whether only a turning rotor shows it.
+    pub at_speed_only: bool,
+    /// Whether the file can hold only one.
+    pub single: bool,
+    /// Where it can be what is missing; empty: only a fit tells.
+    pub sites: &'static [Site],
+    /// What its parameters refer to.
+    pub nominal: Nominal,
+    /// Where fits start.
+    pub starts: Starts,
+    /// Whether its size is worth a name, from its size and its coordinates and the nominal value: a fifth or less of the smallest
+    /// size that occurs in practice. The data may show a smaller one, and a coarse mesh may cause it.
+    pub matters: fn(f64, &[f64], f64) -> bool,
+    /// The finding as a sentence: `{at}` the place, `{0}` … the numbers, `{way}` the direction.
+    pub sentence: &'static str,
+    /// What to do about it.
+    pub advice: &'static str,
+}
+
+/// A parameter whose value may have either sign.
+pub(super) const fn signed(
+    name: &'static str,
+    coordinate: Coordinate,
+    bounds: fn(f64) -> (f64, f64),
+    shown: Shown,
+) -> Parameter {
+    Parameter {
+        name,
+        positive: false,
+        coordinate,
+        bounds,
+        shown,
+    }
+}
+
+/// A parameter whose value must be positive.
+pub(super) const fn positive(
+    name: &'static str,
+    coordinate: Coordinate,
+    bounds: fn(f64) -> (f64, f64),
+    shown: Shown,
+) -> Parameter {
+    Parameter {
+        positive: true,
+        ..signed(name, coordinate, bounds, shown)
+    }
+}

@@ -1,0 +1,82 @@
+//! Where an effect acts: at a bearing, at a position of the shaft, on a mode, in a region, or on the whole machine.
+
+/// Which bearing an effect sits at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bearings {
+    /// The front bearing.
+    Front,
+    /// The rear bearing.
+    Rear,
+    /// Both.
+    Both,
+}
+
+impl Bearings {
+    /// Whether bearing 0 (front) or 1 (rear) is meant.
+    pub fn includes(self, bearing: usize) -> bool {
+        match self {
+            Self::Front => bearing == 0,
+            Self::Rear => bearing == 1,
+            Self::Both => true,
+        }
+    }
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Rear => "rear",
+            Self::Both => "both",
+        }
+    }
+
+    /// The bearing of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Front, Self::Rear, Self::Both]
+            .into_iter()
+            .find(|b| b.name() == name)
+    }
+}
+
+/// Where an effect acts.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Location {
+    /// The machine as a whole, or a place that the kind implies.
+    None,
+    /// At a bearing (`bearing:` in files).
+    Bearing(Bearings),
+    /// At an axial position, m from the nose face (`position_m:`).
+    Position(f64),
+    /// On a flexible mode, counted from 1 (`mode:`).
+    Mode(usize),
+    /// In an update region (`region:`).
+    Region(String),
+}
+
+/// What kind of location an effect needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LocationKind {
+    /// None.
+    None,
+    /// `bearing: front | rear | both`.
+    Bearing,
+    /// `position_m:`.
+    Position,
+    /// `mode:`.
+    Mode,
+    /// `region:`.
+    Region,
+}
+
+impl LocationKind {
+    /// The key of the location in files; none for an effect of the whole machine.
+    pub fn key(self) -> Option<&'static str> {
+        match self {
+            Self::None => None,
+            Self::Bearing => Some("bearing"),
+            Self::Position => Some("position_m"),
+            Self::Mode => Some("mode"),
+            Self::Region => Some("region"),
+        }
+    }
+}

@@ -1,0 +1,506 @@
+//! The table of effects: one entry describes one effect for files, plant, diagnosis and report.
+//!
+//! To add an effect: a variant of [`EffectKind`] with its entry in [`TABLE`], its action in [`super::action`], and a derivative in
+//! the diagnosis where differences are not good enough. Sources of the physics: G. Schweitzer, E. H. Maslen (eds.), *Magnetic
+//! Bearings*, Springer 2009, chapters 2, 4 and 12; M. I. Friswell et al., *Dynamics of Rotating Machines*, Cambridge 2010, chapter 7.
+
+use super::coordinate::Coordinate;
+use super::entry::{Domain, Entry, Nominal, Parameter, Shown, Site, Starts, positive, signed};
+use super::location::LocationKind;
+
+/// The catalogue, in the order of [`TABLE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum EffectKind {
+    /// Delay added to the loop.
+    LoopDelay,
+    /// First-order amplifier bandwidth that replaces the nominal one.
+    AmplifierBandwidth,
+    /// ki → ki/(1 + √(jω/ω_e)).
+    EddyCurrents,
+    /// Second-order low-pass in the sensor, ζ = 0.707.
+    SensorLowpass,
+    /// Axial shift of the sensor plane, + to the rear.
+    SensorOffset,
+    /// Axial shift of the actuator plane, + to the rear.
+    ActuatorOffset,
+    /// Factor on ks.
+    NegativeStiffness,
+    /// Factor on ki.
+    ForceConstant,
+    /// Factor on the sensor gain.
+    SensorGain,
+    /// f_x += ε ki i_y and f_y += ε ki i_x.
+    BearingCoupling,
+    /// Sensor axes turned by an angle: x' = x cos θ + y sin θ, y' = −x sin θ + y cos θ.
+    AxisMisalignment,
+    /// Factor on the gyroscopic matrix; replaces `gyroscopics: false`.
+    Gyroscopic,
+    /// Rotating stiffness-proportional damping: βK(ṙ − jΩr).
+    InternalDamping,
+    /// Circulatory force at a position, f = jq r: q > 0 drives forward whirl.
+    CrossCoupling,
+    /// Factor on the damping ratio of one flexible mode.
+    ModalDamping,
+    /// Springs between tool and nose face.
+    ToolJoint,
+    /// Mass at the tip of the tool.
+    ToolMass,
+    /// Mass at a position.
+    AddedMass,
+    /// Stator mass on its foundation, in series with both bearings; sensors ride on it.
+    HousingMode,
+    /// Factor on the modulus of a region.
+    RegionStiffness,
+    /// Spring to ground at a position; negative is a pull.
+    AddedStiffness,
+}
+
+/// A factor on a number of the machine, shown as a deviation in percent.
+const FACTOR_OFF: Parameter = positive(
+    "factor",
+    Coordinate::Logarithm,
+    |_| (-2.0, 2.0),
+    Shown::PercentOff,
+);
+
+/// A shift of a plane.
+const OFFSET: Parameter = signed(
+    "offset_m",
+    Coordinate::Linear(1e-3),
+    |_| (-30.0, 30.0),
+    Shown::Scaled(1e3, " mm"),
+);
+
+const GRAMS: Shown = Shown::Either(1e3, " g", ["less", "more"]);
+const NEWTONS_PER_METRE: Shown = Shown::Scaled(1.0, " N/m");
+const HERTZ: Shown = Shown::Scaled(1.0, " Hz");
+/// Start at no effect.
+const FROM_NOTHING: Starts = Starts::At(&[&[0.0]]);
+/// Start of a corner frequency that is far above the band.
+const FROM_HIGH_CORNER: Starts = Starts::At(&[&[0.1]]);
+
+/// What most effects have in common.
+const COMMON: Entry = Entry {
+    kind: EffectKind::LoopDelay,
+    name: "",
+    location: LocationKind::None,
+    parameters: &[],
+    domain: Domain::Shaft,
+    replaces: false,
+    couples_planes: false,
+    at_speed_only: false,
+    single: false,
+    sites: &[],
+    nominal: Nominal::None,
+    starts: FROM_NOTHING,
+    matters: |_, _, _| true,
+    sentence: "",
+    advice: "",
+};
+
+/// What effects on the electronics of a bearing have in common.
+const ELECTRONIC: Entry = Entry {
+    location: LocationKind::Bearing,
+    domain: Domain::Electronics,
+    nominal: Nominal::AmplifierBandwidth,
+    ..COMMON
+};
+
+/// Every effect.
+pub const TABLE: &[Entry] = &[
+    Entry {
+        kind: EffectKind::LoopDelay,
+        name: "loop_delay",
+        location: LocationKind::None,
+        parameters: &[signed(
+            "delay_s",
+            Coordinate::Linear(1e-5),
+            // The total delay is half a sample at least.
+            |spare_s| (-spare_s / 1e-5, 100.0),
+            Shown::Either(1e6, " µs", ["faster", "slower"]),
+        )],
+        sites: &[Site::Loop],
+        nominal: Nominal::SpareDelay,
+        // 0.5 µs.
+        matters: |size, _, _| size.abs() > 0.05,
+        sentence: "the loop is {0} {way} than the model",
+        advice: "design with the corrected file, and look for computing or PWM time that the model leaves out",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::AmplifierBandwidth,
+        name: "amplifier_bandwidth",
+        parameters: &[positive(
+            "bandwidth_hz",
+            Coordinate::Slowness(1e-4),
+            |nominal_hz| (1e4 * (2e-6 - nominal_hz.recip()), 1e2),
+            HERTZ,
+        )],
+        replaces: true,
+        sites: &[Site::Currents, Site::Loop],
+        // 2 % of the bandwidth.
+        matters: |size, _, nominal_hz| size.abs() * 1e-4 * nominal_hz > 0.02,
+        sentence: "the amplifier of {at} has a bandwidth of {0}",
+        advice: "measure command to coil current, and check current controller and bus voltage",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::EddyCurrents,
+        name: "eddy_currents",
+        parameters: &[positive(
+            "corner_hz",
+            Coordinate::InverseSquare(1e4),
+            |_| (0.02, 50.0),
+            HERTZ,
+        )],
+        replaces: true,
+        sites: &[Site::Currents, Site::Loop],
+        starts: FROM_HIGH_CORNER,
+        // A corner below 1 MHz.
+        matters: |size, _, _| size.abs() > 0.1,
+        sentence: "eddy currents weaken {at} from a corner of {0} on",
+        advice: "look for solid or thick laminated parts in the flux path, and design with the corrected file",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::SensorLowpass,
+        name: "sensor_lowpass",
+        parameters: &[positive(
+            "bandwidth_hz",
+            Coordinate::Inverse(1e4),
+            |_| (0.02, 50.0),
+            HERTZ,
+        )],
+        replaces: true,
+        sites: &[Site::Sensors, Site::Loop],
+        starts: FROM_HIGH_CORNER,
+        // A corner below 200 kHz.
+        matters: |size, _, _| size.abs() > 0.05,
+        sentence: "the sensors of {at} have a low-pass at {0}",
+        advice: "check the anti-alias filter and the demodulation of these sensors",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::SensorOffset,
+        name: "sensor_offset",
+        location: LocationKind::Bearing,
+        parameters: &[OFFSET],
+        sites: &[Site::SensorPlane],
+        // 0.2 mm.
+        matters: |size, _, _| size.abs() > 0.2,
+        sentence: "the sensor plane of {at} sits {0} off, + to the rear",
+        advice: "check where the sensor ring sits on the drawing, and design with the corrected file",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::ActuatorOffset,
+        name: "actuator_offset",
+        location: LocationKind::Bearing,
+        parameters: &[OFFSET],
+        sites: &[Site::ActuatorPlane],
+        // 0.2 mm.
+        matters: |size, _, _| size.abs() > 0.2,
+        sentence: "the actuator plane of {at} sits {0} off, + to the rear",
+        advice: "check where the magnet sits on the drawing, and design with the corrected file",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::NegativeStiffness,
+        name: "negative_stiffness",
+        location: LocationKind::Bearing,
+        parameters: &[Parameter {
+            positive: false,
+            ..FACTOR_OFF
+        }],
+        sites: &[Site::Shaft],
+        matters: |size, _, _| size.abs() > 0.03,
+        sentence: "the negative stiffness of {at} is {0} off",
+        advice: "check bias current and air gap (ks grows with i0² and falls with the cube of the gap)",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::ForceConstant,
+        name: "force_constant",
+        parameters: &[FACTOR_OFF],
+        sites: &[Site::Currents, Site::Loop],
+        matters: |size, _, _| size.abs() > 0.02,
+        sentence: "the force constant of {at} is {0} off",
+        advice: "check bias current, air gap and the scale of the current command",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::SensorGain,
+        name: "sensor_gain",
+        parameters: &[FACTOR_OFF],
+        sites: &[Site::Sensors, Site::Loop],
+        matters: |size, _, _| size.abs() > 0.02,
+        sentence: "the sensor gain of {at} is {0} off",
+        advice: "calibrate against the clearance from touch-down to touch-down",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::BearingCoupling,
+        name: "bearing_coupling",
+        parameters: &[signed(
+            "ratio",
+            Coordinate::Linear(1e-2),
+            |_| (-50.0, 50.0),
+            Shown::Scaled(100.0, " %"),
+        )],
+        couples_planes: true,
+        sites: &[Site::AxisCoupling],
+        // 0.1 % of the force constant.
+        matters: |size, _, _| size.abs() > 0.1,
+        sentence: "x and y of {at} are coupled by {0} of the force constant",
+        advice: "look for flux leakage or unequal poles between the axes",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::AxisMisalignment,
+        name: "axis_misalignment",
+        parameters: &[signed(
+            "angle_deg",
+            Coordinate::Linear(1.0),
+            |_| (-45.0, 45.0),
+            Shown::Scaled(1.0, "°"),
+        )],
+        couples_planes: true,
+        sites: &[Site::SensorAxes],
+        // 0.1 degree.
+        matters: |size, _, _| size.abs() > 0.1,
+        sentence: "the sensor axes of {at} are turned by {0}",
+        advice: "turn the sensor ring back, or rotate its signals in the controller",
+        ..ELECTRONIC
+    },
+    Entry {
+        kind: EffectKind::Gyroscopic,
+        name: "gyroscopic",
+        parameters: &[signed(
+            "factor",
+            Coordinate::Linear(1.0),
+            |_| (-1.0, 3.0),
+            Shown::Scaled(1.0, ""),
+        )],
+        replaces: true,
+        at_speed_only: true,
+        sites: &[Site::Shaft],
+        nominal: Nominal::GyroscopicFactor,
+        starts: Starts::AtNominal,
+        matters: |size, _, _| size.abs() > 0.03,
+        sentence: "the gyroscopic effect counts {0} times",
+        advice: "design with the corrected file at every speed",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::InternalDamping,
+        name: "internal_damping",
+        parameters: &[signed(
+            "loss_time_s",
+            Coordinate::Linear(1e-6),
+            |_| (-100.0, 100.0),
+            Shown::Scaled(1e6, " µs"),
+        )],
+        sites: &[Site::Shaft],
+        matters: |size, _, _| size.abs() > 0.02,
+        sentence: "the rotor has internal damping with a loss time of {0}",
+        advice: "verify stability at full speed with the corrected file, and check shrink fits",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::CrossCoupling,
+        name: "cross_coupling",
+        location: LocationKind::Position,
+        parameters: &[signed(
+            "stiffness_n_per_m",
+            Coordinate::Linear(1e5),
+            |_| (-200.0, 200.0),
+            NEWTONS_PER_METRE,
+        )],
+        sites: &[Site::Shaft],
+        // 2000 N/m.
+        matters: |size, _, _| size.abs() > 0.02,
+        sentence: "a circulatory stiffness of {0} acts at {at}",
+        advice: "repeat with motor and coolant off to find its source, and verify stability at speed with the corrected file",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::ModalDamping,
+        name: "modal_damping",
+        location: LocationKind::Mode,
+        parameters: &[positive(
+            "factor",
+            Coordinate::Logarithm,
+            |_| (-4.0, 4.0),
+            Shown::Scaled(1.0, ""),
+        )],
+        // A factor of 1.4, or of 0.45: a ratio that is known to 20 % is that low once in three hundred; its logarithm makes that look
+        // much rarer.
+        matters: |size, _, _| size.abs() > if size < 0.0 { 0.8 } else { 0.35 },
+        sentence: "the damping of {at} is {0} times that of the model",
+        advice: "design with the corrected file, and check the fits that damp this mode",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::ToolJoint,
+        name: "tool_joint",
+        parameters: &[
+            positive(
+                "translational_n_per_m",
+                Coordinate::Inverse(1e9),
+                |_| (1e-3, 100.0),
+                Shown::Scaled(1e-6, " N/µm"),
+            ),
+            positive(
+                "rotational_n_m_per_rad",
+                Coordinate::Inverse(1e6),
+                |_| (1e-3, 1000.0),
+                Shown::Scaled(1e-3, " kN m/rad"),
+            ),
+            signed(
+                "damping_n_m_s_per_rad",
+                Coordinate::Linear(1.0),
+                |_| (-20.0, 500.0),
+                Shown::Scaled(1.0, " N m s/rad"),
+            ),
+        ],
+        single: true,
+        sites: &[Site::Joint],
+        // A stiff joint, and one as soft as collets get.
+        starts: Starts::At(&[&[1.0, 1.0, 0.0], &[6.0, 10.0, 0.5]]),
+        // 2·10¹⁰ N/m and 2·10⁷ N m/rad: as stiff as solid steel.
+        matters: |size, t, _| size.abs() > 0.05 || t.get(1).is_some_and(|turning| *turning > 0.05),
+        sentence: "the tool sits in a flexible joint of {0} and {1}",
+        advice: "clean and re-clamp the taper, check the drawbar force, and repeat; if it stays, design with the corrected file",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::ToolMass,
+        name: "tool_mass",
+        parameters: &[signed(
+            "mass_kg",
+            Coordinate::Linear(5e-3),
+            |_| (-10.0, 100.0),
+            GRAMS,
+        )],
+        sites: &[Site::Shaft, Site::Joint],
+        // 0, 5 and 15 g: the resonance of a slender tool moves by more than its width.
+        starts: Starts::At(&[&[0.0], &[1.0], &[3.0]]),
+        // 0.3 g.
+        matters: |size, _, _| size.abs() > 0.06,
+        sentence: "the tip of the tool carries {0} {way} than the model",
+        advice: "weigh the tool, and correct the tool file",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::AddedMass,
+        name: "added_mass",
+        location: LocationKind::Position,
+        parameters: &[signed(
+            "mass_kg",
+            Coordinate::Linear(5e-2),
+            |_| (-10.0, 60.0),
+            GRAMS,
+        )],
+        sites: &[Site::Shaft],
+        // 2 g.
+        matters: |size, _, _| size.abs() > 0.04,
+        sentence: "{0} {way} sit at {at} than in the model",
+        advice: "look for a part that is not in the drawing, or coolant in the bore",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::HousingMode,
+        name: "housing_mode",
+        parameters: &[
+            positive(
+                "mass_kg",
+                Coordinate::Inverse(100.0),
+                |_| (1e-3, 50.0),
+                Shown::Scaled(1.0, " kg"),
+            ),
+            positive(
+                "frequency_hz",
+                Coordinate::Logarithm,
+                |_| (10f64.ln(), 6000f64.ln()),
+                HERTZ,
+            ),
+            signed(
+                "damping_ratio",
+                Coordinate::Logarithm,
+                |_| (1e-4f64.ln(), 0.7f64.ln()),
+                Shown::Scaled(1.0, ""),
+            ),
+        ],
+        sites: &[Site::Housing],
+        starts: Starts::OverTheBand {
+            first: 0.5,
+            damping_ratio: 0.05,
+        },
+        // 5 t.
+        matters: |size, _, _| size.abs() > 0.02,
+        sentence: "the housing, {0}, resonates at {1} with a damping ratio of {2}",
+        advice: "confirm with an accelerometer on the housing and the mount clamped, and design with the corrected file",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::RegionStiffness,
+        name: "region_stiffness",
+        location: LocationKind::Region,
+        parameters: &[FACTOR_OFF],
+        sites: &[Site::Joint],
+        // 5 %, five times what careful updating leaves open.
+        matters: |size, _, _| size.abs() > 0.05,
+        sentence: "the modulus of {at} is {0} off",
+        advice: "check the shrink fit or lamination stack of this region, and design with the corrected file",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::AddedStiffness,
+        name: "added_stiffness",
+        location: LocationKind::Position,
+        parameters: &[signed(
+            "stiffness_n_per_m",
+            Coordinate::Linear(1e5),
+            |_| (-200.0, 200.0),
+            NEWTONS_PER_METRE,
+        )],
+        sites: &[Site::Shaft],
+        // 20 000 N/m.
+        matters: |size, _, _| size.abs() > 0.2,
+        sentence: "a stiffness of {0} acts at {at}",
+        advice: "repeat with the motor off (its pull is negative), and look for seals or cables there",
+        ..COMMON
+    },
+];
+
+impl EffectKind {
+    /// Every kind, in the order of the table.
+    pub fn all() -> impl Iterator<Item = Self> {
+        TABLE.iter().map(|entry| entry.kind)
+    }
+
+    /// Its entry of the table.
+    pub fn entry(self) -> &'static Entry {
+        &TABLE[self as usize]
+    }
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        self.entry().name
+    }
+
+    /// The kind of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().find(|kind| kind.name() == name)
+    }
+
+    /// What location it needs.
+    pub fn location(self) -> LocationKind {
+        self.entry().location
+    }
+
+    /// Its numbers, in the order of the values of an effect.
+    pub fn parameters(self) -> &'static [Parameter] {
+        self.entry().parameters
+    }
+}
