@@ -57,11 +57,13 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         ],
         EffectKind::RegionStiffness => vec![1.0 + sign * between(draw, 0.1, 0.3)],
         EffectKind::AddedStiffness => vec![sign * between(draw, 2e5, 1e6)],
+        EffectKind::TiltingStiffness => vec![sign * between(draw, 2e4, 2e5)],
     };
     let location = match kind {
-        EffectKind::CrossCoupling | EffectKind::AddedMass | EffectKind::AddedStiffness => {
-            Location::Position(draw.uniform(0.05, 0.35))
-        }
+        EffectKind::CrossCoupling
+        | EffectKind::AddedMass
+        | EffectKind::AddedStiffness
+        | EffectKind::TiltingStiffness => Location::Position(draw.uniform(0.05, 0.35)),
         EffectKind::ModalDamping => Location::Mode(1 + draw.uniform(0.0, 2.999) as usize),
         EffectKind::RegionStiffness => {
             let regions = machine.regions();

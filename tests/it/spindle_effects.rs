@@ -1,7 +1,7 @@
 //! Every effect of the catalogue changes the plant as its closed form says.
 
 use super::spindle_plant::{block_error, catalogue, krpm, reference};
-use muspin::linalg::{Mat, c64};
+use muspin::linalg::{Mat, c64, solve};
 use muspin::lti::Response;
 use muspin::rotor::PlanarModes;
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plant};
@@ -140,6 +140,57 @@ fn geometry_and_stiffness_effects_equal_a_changed_file() {
     let z = reference().spindle.planes.front_actuator_m;
     let pull = with(EffectKind::AddedStiffness, Location::Position(z), &[-6e5]);
     same(&pull, &softer, 1e-6);
+}
+
+#[test]
+fn a_tilting_stiffness_acts_against_the_slope_of_the_whole_finite_element_model() {
+    let mut machine = reference();
+    machine.spindle.damping_ratio = vec![0.0];
+    let (z, k) = (0.23, 4e4);
+    let effect = Effect::new(EffectKind::TiltingStiffness, Location::Position(z), vec![k]);
+    let tilting = machine.with_effect(effect.unwrap());
+    let rotor = machine.rotor().unwrap();
+    let matrices = PlanarModes::new(&rotor).unwrap().matrices;
+    let n = rotor.dofs();
+    let row = |z: f64| {
+        let mut row = Mat::<f64>::zeros(n, 1);
+        for (dof, a) in rotor.shape_at("test", z).unwrap() {
+            row[(dof, 0)] += a;
+        }
+        row
+    };
+    let slope = (row(z + 1e-5) - row(z - 1e-5)) * (0.5e5);
+    let planes = &machine.spindle.planes;
+    let magnets = [
+        (
+            row(planes.front_actuator_m),
+            machine.spindle.front.ks_n_per_m,
+        ),
+        (row(planes.rear_actuator_m), machine.spindle.rear.ks_n_per_m),
+    ];
+    let tool = row(machine.tool_plane_m());
+    for hz in [30.0, 700.0, 1300.0, 2500.0] {
+        let w = TAU * hz;
+        let tool_compliance = |k: f64| {
+            let mut z = &matrices.stiffness - &matrices.mass * (w * w);
+            for (row, ks) in &magnets {
+                z -= row * row.transpose() * *ks;
+            }
+            z += &slope * slope.transpose() * k;
+            (tool.transpose() * solve(&z, &tool).unwrap())[(0, 0)]
+        };
+        let expected = tool_compliance(k);
+        let found = plant(&tilting, 0.0).at(w)[(4, 4)];
+        // The plant's modes above 24 kHz are static: 1e-5 at these frequencies.
+        assert!(
+            (found - c64::new(expected, 0.0)).norm() < 1e-4 * expected.abs(),
+            "{hz} Hz: {found} against {expected}"
+        );
+        assert!(
+            (tool_compliance(0.0) - expected).abs() > 1e-3 * expected.abs(),
+            "{hz} Hz: the effect is not seen"
+        );
+    }
 }
 
 #[test]

@@ -225,6 +225,11 @@ pub fn catalogue() -> Vec<Effect> {
             Location::Position(0.23),
             &[-4e5],
         ),
+        effect(
+            EffectKind::TiltingStiffness,
+            Location::Position(0.23),
+            &[-3e4],
+        ),
     ]
 }
 

@@ -153,6 +153,10 @@ impl Model {
             (EffectKind::AddedStiffness, Location::Position(z)) => {
                 placed(&mut probe, across(*z), Law::Spring)
             }
+            (EffectKind::TiltingStiffness, Location::Position(z)) => {
+                let ports = [Probe::Slope(*z), Probe::Curvature(*z)];
+                placed(&mut probe, ports, Law::Spring)
+            }
             (EffectKind::CrossCoupling, Location::Position(z)) => {
                 placed(&mut probe, across(*z), Law::Circulatory)
             }

@@ -22,6 +22,9 @@ pub fn on_machine(effect: &Effect, machine: &mut Effective) {
         (EffectKind::AddedStiffness, Location::Position(z)) => {
             attach(machine, *z, Motion::Displacement, c64::new(-value, 0.0));
         }
+        (EffectKind::TiltingStiffness, Location::Position(z)) => {
+            attach(machine, *z, Motion::Slope, c64::new(-value, 0.0));
+        }
         (EffectKind::HousingMode, _) => {
             if let [mass_kg, frequency_hz, damping_ratio] = effect.values[..] {
                 machine.housings.push(Housing {

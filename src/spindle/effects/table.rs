@@ -53,6 +53,8 @@ pub enum EffectKind {
     RegionStiffness,
     /// Spring to ground at a position; negative is a pull.
     AddedStiffness,
+    /// Moment against the slope of the shaft at a position; negative for the magnetic tilting of a thrust disc.
+    TiltingStiffness,
 }
 
 /// A factor on a number of the machine, shown as a deviation in percent.
@@ -469,6 +471,24 @@ pub const TABLE: &[Entry] = &[
         matters: |size, _, _| size.abs() > 0.2,
         sentence: "a stiffness of {0} acts at {at}",
         advice: "repeat with the motor off (its pull is negative), and look for seals or cables there",
+        ..COMMON
+    },
+    Entry {
+        kind: EffectKind::TiltingStiffness,
+        name: "tilting_stiffness",
+        location: LocationKind::Position,
+        parameters: &[signed(
+            "stiffness_n_m_per_rad",
+            Coordinate::Linear(1e4),
+            |_| (-200.0, 200.0),
+            Shown::Scaled(1.0, " N m/rad"),
+        )],
+        sites: &[Site::Shaft],
+        // 2000 N m/rad: a thrust disc of 100 mm that pulls with 1 N/µm at its rim has about that.
+        matters: |size, _, _| size.abs() > 0.2,
+        sentence: "a tilting stiffness of {0} acts at {at}",
+        advice: "repeat with the axial bearing at another bias (magnetic tilting is negative and grows with its square), and design \
+                 with the corrected file",
         ..COMMON
     },
 ];

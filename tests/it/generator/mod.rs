@@ -210,6 +210,11 @@ pub fn simulate(
         r[2 * left + 3] = l * (s.powi(3) - s * s);
         r
     };
+    let slope = |p: f64| -> Vec<f64> {
+        let (ahead, behind) = (row(p + 1e-4), row(p - 1e-4));
+        let both = ahead.iter().zip(&behind);
+        both.map(|(a, b)| (a - b) / 2e-4).collect()
+    };
     for e in effects {
         let p = match (e.kind, &e.location) {
             (EffectKind::ToolMass, _) => z[0],
@@ -289,9 +294,8 @@ pub fn simulate(
         let p = sensors[b] + offset(EffectKind::SensorOffset, b);
         let mut r = row(p);
         if let (Some(Outside::Tilt(arm)), 0) = (outside, b) {
-            let (ahead, behind) = (row(p + 1e-4), row(p - 1e-4));
-            for i in 0..n {
-                r[i] += arm * (ahead[i] - behind[i]) / 2e-4;
+            for (r, slope) in r.iter_mut().zip(slope(p)) {
+                *r += arm * slope;
             }
         }
         ports.push(amplitude(&r));
@@ -328,6 +332,10 @@ pub fn simulate(
             (EffectKind::CrossCoupling, Location::Position(p)) => {
                 ports.push(amplitude(&row(*p)));
                 extra.push(Box::new(move |_| c64::new(0.0, value)));
+            }
+            (EffectKind::TiltingStiffness, Location::Position(p)) => {
+                ports.push(amplitude(&slope(*p)));
+                extra.push(Box::new(move |_| c64::new(-value, 0.0)));
             }
             _ => {}
         }
