@@ -1,6 +1,7 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
 use super::{Failure, Outcome, stdout};
+use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::q31;
 use crate::controller::discretise::discretised;
 use crate::controller::realise::modal_form;
@@ -13,6 +14,7 @@ use crate::lti::{Discrete, StateSpace};
 use crate::report::atomic::write_file;
 use crate::report::firmware::{Firmware, FirmwareError, Format, write_all};
 use crate::report::firmware_c::stability_words;
+use crate::report::simulation::anti_windup_json;
 use crate::spindle::{Machine, ModelDetail, Plant, Side};
 use serde_json::json;
 use std::f64::consts::TAU;
@@ -96,7 +98,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         FormArgument::Modal => modal_form(law)?,
         FormArgument::Sections => second_order_sections(law)?,
     };
-    let rows = scaled(&realisation, signal_limits(&machine))?;
+    let unlimited = scaled(&realisation, signal_limits(&machine))?;
+    let (rows, anti_windup) = with_anti_windup(unlimited, &machine)?;
     let verification = checked(&machine, &rows, arguments.force_unverified)?;
     if !verification.is_stable() && !arguments.force_unverified {
         return Err(refusal(&verification));
@@ -121,6 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         "states": realisation.order(),
         "multiplications_per_sample": realisation.multiplications(),
         "notes": realisation.notes,
+        "anti_windup": anti_windup_json(&anti_windup),
         "verified": verification.is_stable(),
         "verification": stability_words(&verification),
         "files": files.iter().map(|f| f.0.clone()).collect::<Vec<_>>(),

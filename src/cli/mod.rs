@@ -7,6 +7,7 @@ pub mod progress;
 mod batch;
 mod check;
 mod compare;
+mod contact;
 mod design;
 mod design_arguments;
 mod design_variants;

@@ -212,10 +212,6 @@ fn assemble(
     }
     summary.set("pid", pid_json(pid, &TuneSettings::quick()));
     summary.set("pid.textbook_stable", plain.certificate.nominal.is_stable());
-    summary.set(
-        "plain_words",
-        plain_words(machine, design, &mu[0], &tuned[0]),
-    );
     let marked = updating.map_or_else(Default::default, |u| marks(&u.targets));
     let models = [
         ("nominal", Role::Nominal, nominal),
@@ -249,6 +245,9 @@ fn assemble(
     {
         folder.add_plot(&stem, &figure)?;
     }
+    let sentence = super::contact::add_contact(&mut folder, &mut summary, machine, design, pid)?;
+    let words = plain_words(machine, design, &mu[0], &tuned[0]);
+    summary.set("plain_words", format!("{words} {sentence}"));
     add_controller(&mut folder, machine, design)?;
     folder.add(
         "controller/pid.json",

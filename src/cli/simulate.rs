@@ -5,16 +5,18 @@ use super::design::finish;
 use super::export::{ready, signal_limits};
 use super::{Failure, Outcome, stdout};
 use crate::controller::ControlLaw;
+use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::float32;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::scaled;
 use crate::input::{load_controller, load_machine};
-use crate::predict::time::{TimeError, TimeResponse, TimeSettings};
+use crate::predict::recovery::{Recovery, touching_force_n};
+use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
 use crate::predict::time_cases::{Case, figures, run_case};
 use crate::report::plot::motion::{TimePanel, orbits, time_responses};
 use crate::report::plot::{Curve, Role};
 use crate::report::results::{ResultsError, ResultsFolder};
-use crate::report::simulation::{Limits, motion, simulation_json};
+use crate::report::simulation::{Limits, anti_windup_json, motion, recovery_json, simulation_json};
 use crate::report::summary::{Summary, number};
 use crate::report::tables::Table;
 use crate::spindle::Machine;
@@ -29,13 +31,13 @@ pub struct Arguments {
     /// What happens
     #[arg(long, value_enum)]
     case: CaseArgument,
-    /// Speed, rpm (unbalance: largest speed unless given; otherwise 0)
+    /// Speed, rpm (unbalance and contact: largest speed unless given; otherwise 0)
     #[arg(long)]
     speed: Option<f64>,
     /// Balance grade in mm/s, for unbalance
     #[arg(long, default_value_t = 0.4)]
     grade: f64,
-    /// Force at the tool, N (impulse 50, step 40 unless given)
+    /// Force at the tool, N (impulse 50, step 40 unless given; contact: what no controller can hold within the clearance)
     #[arg(long)]
     force: Option<f64>,
     /// Duration, s
@@ -71,7 +73,12 @@ enum CaseArgument {
     Unbalance,
     /// Lift-off from the backup bearings
     LiftOff,
+    /// Half-sine push of 0.5 ms at the tool that throws the rotor into its backup bearings
+    Contact,
 }
+
+/// Length of a push, s.
+const PUSH_S: f64 = 5e-4;
 
 impl From<TimeError> for Failure {
     fn from(error: TimeError) -> Self {
@@ -90,7 +97,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let ControlLaw::Discrete(law) = &discrete.law else {
         return Err(Failure::new("the controller could not be sampled"));
     };
-    let program = float32(&scaled(&modal_form(law)?, signal_limits(&machine))?)?;
+    let unlimited = scaled(&modal_form(law)?, signal_limits(&machine))?;
+    let (rows, anti_windup) = with_anti_windup(unlimited, &machine)?;
+    let program = float32(&rows)?;
     let (case, name, speed_rpm, duration_s) = scenario(arguments, &machine)?;
     let settings = TimeSettings {
         noise_seed: arguments.noise_seed,
@@ -116,18 +125,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     summary.set("case", name);
     summary.set("speed_rpm", number(speed_rpm));
     summary.set("duration_s", number(duration_s));
+    if let Case::Impulse { force_n, .. } | Case::Step { force_n } = case {
+        summary.set("force_n", number(force_n));
+    }
     let rows = simulation_json(&machine, &response, &found, &limits);
     summary.set("simulation", rows);
-    let touches = touches(case, &response);
-    summary.set("verdict.met", !(response.diverged || touches));
-    let end = match (response.diverged, touches, case) {
-        (true, _, _) => "the rotor left every reasonable range",
-        (_, true, Case::LiftOff) => "the rotor does not leave the backup bearings",
-        (_, true, _) => "the rotor touches the backup bearings",
-        (_, _, Case::LiftOff) => "the rotor lifts off and stays free",
-        _ => "the rotor stays clear of the backup bearings",
-    };
-    summary.set("verdict.sentence", end);
+    summary.set("simulation.anti_windup", anti_windup_json(&anti_windup));
+    let recovery = Recovery::of(&machine, &response);
+    summary.set("simulation.backup_bearings", recovery_json(recovery));
+    let (met, end) = verdict(arguments.case, &response, recovery);
+    summary.set("verdict.met", met);
+    summary.set("verdict.sentence", end.as_str());
     let mut folder = staged(&machine, &response, name, &limits)?;
     let moved = motion(
         &machine,
@@ -140,24 +148,40 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     folder.add("plots/animation.csv", frames)?;
     finish(&mut folder, &mut summary, &arguments.out)?;
     stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
-    Ok(if response.diverged || touches {
-        Outcome::TargetMissed
-    } else {
+    Ok(if met {
         Outcome::Done
+    } else {
+        Outcome::TargetMissed
     })
 }
 
-/// Whether contact counts: lift-off starts in it, there only the last quarter matters.
-fn touches(case: Case, response: &TimeResponse) -> bool {
+/// Whether the case went well, and the sentence about it. A push is over: the rotor may touch if it recovers. A load that
+/// stays must not touch at all, and lift-off must end free.
+fn verdict(case: CaseArgument, response: &TimeResponse, recovery: Recovery) -> (bool, String) {
+    if response.diverged {
+        return (false, "the rotor left every reasonable range".to_owned());
+    }
+    match case {
+        CaseArgument::LiftOff if lies(response) => (
+            false,
+            "the rotor does not leave the backup bearings".to_owned(),
+        ),
+        CaseArgument::LiftOff => (true, "the rotor lifts off and stays free".to_owned()),
+        CaseArgument::Impulse | CaseArgument::Contact => {
+            (recovery != Recovery::Lost, recovery.sentence())
+        }
+        CaseArgument::Step | CaseArgument::Unbalance => {
+            (recovery == Recovery::Clear, recovery.sentence())
+        }
+    }
+}
+
+/// Whether the rotor still touches in the last quarter of the run.
+fn lies(response: &TimeResponse) -> bool {
     let samples = &response.samples;
-    let from = match case {
-        Case::LiftOff => samples.len() - samples.len() / 4,
-        _ => return response.in_contact > 0.0,
-    };
-    samples.is_empty()
-        || samples[from..]
-            .iter()
-            .any(|s| s.contact_n.iter().any(|f| *f != 0.0))
+    let from = samples.len() - samples.len() / 4;
+    let touches = |s: &TimeSample| s.contact_n.iter().any(|f| *f != 0.0);
+    samples.is_empty() || samples[from..].iter().any(touches)
 }
 
 fn scenario(
@@ -177,11 +201,20 @@ fn scenario(
         CaseArgument::Impulse => (
             Case::Impulse {
                 force_n: force.unwrap_or(50.0),
-                length_s: 5e-4,
+                length_s: PUSH_S,
             },
             "impulse",
             0.1,
         ),
+        CaseArgument::Contact => {
+            let limit = signal_limits(machine).output_a;
+            let force_n = match force {
+                Some(given) => given,
+                None => touching_force_n(machine, limit, PUSH_S)?,
+            };
+            let length_s = PUSH_S;
+            (Case::Impulse { force_n, length_s }, "contact", 0.2)
+        }
         CaseArgument::Step => (
             Case::Step {
                 force_n: force.unwrap_or(40.0),
@@ -198,10 +231,9 @@ fn scenario(
         ),
         CaseArgument::LiftOff => (Case::LiftOff, "lift-off", 0.5),
     };
-    let usual = if arguments.case == CaseArgument::Unbalance {
-        machine.spindle.max_rpm
-    } else {
-        0.0
+    let usual = match arguments.case {
+        CaseArgument::Unbalance | CaseArgument::Contact => machine.spindle.max_rpm,
+        _ => 0.0,
     };
     let speed = arguments.speed.unwrap_or(usual);
     if !(0.0..=1e6).contains(&speed) {

@@ -17,6 +17,7 @@ use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::{scale_controller, unscale_controller};
 use crate::augment::plane::{LOADS, LOOPS, Route, connected_part};
 use crate::augment::weights::Weights;
+use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::q31;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled as scaled_realisation};
@@ -206,7 +207,7 @@ pub fn design(
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let realisation = scaled_realisation(
+    let unlimited = scaled_realisation(
         &modal_form(&both_planes(&sampled))?,
         SignalLimits {
             input_m: machine.spindle.backup_clearance_m,
@@ -217,6 +218,7 @@ pub fn design(
                 .min(machine.spindle.rear.bias_current_a),
         },
     )?;
+    let (realisation, _) = with_anti_windup(unlimited, machine)?;
     // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
     // design plane.
     let rounded = realisation.rows.rounded_f32()?;

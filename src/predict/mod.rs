@@ -4,6 +4,7 @@ pub mod chatter;
 pub mod closed_loop;
 pub mod dips;
 pub mod modes;
+pub mod recovery;
 pub mod sensitivity;
 pub mod shaft_line;
 pub mod stiffness;

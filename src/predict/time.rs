@@ -4,7 +4,8 @@
 //! Shaft and sensors: linear, ẋ = A x + B f, without magnetic stiffness, which is part of the force law. Integrator:
 //! exponential, second order (ETD2: Cox and Matthews 2002): x⁺ = Φx + Γ₀f(x) + Γ₁(f(x̂) − f(x)), x̂ = Φx + Γ₀f(x),
 //! exact for the shaft, so that no numerical damping hides a lightly damped mode. The controller runs as firmware does,
-//! in float32. The command takes effect after the pure delay, rounded to a substep.
+//! in float32: sampled, held, its output limited, its slow states conditioned while an output is limited
+//! ([`crate::controller::anti_windup`]). The command takes effect after the pure delay, rounded to a substep.
 
 use super::time_force::{BackupBearing, Magnet};
 use crate::controller::arithmetic::Float32Program;
@@ -105,6 +106,10 @@ pub struct TimeResponse {
     pub current_limited: f64,
     /// Part of the substeps with contact.
     pub in_contact: f64,
+    /// Start of the first and end of the last substep with contact, s; nothing without contact.
+    pub contact_s: Option<(f64, f64)>,
+    /// Time of the last sample in which some command stood at its limit, s.
+    pub last_limited_s: Option<f64>,
     /// True when the run was stopped because it left every reasonable range.
     pub diverged: bool,
 }
@@ -156,6 +161,8 @@ pub fn simulate(
         voltage_limited: 0.0,
         current_limited: 0.0,
         in_contact: 0.0,
+        contact_s: None,
+        last_limited_s: None,
         diverged: false,
     };
     let late = ((shaft.delay_s - 0.5 * period).max(0.0) / step).round() as usize;
@@ -184,6 +191,7 @@ pub fn simulate(
             }
             if u.iter().any(|v| v.abs() >= controller.output_limit_a) {
                 response.current_limited += 1.0;
+                response.last_limited_s = Some(time);
             }
             waiting.push_back((tick + late, wanted));
             response.samples.push(sample);
@@ -200,6 +208,10 @@ pub fn simulate(
             if live {
                 response.voltage_limited += f64::from(u8::from(limited));
                 response.in_contact += f64::from(u8::from(shaft.touching));
+                if shaft.touching {
+                    let first = response.contact_s.map_or(now, |(first, _)| first);
+                    response.contact_s = Some((first, now + step));
+                }
             }
             tick += 1;
         }

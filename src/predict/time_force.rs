@@ -3,6 +3,9 @@
 //! Differential magnet (domain formula F = 4k i₀²/s₀² (η+ξ)(1+ηξ)/(1−ξ²)² cos α, written by its two coils):
 //! F = (k_i i₀/4)·[c₊²/(1−ξ)² − c₋²/(1+ξ)²],  c± = 1 ± η held to 0 … i_max/i₀,  η = i/i₀,  ξ = κ x/s₀,  κ = k_s s₀/(k_i i₀),
 //! so that ∂F/∂i = k_i and ∂F/∂x = k_s at rest are those of the spindle file (κ is cos α when the file follows the formula).
+//! Saturation: the flux density of iron ends at B_sat, so one electromagnet pulls at most F_max = B_sat² A/µ₀ cos α at any gap
+//! and current (Schweitzer and Maslen, Magnetic Bearings, 2009, section 3.2); the pull of each coil is cut off at the
+//! `max_force_n` of the bearing. Below it the law is unchanged; the bend of real iron before saturation is left out.
 //! Current: i̇ = ω_a (u − i), held to what the bus voltage drives through the coil, |i̇| ≤ U/L, L = k_i s₀/(2 i₀ κ).
 //! Contact: beyond the clearance, normal force k_c·depth + c_c·approach (never pulling), Coulomb friction μ.
 
@@ -22,6 +25,7 @@ pub struct Magnet {
     kappa_per_m: f64,
     bias_a: f64,
     max_a: f64,
+    max_n: f64,
     corner_rad_s: f64,
     slew_a_per_s: f64,
     inductance_h: f64,
@@ -38,6 +42,7 @@ impl Magnet {
             kappa_per_m: kappa / bearing.gap_m,
             bias_a: bearing.bias_current_a,
             max_a: bearing.max_current_a,
+            max_n: bearing.max_force_n,
             corner_rad_s: TAU * effective.amplifier_bandwidth_hz,
             slew_a_per_s: bus_voltage_v / inductance,
             inductance_h: inductance,
@@ -50,9 +55,12 @@ impl Magnet {
         let eta = current_a / self.bias_a;
         let coil = |c: f64| c.clamp(0.0, self.max_a / self.bias_a);
         let (plus, minus) = (coil(1.0 + eta), coil(1.0 - eta));
-        0.25 * self.ki_n_per_a
-            * self.bias_a
-            * ((plus / (1.0 - xi)).powi(2) - (minus / (1.0 + xi)).powi(2))
+        let largest = self.max_n / (0.25 * self.ki_n_per_a * self.bias_a);
+        let (pull, push) = (
+            (plus / (1.0 - xi)).powi(2).min(largest),
+            (minus / (1.0 + xi)).powi(2).min(largest),
+        );
+        0.25 * self.ki_n_per_a * self.bias_a * (pull - push)
     }
 
     /// Voltage that drives the coil through a change of current in `step_s`, V: L·Δi/Δt; the resistance is left out.

@@ -122,6 +122,7 @@ const STAGES: [Stage; 14] = [
             "step",
             "unbalance",
             "lift",
+            "contact",
         ],
     },
     Stage {

@@ -1,7 +1,12 @@
 //! Figures of a time response beside their limits, and the frames of its animation.
 
 use super::plot::animation::{Motion, OrbitPlane};
+use super::plot::figure::Figure;
+use super::plot::motion::{TimePanel, time_responses};
+use super::plot::{Curve, Role};
 use super::summary::number;
+use crate::controller::anti_windup::AntiWindup;
+use crate::predict::recovery::Recovery;
 use crate::predict::shaft_line::ShaftLine;
 use crate::predict::time::{TimeResponse, TimeSample};
 use crate::predict::time_cases::TimeFigures;
@@ -67,6 +72,105 @@ pub fn simulation_json(
         "share_in_contact": number(response.in_contact),
         "diverged": response.diverged,
     })
+}
+
+/// What became of the rotor: whether it touches the backup bearings, whether it comes free again, and how soon.
+pub fn recovery_json(recovery: Recovery) -> Value {
+    let after_s = match recovery {
+        Recovery::Recovered { after_s } => number(after_s),
+        _ => Value::Null,
+    };
+    json!({
+        "touches": recovery != Recovery::Clear,
+        "recovers": recovery != Recovery::Lost,
+        "recovery_s": after_s,
+        "sentence": recovery.sentence(),
+    })
+}
+
+/// The anti-windup of a controller: its rate, and the smallest gains of a saturation that its loop stands.
+pub fn anti_windup_json(found: &AntiWindup) -> Value {
+    let conditioned = (0..found.gain.nrows())
+        .filter(|i| (0..found.gain.ncols()).any(|j| found.gain[(*i, j)] != 0.0))
+        .count();
+    json!({
+        "conditioned_states": conditioned,
+        "rate_1_s": number(found.rate_1_s),
+        "forgetting_1_s": number(found.forgetting_1_s),
+        "smallest_gain_with_margin": number(found.smallest_gain),
+        "smallest_gain_with_margin_without": number(found.smallest_gain_without),
+        "smallest_gain_circle_criterion": number(found.circle_gain),
+    })
+}
+
+/// The same push with several controllers: displacement of both bearings in x, and the current of the front one.
+pub fn push_figure(
+    machine: &Machine,
+    title: &str,
+    responses: &[(&str, Role, &TimeResponse)],
+    limits: &Limits,
+) -> Figure {
+    let clearance = 1e6 * machine.spindle.backup_clearance_m;
+    let stops = vec![
+        (clearance, "backup bearing"),
+        (-clearance, "backup bearing"),
+    ];
+    let time: Vec<Vec<f64>> = responses
+        .iter()
+        .map(|(_, _, r)| r.samples.iter().map(|s| s.time_s).collect())
+        .collect();
+    let values = |of: &dyn Fn(&TimeSample) -> f64| -> Vec<Vec<f64>> {
+        responses
+            .iter()
+            .map(|(_, _, r)| r.samples.iter().map(of).collect())
+            .collect()
+    };
+    let front = values(&|s| 1e6 * s.displacements_m[2]);
+    let rear = values(&|s| 1e6 * s.displacements_m[4]);
+    let current = values(&|s| s.currents_a[0]);
+    let panels = [
+        TimePanel {
+            title: "Front bearing x",
+            label: "x",
+            unit: "µm",
+            curves: named(responses, &time, &front),
+            limits: stops.clone(),
+        },
+        TimePanel {
+            title: "Rear bearing x",
+            label: "x",
+            unit: "µm",
+            curves: named(responses, &time, &rear),
+            limits: stops,
+        },
+        TimePanel {
+            title: "Control current front x",
+            label: "i",
+            unit: "A",
+            curves: named(responses, &time, &current),
+            limits: vec![(limits.current_a, "limit"), (-limits.current_a, "limit")],
+        },
+    ];
+    time_responses(title, &panels)
+}
+
+/// Curves of the responses, each over its own time.
+fn named<'a>(
+    responses: &[(&'a str, Role, &TimeResponse)],
+    time: &'a [Vec<f64>],
+    values: &'a [Vec<f64>],
+) -> Vec<Curve<'a>> {
+    responses
+        .iter()
+        .zip(time)
+        .zip(values)
+        .map(|(((name, role, _), x), y)| Curve {
+            name,
+            x,
+            y,
+            role: *role,
+        })
+        .collect()
 }
 
 /// Zone of ISO 14839-2 by the displacement in parts of the clearance: A and B end at 0.3 and 0.4, C at 0.5.

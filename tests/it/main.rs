@@ -1,4 +1,5 @@
 //! One integration binary: less linking of heavy dependencies.
+mod anti_windup;
 mod architecture;
 mod augment;
 mod chatter;

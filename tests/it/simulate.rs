@@ -1,6 +1,7 @@
 //! Nonlinear time response: force law against its closed form and derivatives, small signals against the linear loop,
 //! limits and contact, and the commands `export` and `simulate` end to end.
 
+use muspin::controller::anti_windup::with_anti_windup;
 use muspin::controller::arithmetic::{Float32Program, float32};
 use muspin::controller::pid_tune::{TuneSettings, textbook};
 use muspin::controller::realise::modal_form;
@@ -44,7 +45,8 @@ fn program(law: &StateSpace<Discrete>) -> Float32Program {
         input_m: 2.54e-4,
         output_a: 3.0,
     };
-    float32(&scaled(&modal_form(law).unwrap(), limits).unwrap()).unwrap()
+    let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
+    float32(&with_anti_windup(rows, &machine()).unwrap().0).unwrap()
 }
 
 #[test]
@@ -65,8 +67,30 @@ fn the_force_law_is_the_closed_form_with_the_gains_of_the_file() {
     let by_position = slope(&|h| magnet.force_n(0.0, h), 1e-9);
     assert!((by_current / bearing.ki_n_per_a - 1.0).abs() < 1e-9);
     assert!((by_position / bearing.ks_n_per_m - 1.0).abs() < 1e-6);
-    // Full one-sided current: about the static capacity of the file.
-    assert!((magnet.force_n(5.0, 0.0) / bearing.max_force_n - 1.0).abs() < 0.05);
+    // Full one-sided current would pull 1440 N; the iron ends at the static capacity of the file.
+    assert_eq!(magnet.force_n(5.0, 0.0), bearing.max_force_n);
+}
+
+#[test]
+fn no_magnet_pulls_more_than_its_capacity() {
+    let machine = machine();
+    let effective = machine.effective();
+    for (bearing, effective) in [machine.spindle.front, machine.spindle.rear]
+        .iter()
+        .zip(&effective.bearings)
+    {
+        let magnet = Magnet::new(bearing, effective, 300.0);
+        let mut reached = 0.0f64;
+        for k in -40..=40 {
+            for i in -30..=30 {
+                let force = magnet.force_n(0.1 * f64::from(i), 1e-5 * f64::from(k));
+                assert!(force.abs() <= bearing.max_force_n, "{i} {k}: {force}");
+                reached = reached.max(force.abs());
+            }
+        }
+        // Without the limit the rotor at the stop and full current would give several times the capacity.
+        assert!(reached > 0.9 * bearing.max_force_n, "{reached}");
+    }
 }
 
 #[test]
@@ -384,6 +408,26 @@ fn export_and_simulate_run_from_the_command_line() {
     assert_eq!(moving.matches("<animate ").count(), 13);
     assert_eq!(report.matches("<animate ").count(), 13);
     assert!(!moving.contains("NaN") && !moving.contains("inf"));
+
+    let contact = [
+        "simulate",
+        "--controller",
+        "pid.json",
+        "--case",
+        "contact",
+        "--duration",
+        "0.06",
+        "--out",
+        "c",
+    ];
+    let (code, out, err) = muspin(&contact, folder.path());
+    let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let met = summary["verdict"]["met"].as_bool().unwrap();
+    let touch = &summary["simulation"]["backup_bearings"];
+    assert_eq!(code, i32::from(!met), "{err}");
+    assert_eq!(touch["recovers"], met);
+    assert_eq!(touch["touches"], true);
+    assert!(summary["speed_rpm"] == 50_000.0 && summary["force_n"].as_f64().unwrap() > 1500.0);
 
     let lift = [
         "simulate",
