@@ -7,7 +7,7 @@ use crate::identify::{
     MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility,
 };
 use crate::input::{Measurement, load_controller};
-use crate::lti::Response;
+use crate::lti::HeldResponse;
 use crate::spindle::Machine;
 
 /// Sweeps in file order with their responses, then hammer tests that name their controller.
@@ -31,7 +31,7 @@ impl Records {
         for sweep in &measurement.sweeps {
             let frf = open_loop(&sweep.record)?;
             let controller = load(&sweep.controller)?;
-            let named = controller.as_ref().map(|k| k as &dyn Response);
+            let named = controller.as_ref().map(|k| k as &dyn HeldResponse);
             reports.push(sweep_plausibility(
                 &sweep.record.name,
                 &frf,

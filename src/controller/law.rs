@@ -1,7 +1,7 @@
 //! A controller with its name, u = K y, in continuous or sampled time. Channel order front_x, front_y, rear_x, rear_y.
 
 use crate::linalg::{Mat, c64};
-use crate::lti::{Continuous, Discrete, Response, StateSpace};
+use crate::lti::{Continuous, Discrete, HeldResponse, StateSpace};
 
 /// The law itself, in its own time base.
 #[derive(Clone, Debug)]
@@ -21,11 +21,22 @@ pub struct Controller {
     pub law: ControlLaw,
 }
 
-impl Response for Controller {
-    fn at(&self, omega_rad_s: f64) -> Mat<c64> {
+/// The machine that a controller was designed for. Paths are relative to the folder of the controller file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MachineTag {
+    /// Path of the spindle file.
+    pub spindle: String,
+    /// Path of the tool file.
+    pub tool: String,
+    /// SHA-256 of spindle and tool as the program writes them, hex: layout and comments of the files do not count.
+    pub hash: String,
+}
+
+impl HeldResponse for Controller {
+    fn held_at(&self, omega_rad_s: f64) -> Mat<c64> {
         match &self.law {
-            ControlLaw::Continuous(k) => k.at(omega_rad_s),
-            ControlLaw::Discrete(k) => k.at(omega_rad_s),
+            ControlLaw::Continuous(k) => k.held_at(omega_rad_s),
+            ControlLaw::Discrete(k) => k.held_at(omega_rad_s),
         }
     }
 }

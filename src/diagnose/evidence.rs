@@ -145,7 +145,7 @@ impl Evidence {
                 controller: omega_rad_s
                     .iter()
                     .map(|w| {
-                        let k = tap.controller.at(*w);
+                        let k = tap.controller.held_at(*w);
                         std::array::from_fn(|i| k[(i / 4, i % 4)])
                     })
                     .collect(),

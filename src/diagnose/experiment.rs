@@ -1,7 +1,7 @@
 //! What was measured: sweeps under levitation, hammer tests at the tool with the controller that levitated.
 
 use crate::identify::{HammerFrf, SweepRecord};
-use crate::lti::Response;
+use crate::lti::HeldResponse;
 
 /// A control axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,8 +18,8 @@ pub struct Tap<'a> {
     pub frf: HammerFrf,
     /// Direction of blow and probe.
     pub axis: Axis,
-    /// u = K y while it was measured.
-    pub controller: &'a dyn Response,
+    /// u = K y while it was measured; a sampled one acts through its hold.
+    pub controller: &'a dyn HeldResponse,
 }
 
 /// Everything that was measured.

@@ -8,7 +8,9 @@
 
 use super::IdentifyError;
 use crate::linalg::{Mat, c64, max_singular_value_complex, solve_complex};
+use crate::lti::held::hold_magnitude;
 use ndarray::{Array2, Array3, Array4, s};
+use std::f64::consts::TAU;
 
 /// Axes of the plant: front_x, front_y, rear_x, rear_y.
 pub const AXES: usize = 4;
@@ -41,6 +43,17 @@ impl SweepRecord {
     /// Number of repeats.
     pub fn repeats(&self) -> usize {
         self.current.dim().2
+    }
+
+    /// The same record with currents that were logged as samples, before the hold, brought behind it: their fundamental at
+    /// the amplifier has the magnitude sinc(fT). Its half sample is part of `delay_s`, as for every record.
+    #[must_use]
+    pub fn behind_hold(mut self, period_s: f64) -> Self {
+        for (mut line, hz) in self.current.outer_iter_mut().zip(&self.frequency_hz) {
+            let magnitude = hold_magnitude(TAU * hz, period_s);
+            line.mapv_inplace(|u| u * magnitude);
+        }
+        self
     }
 }
 

@@ -4,8 +4,9 @@
 //! for the imaginary part (Bendat and Piersol, Random Data, sec. 9.2).
 
 use super::frf::AXES;
-use crate::linalg::{Mat, c64, solve_complex};
-use crate::lti::Response;
+use crate::linalg::c64;
+use crate::lti::HeldResponse;
+use crate::lti::held::closed_response;
 use crate::spindle::Plant;
 
 /// An FRF of a hammer test.
@@ -41,20 +42,13 @@ impl HammerFrf {
     }
 }
 
-/// Compliance at the tool plane of the levitated spindle, m/N:  x_t/F_t = G₂₂ + G₂₁ K (I − G₁₁K)⁻¹ G₁₂ with u = K y.
-/// `axis` 0 is x, 1 is y.
+/// Compliance at the tool plane of the levitated spindle, m/N, with the hold of a sampled controller. `axis` 0 is x, 1 is y.
 pub fn closed_loop_compliance(
     plant: &Plant,
-    controller: &dyn Response,
+    controller: &dyn HeldResponse,
     omega_rad_s: f64,
     axis: usize,
 ) -> c64 {
-    let port = AXES + axis.min(1);
-    let g = plant.at(omega_rad_s);
-    let k = controller.at(omega_rad_s);
-    let g11 = g.submatrix(0, 0, AXES, AXES).to_owned();
-    let into = g.submatrix(0, port, AXES, 1).to_owned();
-    let out = g.submatrix(port, 0, 1, AXES).to_owned();
-    let y = solve_complex(&(Mat::<c64>::identity(AXES, AXES) - &g11 * &k), &into);
-    g[(port, port)] + (out * (k * y))[(0, 0)]
+    let axis = axis.min(1);
+    closed_response(plant, controller, AXES, omega_rad_s)[(axis, axis)]
 }

@@ -7,6 +7,7 @@ use super::error::{InputError, nearest};
 use super::hammer::{read_hammer, read_mode_shapes};
 use super::load_machine;
 use super::shipped;
+use super::spindle::load_spindle;
 use super::sweep::read_sweep;
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::Machine;
@@ -96,6 +97,7 @@ struct RecordFile {
     speed_rpm: Option<f64>,
     controller: Option<String>,
     axis: Option<String>,
+    hold: Option<bool>,
 }
 
 #[derive(Deserialize)]
@@ -198,6 +200,12 @@ fn read_record(
         let rule = format!("{:?} is none of {}", record.kind, known.join(", "));
         return Err(broken("kind", rule).with_hint(format!("did you mean `{near}`?")));
     }
+    if record.hold.is_some() && record.kind != "sweep" {
+        let rule = format!("a record of kind {} has no such key", record.kind);
+        return Err(broken("hold", rule).with_hint(
+            "only a sweep has currents that may have been logged before the hold; remove the key",
+        ));
+    }
     let taken_at_speed = matches!(record.kind.as_str(), "sweep" | "hammer");
     if !taken_at_speed {
         let extra = [
@@ -246,8 +254,13 @@ fn read_record(
                 return Err(broken("axis", "a sweep excites all four axes".into())
                     .with_hint("remove the key"));
             }
+            let mut read = read_sweep(&name, &bytes()?, speed()?)?;
+            if record.hold == Some(true) {
+                let spindle = load_spindle(&measurement.spindle)?;
+                read = read.behind_hold(spindle.electronics.sample_period_s());
+            }
             let sweep = Sweep {
-                record: read_sweep(&name, &bytes()?, speed()?)?,
+                record: read,
                 controller: controller()?,
             };
             measurement.sweeps.push(sweep);

@@ -1,45 +1,39 @@
 //! Plant and controller closed with positive feedback u = K y: stability in sampled time, frequency responses.
 //! The plant carries the channels of [`crate::spindle`]: currents then forces in, sensors then displacements out.
-//! Frequency predictions take plant and controller as [`Response`], so that PID, full, reduced and rounded
-//! controllers go through the same lines: T = P_zw + P_zu K (I − P_yu K)⁻¹ P_yw.
+//! Frequency predictions take the plant as [`Response`] and the controller as [`HeldResponse`], so that PID, full, reduced
+//! and rounded controllers go through the same lines, and sampled ones through their hold:
+//! T = P_zw + P_zu K (I − P_yu K)⁻¹ P_yw.
 
 use crate::linalg::{Mat, NumericError, c64, solve_complex};
 use crate::lti::connect::{block2, lower_lft};
-use crate::lti::{Discrete, Response, StateSpace, TimeBase};
+use crate::lti::held::{closed_response, return_difference};
+use crate::lti::{Discrete, HeldResponse, Response, StateSpace, TimeBase};
 
 pub use crate::spindle::plant::AXES;
 
 /// Closed-loop response from the forces to the displacements (the channels after the four control channels)
-/// at `omega_rad_s`, displacements × forces, m/N.
-pub fn compliance(plant: &dyn Response, controller: &dyn Response, omega_rad_s: f64) -> Mat<c64> {
-    let p = plant.at(omega_rad_s);
-    let k = controller.at(omega_rad_s);
-    let (nz, nw) = (p.nrows() - AXES, p.ncols() - AXES);
-    let part = |r, c, nr, nc| p.submatrix(r, c, nr, nc).to_owned();
-    let (pzw, pzu) = (part(AXES, AXES, nz, nw), part(AXES, 0, nz, AXES));
-    let (pyw, pyu) = (part(0, AXES, AXES, nw), part(0, 0, AXES, AXES));
-    let y = solve_complex(&return_difference(&pyu, &k), &pyw);
-    pzw + pzu * (&k * y)
+/// at `omega_rad_s`, displacements × forces, m/N; the forces act continuously, the currents through the hold.
+pub fn compliance(
+    plant: &dyn Response,
+    controller: &dyn HeldResponse,
+    omega_rad_s: f64,
+) -> Mat<c64> {
+    closed_response(plant, controller, AXES, omega_rad_s)
 }
 
 /// Output sensitivity S = (I − G K)⁻¹ at the sensors, 4×4.
-pub fn sensitivity(plant: &dyn Response, controller: &dyn Response, omega_rad_s: f64) -> Mat<c64> {
+pub fn sensitivity(
+    plant: &dyn Response,
+    controller: &dyn HeldResponse,
+    omega_rad_s: f64,
+) -> Mat<c64> {
     let p = plant.at(omega_rad_s);
     let g = p.submatrix(0, 0, AXES, AXES).to_owned();
     let identity = Mat::from_fn(AXES, AXES, |i, j| {
         c64::new(if i == j { 1.0 } else { 0.0 }, 0.0)
     });
-    solve_complex(
-        &return_difference(&g, &controller.at(omega_rad_s)),
-        &identity,
-    )
-}
-
-fn return_difference(g: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
-    let l = g * k;
-    Mat::from_fn(l.nrows(), l.ncols(), |i, j| {
-        c64::new(if i == j { 1.0 } else { 0.0 }, 0.0) - l[(i, j)]
-    })
+    let k = controller.held_at(omega_rad_s);
+    solve_complex(&return_difference(&g, &k), &identity)
 }
 
 /// Sampled closed loop of the full plant with a sampled controller, forces → displacements.

@@ -2,7 +2,7 @@
 //! Zones by the peak: A below 3 (9.5 dB), B to 4 (12 dB), C to 5 (14 dB), D above.
 
 use super::closed_loop::{AXES, sensitivity};
-use crate::lti::{FrequencyGrid, Response};
+use crate::lti::{FrequencyGrid, HeldResponse, Response};
 use rayon::prelude::*;
 
 /// Zone of ISO 14839-3, best first.
@@ -74,7 +74,7 @@ impl AxisSensitivity {
 /// Sensitivity of each axis over a grid.
 pub fn axis_sensitivity(
     plant: &dyn Response,
-    controller: &dyn Response,
+    controller: &dyn HeldResponse,
     grid: &FrequencyGrid,
 ) -> AxisSensitivity {
     let magnitude = grid

@@ -1,7 +1,7 @@
 //! Dynamic stiffness at the tool, F_t/x_t: the inverse of the closed-loop compliance at the tool plane.
 
 use super::closed_loop::compliance;
-use crate::lti::{FrequencyGrid, Response};
+use crate::lti::{FrequencyGrid, HeldResponse, Response};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -30,7 +30,7 @@ impl DynamicStiffness {
 /// Dynamic stiffness at the tool along `axis` (0 x, 1 y) over a grid.
 pub fn dynamic_stiffness(
     plant: &dyn Response,
-    controller: &dyn Response,
+    controller: &dyn HeldResponse,
     axis: usize,
     grid: &FrequencyGrid,
 ) -> DynamicStiffness {
@@ -52,7 +52,7 @@ pub fn dynamic_stiffness(
 /// Dynamic stiffness magnitude at one frequency, N/m.
 pub fn stiffness_at(
     plant: &dyn Response,
-    controller: &dyn Response,
+    controller: &dyn HeldResponse,
     axis: usize,
     frequency_hz: f64,
 ) -> f64 {

@@ -11,7 +11,7 @@
 
 use super::closed_loop::AXES;
 use crate::linalg::{Mat, c64, solve, solve_complex};
-use crate::lti::{FrequencyGrid, Response};
+use crate::lti::{FrequencyGrid, HeldResponse, Response};
 use crate::spindle::Plant;
 use crate::spindle::plant::CHANNELS;
 use rayon::prelude::*;
@@ -107,7 +107,7 @@ const SAME: f64 = 1e-9;
 /// Worst case over `uncertainty` on a grid. The plant is the one of the prediction, without modal ports.
 pub fn worst_case(
     plant: &Plant,
-    controller: &dyn Response,
+    controller: &dyn HeldResponse,
     uncertainty: &ModeUncertainty,
     grid: &FrequencyGrid,
 ) -> WorstCase {
@@ -132,7 +132,7 @@ pub fn worst_case(
 /// All channels at one frequency.
 fn at_frequency(
     plant: &Plant,
-    controller: &dyn Response,
+    controller: &dyn HeldResponse,
     uncertainty: &ModeUncertainty,
     omega_rad_s: &[f64],
     omega: f64,
@@ -162,9 +162,14 @@ fn at_frequency(
 }
 
 /// N: outputs (q, tool, signals) × inputs (forces of the stiffness changes per κ, tool forces, disturbances at the sensors).
-fn closed(plant: &Plant, controller: &dyn Response, omega_rad_s: &[f64], omega: f64) -> Mat<c64> {
+fn closed(
+    plant: &Plant,
+    controller: &dyn HeldResponse,
+    omega_rad_s: &[f64],
+    omega: f64,
+) -> Mat<c64> {
     let p = plant.at(omega);
-    let k = controller.at(omega);
+    let k = controller.held_at(omega);
     let m = 2 * omega_rad_s.len();
     let zero = c64::new(0.0, 0.0);
     let one = c64::new(1.0, 0.0);

@@ -1,12 +1,12 @@
 //! Data that no fit uses: the hammer FRF at the tool of the levitated spindle against the model's prediction.
 //!
-//! x_t/F_t = G₂₂ + G₂₁ K (I − G₁₁K)⁻¹ G₁₂ with u = K y and the full model with its exact delay. Figure of merit: root mean square
+//! x_t/F_t = G₂₂ + G₂₁ K (I − G₁₁K)⁻¹ G₁₂ with u = K y, the full model with its exact delay and the hold of a sampled K. Figure of merit: root mean square
 //! over the lines of 20 log₁₀ |model/measured|, dB.
 
 use super::UpdateError;
 use crate::identify::HammerFrf;
 use crate::identify::hammer::closed_loop_compliance;
-use crate::lti::Response;
+use crate::lti::HeldResponse;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ pub fn tool_error_db(
     machine: &Machine,
     measured: &HammerFrf,
     axis: usize,
-    controller: &dyn Response,
+    controller: &dyn HeldResponse,
 ) -> Result<f64, UpdateError> {
     let speed = measured.speed_rpm * TAU / 60.0;
     let plant = Plant::new(machine, speed, ModelDetail::Full)?;

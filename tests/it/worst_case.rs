@@ -161,7 +161,7 @@ fn damping_of_a_mode_is_the_half_power_width_of_its_peak() {
         let q = |hz: f64| {
             let w = TAU * hz;
             let p = muspin::lti::Response::at(&with_ports, w);
-            let c = muspin::lti::Response::at(&k, w);
+            let c = muspin::lti::HeldResponse::held_at(&k, w);
             let column = 10 + 2 * k_mode;
             let part =
                 |r: usize, s: usize, nr: usize, ns: usize| p.submatrix(r, s, nr, ns).to_owned();

@@ -11,7 +11,7 @@ use super::spectrum::{Log, Spectrum, median, wrapped};
 use crate::identify::frf::{AXES, AXIS_NAMES};
 use crate::identify::{IdentifyError, MeasuredFrf};
 use crate::linalg::c64;
-use crate::lti::Response;
+use crate::lti::HeldResponse;
 use crate::spindle::Machine;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -41,7 +41,7 @@ pub struct Measured<'a> {
     /// Its first bending mode, Hz.
     pub first_flexible_hz: Option<f64>,
     /// The controller that the record names.
-    pub controller: Option<&'a dyn Response>,
+    pub controller: Option<&'a dyn HeldResponse>,
 }
 
 /// All checks that the record allows.
@@ -344,7 +344,7 @@ impl Measured<'_> {
         let controller = self.controller?;
         let mut distances = vec![];
         for (l, f) in self.lines.iter().zip(&self.data.frequency_hz) {
-            let k = controller.at(TAU * f);
+            let k = controller.held_at(TAU * f);
             if k.nrows() != AXES || k.ncols() != AXES {
                 return None;
             }

@@ -8,7 +8,7 @@ use super::sweep::spread;
 use super::{Check, Plausibility};
 use crate::identify::hammer::closed_loop_compliance;
 use crate::identify::{HammerFrf, IdentifyError};
-use crate::lti::Response;
+use crate::lti::HeldResponse;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -26,7 +26,7 @@ pub fn hammer_plausibility(
     hammer: &HammerFrf,
     axis: usize,
     machine: &Machine,
-    controller: &dyn Response,
+    controller: &dyn HeldResponse,
 ) -> Result<Plausibility, IdentifyError> {
     let plant = Plant::new(machine, hammer.speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     let lines = spread(&hammer.frequency_hz, LINES);

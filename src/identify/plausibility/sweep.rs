@@ -8,7 +8,7 @@ use super::spectrum::{Log, Spectrum};
 use crate::identify::frf::AXES;
 use crate::identify::{IdentifyError, MeasuredFrf};
 use crate::linalg::c64;
-use crate::lti::Response;
+use crate::lti::{HeldResponse, Response};
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
@@ -26,7 +26,7 @@ pub fn sweep_plausibility(
     record: &str,
     frf: &MeasuredFrf,
     machine: &Machine,
-    controller: Option<&dyn Response>,
+    controller: Option<&dyn HeldResponse>,
 ) -> Result<Plausibility, IdentifyError> {
     let plant = Plant::new(machine, frf.speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     let lines = spread(&frf.frequency_hz, LINES);

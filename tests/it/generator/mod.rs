@@ -5,7 +5,7 @@
 use muspin::controller::Controller;
 use muspin::identify::{HammerFrf, SweepRecord};
 use muspin::linalg::{Mat, c64, definite_eigen, solve_complex};
-use muspin::lti::Response;
+use muspin::lti::HeldResponse;
 use muspin::rotor::Section;
 use muspin::spindle::{Effect, EffectKind, Location, Machine};
 use ndarray::Array4;
@@ -490,7 +490,7 @@ pub fn simulate(
         .map(|_| 1.0 + 1e-3 * draw.normal())
         .collect();
     for (l, hz) in frequency_hz.iter().enumerate() {
-        let (f, kc) = (full(*hz), controller.at(TAU * hz));
+        let (f, kc) = (full(*hz), controller.held_at(TAU * hz));
         let gyu = Mat::from_fn(4, 4, |i, j| f[(i, j)]);
         for p in 0..repeats {
             let own = Mat::from_fn(4, 4, |i, j| gyu[(i, j)] * gains[4 * p + i]);
