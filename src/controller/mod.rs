@@ -1,5 +1,6 @@
 //! K(s) to firmware: PID, reduction, discretisation, realisation, fixed-point and float arithmetic.
 
+pub mod amplifier_demand;
 pub mod anti_windup;
 pub mod arithmetic;
 pub mod cma_es;
@@ -18,7 +19,7 @@ pub mod speed_lift;
 pub mod speed_proof;
 pub mod verification;
 
-pub use law::{ControlLaw, Controller};
+pub use law::{ControlLaw, Controller, MachineTag};
 pub use realise::Realisation;
 
 use crate::linalg::NumericError;

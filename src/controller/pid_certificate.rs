@@ -3,10 +3,10 @@
 //! Stability: eigenvalues of the sampled loop, nominal at every speed checked, and with shifted modes (each of the first six
 //! alone, every combination of signs of the first four, all modes of the shaft together). Sensitivity: ‖S_jj‖∞ by level sets,
 //! which no grid can hide a peak from. Noise: rms of the current from white sensor noise, by a Lyapunov equation.
-//! Stiffness: on lines packed round every closed-loop pole, then refined at the lowest dip.
+//! Stiffness: on lines packed round every closed-loop pole, then refined at the lowest dip; the tool's force is not held.
 
+use super::amplifier_demand::{high_frequency_gain, high_frequency_hz};
 use super::pid::{PidParameters, pid_controller};
-use super::pid_objective::HIGH_FREQUENCY_HZ;
 use super::pid_tune::{TuneSettings, TunedPid, decibel};
 use super::verification::{Verification, VerificationError, growth_rate, verify};
 use super::{ControlLaw, ControllerError, in_step};
@@ -14,8 +14,10 @@ use crate::augment::plane::connected_part;
 use crate::linalg::lyapunov::discrete_lyapunov;
 use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::lower_lft;
+use crate::lti::held::closed_response;
 use crate::lti::norm::{HinfNorm, NormError, hinf_norm_discrete};
-use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace, TimeBase};
+use crate::lti::{Discrete, FrequencyGrid, Response, StateSpace, TimeBase};
+use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -73,7 +75,7 @@ pub struct PidCertificate {
     pub sensitivity: [PeakSensitivity; 2],
     /// The same at the largest speed.
     pub sensitivity_at_speed: [PeakSensitivity; 2],
-    /// Smallest dynamic stiffness of the tool at standstill, 1–4000 Hz, N/m.
+    /// Smallest dynamic stiffness of the tool at standstill, 1–4000 Hz, N/m; not a number for an unstable loop.
     pub stiffness_n_per_m: f64,
     /// Where, Hz.
     pub stiffness_hz: f64,
@@ -81,8 +83,10 @@ pub struct PidCertificate {
     pub stiffness_at_speed_n_per_m: f64,
     /// Largest rms current from sensor noise, A.
     pub noise_current_a: f64,
-    /// Largest gain above the band, A/m.
+    /// Largest singular value of the controller above the modes of the model, A/m.
     pub high_frequency_gain_a_per_m: f64,
+    /// From here on that gain counts, Hz.
+    pub high_frequency_hz: f64,
     /// Parameter sets judged.
     pub evaluations: usize,
 }
@@ -162,19 +166,8 @@ pub fn certify(
     let fastest = machine.spindle.max_rpm * TAU / 60.0;
     let rest = full_figures(machine, law, 0.0, stable)?;
     let fast = full_figures(machine, law, fastest, stable)?;
-    let top = std::f64::consts::PI / period;
-    let high = FrequencyGrid::log_hz(HIGH_FREQUENCY_HZ.min(0.4 / period), 0.5 / period, 2000);
-    let gain = |omega: &f64| {
-        let s = c64::new(
-            0.0,
-            2.0 / period * (0.5 * omega.min(0.9999 * top) * period).tan(),
-        );
-        parameters
-            .front
-            .response(s)
-            .norm()
-            .max(parameters.rear.response(s).norm())
-    };
+    let high_frequency_hz = high_frequency_hz(machine)?;
+    let gain = high_frequency_gain(law, high_frequency_hz).map_err(in_step("gain of the PID"))?;
     Ok(TunedPid {
         certificate: PidCertificate {
             nominal,
@@ -187,7 +180,8 @@ pub fn certify(
             stiffness_hz: rest.stiffness.1,
             stiffness_at_speed_n_per_m: fast.stiffness.0,
             noise_current_a: rest.noise_current_a.max(fast.noise_current_a),
-            high_frequency_gain_a_per_m: high.omega_rad_s().iter().map(gain).fold(0.0, f64::max),
+            high_frequency_gain_a_per_m: gain,
+            high_frequency_hz,
             evaluations,
         },
         parameters,
@@ -291,37 +285,103 @@ struct FullFigures {
     stiffness: (f64, f64),
 }
 
-/// Sensitivity peaks, noise current and smallest tool stiffness on the full sampled plant at one speed.
+/// The loop of one plane where the planes are apart, else of both, on the full plant at one speed.
+struct FullLoop {
+    plant: Plant,
+    /// Forces → displacements, tool first, for the poles.
+    closed: StateSpace<Discrete>,
+    /// Noise at the sensors → (currents, signals).
+    loops: StateSpace<Discrete>,
+    /// Axes in the loop.
+    axes: usize,
+}
+
+impl FullLoop {
+    fn new(
+        machine: &Machine,
+        law: &StateSpace<Discrete>,
+        speed_rad_s: f64,
+    ) -> Result<Self, VerificationError> {
+        let plant = Plant::new(machine, speed_rad_s, ModelDetail::Full)?;
+        let sampled = plant.sampled()?;
+        let numeric = in_step("loop on the full plant");
+        // Only a law that keeps the planes apart leaves them apart; x axes come first in pairs.
+        let across = |m: &Mat<c64>| {
+            (0..16).any(|k| (k / 4 + k % 4) % 2 == 1 && m[(k / 4, k % 4)].norm() > 0.0)
+        };
+        let apart = speed_rad_s == 0.0
+            && plant.mechanics().planes_are_decoupled()
+            && !across(&law.at(TAU * 100.0));
+        let axes: &[usize] = if apart { &[0, 2] } else { &[0, 1, 2, 3] };
+        let tool: Vec<usize> = [4].iter().chain(axes).copied().collect();
+        let open = connected_part(&sampled.select(&tool, &tool));
+        let own = connected_part(&law.select(axes, axes));
+        let closed = lower_lft(&open, &own).map_err(&numeric)?;
+        let part = connected_part(&sampled.select(axes, axes));
+        Ok(Self {
+            plant,
+            closed,
+            loops: noisy_loops(&part, &own).map_err(&numeric)?,
+            axes: axes.len(),
+        })
+    }
+
+    /// First axis of bearing 0 or 1.
+    fn bearing(&self, j: usize) -> usize {
+        j * self.axes / 2
+    }
+
+    /// Largest rms current per unit of rms noise over the bearings; the loop is stable.
+    fn noise_gain(&self) -> Result<f64, NumericError> {
+        let each: Result<Vec<f64>, NumericError> = [0, 1]
+            .into_par_iter()
+            .map(|j| h2_norm(&self.loops, self.bearing(j), self.axes))
+            .collect();
+        Ok(each?.into_iter().fold(0.0, f64::max))
+    }
+}
+
+/// Largest rms current of an axis from white sensor noise on the full sampled plant at a speed, A; infinite when unstable.
+///
+/// # Errors
+/// [`VerificationError`] from the plant, the poles or the Lyapunov equation.
+pub fn noise_current_a(
+    machine: &Machine,
+    law: &StateSpace<Discrete>,
+    speed_rad_s: f64,
+) -> Result<f64, VerificationError> {
+    let numeric = in_step("noise current");
+    let full = FullLoop::new(machine, law, speed_rad_s)?;
+    if full.loops.growth_rate().map_err(&numeric)? >= 0.0 {
+        return Ok(f64::INFINITY);
+    }
+    let gain = full.noise_gain().map_err(&numeric)?;
+    Ok(gain * machine.spindle.electronics.sensor_noise_m)
+}
+
+/// Sensitivity peaks, noise current and smallest tool stiffness on the full plant at one speed; no stiffness of an
+/// unstable loop.
 fn full_figures(
     machine: &Machine,
     law: &StateSpace<Discrete>,
     speed_rad_s: f64,
     stable: bool,
 ) -> Result<FullFigures, VerificationError> {
-    let plant = Plant::new(machine, speed_rad_s, ModelDetail::Full)?;
-    let sampled = plant.sampled()?;
+    if !stable {
+        return Ok(FullFigures {
+            sensitivity: [UNBOUNDED; 2],
+            noise_current_a: f64::INFINITY,
+            stiffness: (f64::NAN, f64::NAN),
+        });
+    }
+    let full = FullLoop::new(machine, law, speed_rad_s)?;
     let numeric = in_step("PID on the full plant");
-    // One plane where the planes are apart, else both; x axes come first in pairs.
-    let apart = speed_rad_s == 0.0 && plant.mechanics().planes_are_decoupled();
-    let axes: &[usize] = if apart { &[0, 2] } else { &[0, 1, 2, 3] };
-    let tool: Vec<usize> = [4].iter().chain(axes).copied().collect();
-    let open = connected_part(&sampled.select(&tool, &tool));
-    let own = connected_part(&law.select(axes, axes));
-    let closed = lower_lft(&open, &own).map_err(&numeric)?;
-    let loops =
-        noisy_loops(&connected_part(&sampled.select(axes, axes)), &own).map_err(&numeric)?;
-    let n = axes.len();
-    let bearing = |j: usize| j * n / 2;
     let peaks: Result<Vec<PeakSensitivity>, VerificationError> = [0, 1]
         .into_par_iter()
         .map(|j| {
-            if !stable {
-                return Ok(UNBOUNDED);
-            }
-            match hinf_norm_discrete(
-                &loops.select(&[n + bearing(j)], &[bearing(j)]),
-                PEAK_TOLERANCE,
-            ) {
+            let axis = full.bearing(j);
+            let own = full.loops.select(&[full.axes + axis], &[axis]);
+            match hinf_norm_discrete(&own, PEAK_TOLERANCE) {
                 Ok(found) => Ok(peak(&found)),
                 Err(NormError::Unstable { .. }) => Ok(UNBOUNDED),
                 Err(NormError::Numeric(e)) => Err(in_step("sensitivity peak of the PID")(e).into()),
@@ -329,21 +389,11 @@ fn full_figures(
         })
         .collect();
     let peaks = peaks?;
-    let noise: Result<Vec<f64>, NumericError> = [0, 1]
-        .into_par_iter()
-        .map(|j| {
-            if stable {
-                h2_norm(&loops, bearing(j), n)
-            } else {
-                Ok(f64::INFINITY)
-            }
-        })
-        .collect();
-    let noise = noise.map_err(&numeric)?.into_iter().fold(0.0, f64::max);
+    let noise = full.noise_gain().map_err(&numeric)?;
     Ok(FullFigures {
         sensitivity: [0, 1].map(|j| peaks.get(j).copied().unwrap_or(UNBOUNDED)),
         noise_current_a: noise * machine.spindle.electronics.sensor_noise_m,
-        stiffness: softest(&closed).map_err(&numeric)?,
+        stiffness: softest(&full.plant, law, &full.closed).map_err(&numeric)?,
     })
 }
 
@@ -399,8 +449,16 @@ fn h2_norm(system: &StateSpace<Discrete>, row: usize, inputs: usize) -> Result<f
     Ok(square.sum::<f64>().max(0.0).sqrt())
 }
 
-/// Smallest stiffness of the first channel in the band and its frequency, Hz.
-fn softest(closed: &StateSpace<Discrete>) -> Result<(f64, f64), NumericError> {
+/// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the currents
+/// go through the hold. The poles of the sampled loop `closed` say where to look.
+///
+/// # Errors
+/// [`NumericError`] when the eigenvalues of the loop fail.
+pub fn softest(
+    plant: &Plant,
+    law: &StateSpace<Discrete>,
+    closed: &StateSpace<Discrete>,
+) -> Result<(f64, f64), NumericError> {
     let period = closed.time.period_s;
     let poles: Vec<c64> = closed
         .poles()?
@@ -410,9 +468,8 @@ fn softest(closed: &StateSpace<Discrete>) -> Result<(f64, f64), NumericError> {
         .collect();
     let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / period), 300)
         .refine_round_poles(&poles, 12);
-    let tool = FrequencyResponder::new(closed);
     let stiffness = |omega: f64| {
-        tool.transfer(closed.time.point(omega))[(0, 0)]
+        closed_response(plant, law, AXES, omega)[(0, 0)]
             .norm()
             .recip()
     };

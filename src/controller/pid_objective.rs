@@ -6,6 +6,7 @@
 //! signs of a 2^(6−3) design: every combination of the three modes in the band, every pair of signs of any other two.
 
 use super::ControllerError;
+use super::amplifier_demand::high_frequency_hz;
 use super::pid::PidParameters;
 use super::pid_tables::{Loops, Ports, Scenario, Table, lines, reachable, scenario, x_plane};
 use crate::linalg::{Mat, c64};
@@ -18,8 +19,6 @@ use std::f64::consts::{PI, TAU};
 const FLEXIBLE_MODES: usize = 6;
 /// Band of the dynamic stiffness, Hz.
 const STIFFNESS_BAND_HZ: (f64, f64) = (1.0, 4000.0);
-/// From here on the gain of the controller counts as high-frequency gain, Hz: above the band of the specification.
-pub const HIGH_FREQUENCY_HZ: f64 = 4000.0;
 /// Sign patterns of the shifted plants.
 const PATTERNS: usize = 8;
 /// Plants of the set: nominal and shifted, each at standstill and at the largest speed.
@@ -35,6 +34,8 @@ pub struct Objective {
     plane: StateSpace<Discrete>,
     nyquist: f64,
     noise_m: f64,
+    /// From here on gain counts as high-frequency gain.
+    high_rad_s: f64,
 }
 
 /// What a PID does on the nominal plants.
@@ -48,7 +49,7 @@ pub struct Performance {
     pub shifted_sensitivity: f64,
     /// Largest rms current from sensor noise, A.
     pub noise_current_a: f64,
-    /// Largest gain |C| above [`HIGH_FREQUENCY_HZ`], A/m.
+    /// Largest gain |C| above [`high_frequency_hz`], A/m.
     pub high_frequency_gain_a_per_m: f64,
     /// Phase of det(I + G C) gathered on each plant, rad; plants in a fixed order.
     pub phase_rad: [f64; PLANTS],
@@ -96,7 +97,8 @@ impl Objective {
             .par_iter()
             .zip(&cases)
             .map(|(sampled, (shift, plant))| {
-                scenario(sampled, &omega, plant.speed_rad_s() > 0.0, shift.is_none())
+                let own = shift.is_none().then_some(*plant);
+                scenario(sampled, &omega, plant.speed_rad_s() > 0.0, own)
             })
             .collect();
         let s = omega
@@ -114,6 +116,7 @@ impl Objective {
             plane,
             nyquist,
             noise_m: machine.spindle.electronics.sensor_noise_m,
+            high_rad_s: TAU * high_frequency_hz(machine)?,
         })
     }
 
@@ -162,7 +165,7 @@ impl Objective {
             phase_rad: [0.0; PLANTS],
         };
         for (omega, [front, rear]) in self.omega.iter().zip(&gains) {
-            if *omega >= TAU * HIGH_FREQUENCY_HZ {
+            if *omega >= self.high_rad_s {
                 let gain = front.norm().max(rear.norm());
                 result.high_frequency_gain_a_per_m = result.high_frequency_gain_a_per_m.max(gain);
             }

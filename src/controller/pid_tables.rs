@@ -2,8 +2,11 @@
 //! and backwards (a: x→x, b: x→y), each with two loops. The lines are packed round every open-loop mode (64 within ±8 %).
 
 use crate::linalg::{Mat, c64};
+use crate::lti::held::hold_magnitude;
 use crate::lti::structure;
-use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace, TimeBase};
+use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, Response, StateSpace, TimeBase};
+use crate::spindle::Plant;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// The two loops at one line: g₁₁, g₂₂, g₁₂·g₂₁ and det G = g₁₁g₂₂ − g₁₂g₂₁ (front 1, rear 2).
@@ -40,39 +43,57 @@ pub(super) fn lines(modes_rad_s: &[f64], nyquist: f64) -> Vec<f64> {
         .to_vec()
 }
 
-/// Tables of a sampled plant over the lines.
+/// Tables of a sampled plant over the lines: the loops sampled, which is what stability is about. With `continuous`, the
+/// same plant before sampling, also what performance needs: the tool's force and displacement are not held, a current
+/// reaches the tool with the magnitude of the hold.
 pub(super) fn scenario(
     plant: &StateSpace<Discrete>,
     omega: &[f64],
     rotating: bool,
-    nominal: bool,
+    continuous: Option<&Plant>,
 ) -> Scenario {
-    // Outputs x then y of front, rear sensor and tool; inputs x of front, rear current and tool force.
-    let responder = FrequencyResponder::new(&plant.select(&[0, 2, 4, 1, 3, 5], &[0, 2, 4]));
+    // Outputs x then y of front and rear sensor; inputs x of front and rear current.
+    let responder = FrequencyResponder::new(&plant.select(&[0, 2, 1, 3], &[0, 2]));
     let responses: Vec<Mat<c64>> = omega
         .iter()
         .map(|w| responder.transfer(plant.time.point(*w)))
         .collect();
+    let whole: Vec<Mat<c64>> =
+        continuous.map_or_else(Vec::new, |p| omega.par_iter().map(|w| p.at(*w)).collect());
     let j = c64::new(0.0, 1.0);
     let table = |sign: f64| {
-        let at = |h: &Mat<c64>, row: usize, column: usize| {
-            h[(row, column)] + j * sign * h[(row + 3, column)]
+        // Forwards or backwards whirl of a pair of responses x→x, x→y.
+        let whirl = |h: &Mat<c64>, x: usize, y: usize, column: usize| {
+            h[(x, column)] + j * sign * h[(y, column)]
         };
         Table {
             loops: responses
                 .iter()
                 .map(|h| {
-                    let cross = at(h, 0, 1) * at(h, 1, 0);
-                    let (g11, g22) = (at(h, 0, 0), at(h, 1, 1));
+                    let at = |row: usize, column: usize| whirl(h, row, row + 2, column);
+                    let cross = at(0, 1) * at(1, 0);
+                    let (g11, g22) = (at(0, 0), at(1, 1));
                     [g11, g22, cross, g11 * g22 - cross]
                 })
                 .collect(),
             ports: responses
                 .iter()
-                .filter(|_| nominal)
-                .map(|h| {
-                    [(0, 1), (1, 0), (0, 2), (1, 2), (2, 0), (2, 1), (2, 2)]
-                        .map(|(row, column)| at(h, row, column))
+                .zip(&whole)
+                .zip(omega)
+                .map(|((h, full), w)| {
+                    let hold = hold_magnitude(*w, plant.time.period_s);
+                    let own = |row: usize, column: usize| whirl(h, row, row + 2, column);
+                    let at = |row: usize, column: usize| whirl(full, row, row + 1, column);
+                    // Channels of the plant: front 0, rear 2, tool 4, x each.
+                    [
+                        own(0, 1),
+                        own(1, 0),
+                        at(0, 4),
+                        at(2, 4),
+                        at(4, 0) * hold,
+                        at(4, 2) * hold,
+                        at(4, 4),
+                    ]
                 })
                 .collect(),
         }

@@ -4,6 +4,7 @@
 //! Search: CMA-ES in the logarithms of 26 parameters, from the better of two starts. The result is judged on the full plant
 //! ([`super::pid_certificate`]); where that finds a limit exceeded, the search goes on with the limit lowered by as much.
 
+use super::amplifier_demand::AmplifierDemand;
 use super::cma_es::{CmaSettings, minimise};
 use super::pid::{PidParameters, reference_start, textbook_gains};
 use super::pid_certificate::{PidCertificate, ZONE_B_DB, certify};
@@ -22,7 +23,7 @@ pub struct TuneSettings {
     pub mode_shift: f64,
     /// Largest rms current from sensor noise, A.
     pub noise_current_a: f64,
-    /// Largest gain of the controller above the band, A/m.
+    /// Largest singular value of the controller above the modes of the model, A/m.
     pub high_frequency_gain_a_per_m: f64,
     /// Points per generation.
     pub population: usize,
@@ -41,13 +42,29 @@ impl TuneSettings {
             sensitivity_db: 11.5,
             mode_shift: 0.03,
             noise_current_a: 0.1,
-            // A micrometre of noise or of an unknown mode above the band asks for two amperes at most: what the µ controller
-            // of the reference spindle has there, so that neither is held shorter than the other.
+            // Without a delivered controller to be held to: a micrometre of noise or of an unknown mode above those of the
+            // model asks for two amperes at most.
             high_frequency_gain_a_per_m: 2.0e6,
             population: 24,
             generations: 500,
             seed: 1,
             speeds: 6,
+        }
+    }
+
+    /// The same search with the amplifier limits of a delivered controller, so that neither is held shorter than the other.
+    /// Where its loop is unstable and has no noise current, the limit stays.
+    #[must_use]
+    pub fn held_to(self, demand: &AmplifierDemand) -> Self {
+        let noise = demand.noise_current_a;
+        Self {
+            high_frequency_gain_a_per_m: demand.high_frequency_gain_a_per_m,
+            noise_current_a: if noise.is_finite() {
+                noise
+            } else {
+                self.noise_current_a
+            },
+            ..self
         }
     }
 

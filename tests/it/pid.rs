@@ -4,6 +4,7 @@ use muspin::controller::ControlLaw;
 use muspin::controller::cma_es::{CmaSettings, minimise};
 use muspin::controller::pid::{pid_continuous, pid_controller, reference_start};
 use muspin::controller::pid_certificate::{PidCertificate, ZONE_B_DB, certify};
+use muspin::controller::pid_objective::Objective;
 use muspin::controller::pid_tune::{TuneSettings, textbook, tune};
 use muspin::controller::verification::growth_rate;
 use muspin::input::load_machine;
@@ -80,13 +81,13 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
     assert!(c.stiffness_n_per_m > 0.5e6, "{} N/m", c.stiffness_n_per_m);
     assert!(c.noise_current_a <= 0.1);
     assert!(c.high_frequency_gain_a_per_m <= TuneSettings::quick().high_frequency_gain_a_per_m);
-    // Second road: continuous plant with exact delay, without the hold's droop; 2 % at most in the band.
+    // Second road: the closed-loop response on a grid of 0.28 %; a dip is quadratic in that.
     let plant = Plant::new(&reference(), 0.0, ModelDetail::Full).unwrap();
     let grid = FrequencyGrid::log_hz(1.0, 4000.0, 3000);
     let stiffness = dynamic_stiffness(&plant, &tuned.controller, 0, &grid);
     let (minimum, _) = stiffness.minimum().unwrap();
     assert!(
-        (minimum / c.stiffness_n_per_m - 1.0).abs() < 0.1,
+        (minimum / c.stiffness_n_per_m - 1.0).abs() < 0.01,
         "{minimum} N/m"
     );
     let s = axis_sensitivity(&plant, &tuned.controller, &grid);
@@ -97,6 +98,14 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
             "axis {axis}: {db} dB"
         );
     }
+    // The tables that the search works on: six modes, lines of their own.
+    let tables = Objective::new(&reference(), 0.03).unwrap();
+    let seen = tables.performance(&tuned.parameters).stiffness_n_per_m;
+    let certified = c.stiffness_n_per_m.min(c.stiffness_at_speed_n_per_m);
+    assert!(
+        (seen / certified - 1.0).abs() < 0.02,
+        "{seen} and {certified} N/m"
+    );
     // Third road: plants drawn from the set of shifted modes at any speed are stable.
     let ControlLaw::Discrete(law) = &tuned.controller.law else {
         panic!("sampled")
