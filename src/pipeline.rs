@@ -4,6 +4,7 @@ pub mod certificates;
 pub mod comparison;
 pub mod design;
 pub mod emulation;
+pub mod loop_stability;
 pub mod problems;
 mod reduction;
 pub mod speed_mu;

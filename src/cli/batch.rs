@@ -1,17 +1,20 @@
 //! `muspin batch`: a design per tool and one table over all.
 
+use super::controlled_machine::machine_tag;
 use super::design::{add_controller, finish, run_design};
 use super::design_arguments::{PidArguments, PidEffort};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
+use crate::controller::MachineTag;
 use crate::controller::pid_tune::tune;
-use crate::input::{load_machine, load_weights};
-use crate::pipeline::comparison::{Prediction, predict};
+use crate::input::{load_machine, load_weights, spindle_yaml, tool_yaml};
+use crate::pipeline::comparison::{Prediction, predict, rival_settings};
 use crate::pipeline::design::DesignSettings;
 use crate::pipeline::problems::largest_tightening;
-use crate::pipeline::worst::{Cover, WorstPrediction, uncertainties, worst_prediction};
-use crate::report::comparison::{pid_json, worst_json};
+use crate::pipeline::worst::{WorstPrediction, worst_predictions};
+use crate::predict::sensitivity::Zone;
+use crate::report::comparison::pid_json;
 use crate::report::controller_json::controller_json;
 use crate::report::plot::machining::{ToolQuantity, tool_stiffness, tools};
 use crate::report::plot::{Curve, Figure, Role};
@@ -19,6 +22,7 @@ use crate::report::results::ResultsFolder;
 use crate::report::run_summary::{design_json, sensitivity_json, stiffness_json};
 use crate::report::summary::{Summary, number};
 use crate::report::tables::Table;
+use crate::report::worst::{least_over_speed, worst_json};
 use crate::spindle::Machine;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -68,13 +72,16 @@ impl Row {
     }
 
     fn peak_db(&self, k: usize) -> f64 {
+        if !self.rest[k].is_stable() {
+            return f64::NAN;
+        }
         let sensitivity = &self.rest[k].sensitivity;
         let peak = (0..4).map(|axis| sensitivity.peak(axis).0);
         20.0 * peak.fold(0.0, f64::max).log10()
     }
 
     fn zone(&self, k: usize) -> &'static str {
-        self.rest[k].sensitivity.zone().letter()
+        self.rest[k].zone_word()
     }
 }
 
@@ -140,21 +147,19 @@ fn one(
     let design = run_design(machine, weights, progress)?;
     progress.stage(format!("{tool}: PID"));
     let effort = arguments.pid.settings(PidEffort::Quick);
+    let effort = rival_settings(machine, &design.controller, effort)?;
     let pid = tune(machine, &effort, &mut |_, _| {})?;
     progress.stage(format!("{tool}: predictions"));
     let controllers = [&design.controller, &pid.controller];
     let [mu, rival] = controllers.map(|c| predict(machine, c, 0.0));
     let rest = [mu?, rival?];
-    let [_, every] = uncertainties(machine, &weights.mode_uncertainty)?;
-    let [mu, rival] =
-        controllers.map(|c| worst_prediction(machine, c, 0.0, Cover::EverySpeed, &every));
+    let [mu, rival] = controllers.map(|c| {
+        let top = machine.spindle.max_rpm;
+        worst_predictions(machine, c, &[], top, &weights.mode_uncertainty)
+    });
     let worst = [mu?, rival?];
-    let least = |w: &WorstPrediction| {
-        let axes = w.worst.compliance.iter().filter_map(|c| c.peak());
-        axes.map(|(_, e)| 1.0 / e.upper)
-            .fold(f64::INFINITY, f64::min)
-    };
-    let met = design.meets_targets();
+    let least = |cases: &[WorstPrediction]| least_over_speed(cases).map_or(f64::NAN, |l| l.n_per_m);
+    let met = design.meets_targets() && rest[0].zone().is_some_and(|zone| zone < Zone::D);
     let tightening = if met && !arguments.tightening {
         None
     } else {
@@ -170,14 +175,16 @@ fn one(
         }
     };
     let mut own = ResultsFolder::new();
-    add_controller(&mut own, machine, &design)?;
+    add_controller(&mut own, machine, &design, &own_machine(machine))?;
+    own.add("controller/spindle.yaml", spindle_yaml(&machine.spindle))?;
+    own.add("controller/tool.yaml", tool_yaml(&machine.tool))?;
     for (path, bytes) in own.files() {
         let name = path.strip_prefix("controller/").unwrap_or(path);
         folder.add(&format!("{tool}/{name}"), bytes)?;
     }
     folder.add(
         &format!("{tool}/pid.json"),
-        controller_json(&pid.controller),
+        controller_json(&pid.controller, Some(&own_machine(machine))),
     )?;
     let [own, other] = &rest;
     Ok(Row {
@@ -193,13 +200,18 @@ fn one(
             "design": design_json(&design),
             "stiffness": { "mu": stiffness_json(own), "pid": stiffness_json(other) },
             "sensitivity": { "mu": sensitivity_json(own), "pid": sensitivity_json(other) },
-            "worst_case": { "mu": worst_json(&worst[..1]), "pid": worst_json(&worst[1..]) },
+            "worst_case": { "mu": worst_json(&worst[0]), "pid": worst_json(&worst[1]) },
             "pid": pid_json(&pid, &effort),
             "largest_tool_tightening": tightening.map(number),
         }),
         rest,
         tool,
     })
+}
+
+/// The machine of a design, whose files stand beside its controllers.
+fn own_machine(machine: &Machine) -> MachineTag {
+    machine_tag(machine, "spindle.yaml", "tool.yaml")
 }
 
 /// The batch in sentences.
@@ -276,7 +288,7 @@ fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
             bars: both(&|r, k| 1e-6 * r.minimum(k)),
         },
         ToolQuantity {
-            label: "The same in the worst case over uncertain modes and every speed",
+            label: "The same in the worst case over uncertain modes, at rest, top speed and between",
             unit: "N/µm",
             references: vec![],
             bars: both(&|r, k| 1e-6 * r.worst[k]),

@@ -1,24 +1,27 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
-use super::design::{add_predictions, finish, outcome, run_design};
+use super::design::{add_predictions, finish, run_design};
 use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::controller::pid_tune::{TuneSettings, textbook, tune};
-use crate::controller::verification::verify;
+use crate::controller::verification::{Verification, verify_with_proof};
 use crate::identify::HammerFrf;
 use crate::identify::peaks::{Channel, Resonance, resonances};
-use crate::input::{load_controller, load_measurement};
-use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict};
+use crate::input::{load_controller, load_measurement, load_weights};
+use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict, rival_settings};
+use crate::pipeline::loop_stability::unstable_words;
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
-use crate::predict::chatter::{Engagement, Material};
+use crate::predict::chatter::{Engagement, Material, StabilityLimit};
+use crate::predict::sensitivity::Zone;
 use crate::report::comparison::{
     certificate_json, figure_9_words, measured_json, measured_row, pid_json, ratio_json,
-    statements_json, statements_table, worst_json,
+    statements_json, statements_table,
 };
 use crate::report::comparison_figures::worst_figures;
+use crate::report::design_summary::speed_proof_json;
 use crate::report::plot::Curve;
 use crate::report::plot::Role;
 use crate::report::plot::machining::chatter_lobes;
@@ -26,7 +29,9 @@ use crate::report::results::ResultsFolder;
 use crate::report::run_figures::{Measured, predictions};
 use crate::report::run_summary::{modal_damping_json, verification_json};
 use crate::report::summary::{Summary, number};
+use crate::report::worst::worst_json;
 use crate::rotor::modes::PlanarModes;
+use crate::spindle::Machine;
 use serde_json::Value;
 use std::f64::consts::TAU;
 
@@ -71,28 +76,31 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (machine, weights) = arguments.machine.load()?;
+    let weights = load_weights(&arguments.machine.weights)?;
+    let (machine, mut controllers, used) = given(arguments)?;
     let speeds = speeds(arguments, machine.spindle.max_rpm)?;
     let uncertainty = mode_uncertainty(arguments, &weights)?;
     let hammers = match &arguments.measurement {
         Some(source) => load_measurement(source)?.hammers,
         None => vec![],
     };
-    let mut controllers = vec![];
-    for file in &arguments.controller {
-        controllers.push((Role::Other(controllers.len()), load_controller(file)?));
-    }
     let progress = Progress::start();
     let mut result = Outcome::Done;
     let mut summary = Summary::new();
     summary.set("run", "compare");
     summary.set("spindle", machine.spindle.name.as_str());
     summary.set("tool", machine.tool.name.as_str());
+    if let Some(used) = used {
+        summary.set("machine", used);
+    }
     if controllers.is_empty() {
         let found = run_design(&machine, &weights, &progress)?;
-        result = outcome(&found);
+        if !found.meets_targets() {
+            result = Outcome::TargetMissed;
+        }
         progress.stage("PID");
         let effort = arguments.pid.settings(PidEffort::Thorough);
+        let effort = rival_settings(&machine, &found.controller, effort)?;
         let pid = tune(&machine, &effort, &mut |_, _| {})?;
         let plain = textbook(&machine, &TuneSettings::quick())?;
         summary.set("pid", pid_json(&pid, &effort));
@@ -113,6 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let period = machine.spindle.electronics.sample_period_s();
     let flexible_hz: Vec<f64> = flexible.iter().map(|w| w / TAU).collect();
     let mut runs: Vec<(Role, Prediction)> = vec![];
+    let mut first_words: Vec<String> = vec![];
     let mut worst: Vec<(Role, String, Vec<WorstPrediction>)> = vec![];
     let (material, cut) = cut(arguments)?;
     let top = machine.spindle.max_rpm;
@@ -141,27 +150,35 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             &format!("tool_plane.{name}"),
             Value::Array(spoken.collect()),
         );
-        progress.stage(format!("worst case of {name}"));
-        let over = worst_predictions(&machine, controller, &speeds, &uncertainty)?;
-        summary.set(&format!("worst_case.{name}"), worst_json(&over));
-        worst.push((*role, name.clone(), over));
         let law = discrete(controller, period)?;
-        let checked = verify(
+        let checked = verify_with_proof(
             &machine,
             &law,
             SPEEDS,
             "full finite-element plant, exact delay, sampled",
         )?;
-        if !checked.is_stable() {
+        let acceptable = |p: &Prediction| p.zone().is_some_and(|zone| zone < Zone::D);
+        // The textbook PID shows what is left without tuning: its zone is no target.
+        let zone_counts = *role != Role::TextbookPid;
+        if !checked.is_proven() || (zone_counts && !each.iter().all(acceptable)) {
             result = Outcome::TargetMissed;
         }
-        summary.set(&format!("stability.{name}.stable"), checked.is_stable());
+        say_unstable(&mut first_words, name, &checked, &each);
+        summary.set(&format!("stability.{name}.stable"), checked.is_proven());
+        if let Some(proof) = &checked.proof {
+            summary.set(&format!("stability.{name}.proof"), speed_proof_json(proof));
+        }
+        progress.stage(format!("worst case of {name}"));
+        let reach = checked.proof.as_ref().map_or(0.0, |p| p.proven_to_rpm());
+        let over = worst_predictions(&machine, controller, &speeds, reach.min(top), &uncertainty)?;
+        summary.set(&format!("worst_case.{name}"), worst_json(&over));
+        worst.push((*role, name.clone(), over));
         summary.set(
             &format!("stability.{name}.certificates"),
             verification_json(&checked),
         );
         let limit = chatter_limit(&machine, controller, top, &material, &cut)?;
-        let minimum = limit.minimum();
+        let minimum = limit.as_ref().and_then(StabilityLimit::minimum);
         summary.set(
             &format!("chatter.{name}.minimum_depth_m"),
             number(minimum.map_or(f64::NAN, |m| m.depth_m)),
@@ -171,7 +188,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             number(minimum.map_or(f64::NAN, |m| m.omega_rad_s / TAU)),
         );
         let angular: Vec<f64> = lobe_speeds.iter().map(|rpm| rpm * TAU / 60.0).collect();
-        lobes.push((*role, name.clone(), limit.depths(&angular)));
+        lobes.extend(limit.map(|l| (*role, name.clone(), l.depths(&angular))));
         runs.extend(each.into_iter().map(|mut p| {
             p.name.clone_from(name);
             (*role, p)
@@ -196,16 +213,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     add_ratios(&mut summary, &runs);
     let every: Vec<&Prediction> = runs.iter().map(|(_, p)| p).collect();
-    let words = figure_9_words(&every, &worst_least(&worst));
+    let words = figure_9_words(&every, &worst);
     let mut statements = statements_table(&every, &worst, &flexible_hz, top / 60.0);
     let rows = measured.iter();
     statements.extend(rows.map(|m| measured_row(m, &flexible_hz, top / 60.0)));
     summary.set("statements", Value::Array(statements));
     summary.set("verdict.met", result == Outcome::Done);
     let sentence = match result {
-        Outcome::Done => "every loop is stable at every speed checked",
+        Outcome::Done => "every loop is proven stable at every speed",
         Outcome::TargetMissed => {
-            "a loop is not stable at every speed checked, or the design misses its specification"
+            "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
         }
     };
     summary.set("verdict.sentence", sentence);
@@ -229,12 +246,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             y: depth,
         })
         .collect();
-    folder.add_plot(
-        "chatter",
-        &chatter_lobes("Stable depth of cut", &curves, top),
-    )?;
+    if !curves.is_empty() {
+        let figure = chatter_lobes("Stable depth of cut", &curves, top);
+        folder.add_plot("chatter", &figure)?;
+    }
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
+    first_words.iter().for_each(|line| eprintln!("{line}"));
     stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
     Ok(result)
 }
@@ -260,18 +278,33 @@ fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {
     resonances(&frf.frequency_hz, &[channel])
 }
 
-/// Name and smallest stiffness over every speed and uncertainty of each controller, N/m.
-fn worst_least(worst: &[(Role, String, Vec<WorstPrediction>)]) -> Vec<(String, f64)> {
-    let least = |cases: &[WorstPrediction]| {
-        let curves = cases.iter().flat_map(|w| &w.worst.compliance);
-        curves
-            .filter_map(|c| c.peak())
-            .map(|(_, e)| 1.0 / e.upper)
-            .fold(f64::INFINITY, f64::min)
+/// The machine, the controllers of the command line, and which machine was used for them.
+fn given(
+    arguments: &Arguments,
+) -> Result<(Machine, Vec<(Role, Controller)>, Option<Value>), Failure> {
+    let files = &arguments.machine.machine;
+    let Some((first, others)) = arguments.controller.split_first() else {
+        return Ok((files.alone()?, vec![], None));
     };
-    let each = worst.iter();
-    each.map(|(_, name, cases)| (name.clone(), least(cases)))
-        .collect()
+    let found = files.with_controller(first)?;
+    let used = found.json();
+    let mut controllers = vec![(Role::Other(0), found.controller)];
+    for file in others {
+        controllers.push((Role::Other(controllers.len()), load_controller(file)?));
+    }
+    Ok((found.machine, controllers, Some(used)))
+}
+
+/// What is said first about a loop that is unstable: at a speed that was asked for, else anywhere up to the top speed.
+fn say_unstable(words: &mut Vec<String>, name: &str, checked: &Verification, each: &[Prediction]) {
+    let asked = each.iter().find(|p| !p.is_stable());
+    let asked = asked.map(|p| (p.growth_rate_per_s, p.speed_rpm));
+    let anywhere = checked
+        .unstable()
+        .map(|c| (c.growth_rate_per_s, c.speed_rpm));
+    if let Some((growth, rpm)) = asked.or(anywhere) {
+        words.push(format!("{name}: {}", unstable_words(growth, rpm)));
+    }
 }
 
 /// Stiffness of the first controller over that of each other one, speed by speed.

@@ -1,13 +1,17 @@
 //! `muspin design`: D-K iteration, reduction, sampling, rounding, verification, firmware tables.
 
+use super::controlled_machine::machine_tag;
 use super::design_arguments::DesignArguments;
 use super::design_variants::{RouteArgument, Tighten, routes_json, tightened, tightening_json};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
+use crate::controller::MachineTag;
+use crate::input::{spindle_yaml, tool_yaml};
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::{Design, DesignSettings, design};
+use crate::predict::sensitivity::Zone;
 use crate::report::design_summary::arithmetic_json;
 use crate::report::firmware::{Firmware, Format, write_all};
 use crate::report::results::{ResultsError, ResultsFolder};
@@ -114,12 +118,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     )) {
         folder.add_plot(&stem, &figure)?;
     }
-    add_controller(&mut folder, &machine, &found)?;
-    folder.add("spindle.yaml", crate::input::spindle_yaml(&machine.spindle))?;
+    let tag = machine_tag(&machine, "../spindle.yaml", "../tool.yaml");
+    add_controller(&mut folder, &machine, &found, &tag)?;
+    folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
+    folder.add("tool.yaml", tool_yaml(&machine.tool))?;
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
     stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
-    Ok(outcome(&found))
+    Ok(outcome(&found, [&rest, &speed]))
 }
 
 /// The design with default settings, with a line per iteration on a terminal.
@@ -169,9 +175,11 @@ pub(super) fn run_design_with(
     })?)
 }
 
-/// Exit of a design: done, or a target missed.
-pub fn outcome(design: &Design) -> Outcome {
-    if design.meets_targets() {
+/// Exit of a design: done, or a target missed. `predictions` are those of its controller at rest and at top speed: zone D of
+/// ISO 14839-3 is not acceptable, zone C is good for a limited time and only said.
+pub fn outcome(design: &Design, predictions: [&Prediction; 2]) -> Outcome {
+    let acceptable = |p: &Prediction| p.zone().is_some_and(|zone| zone < Zone::D);
+    if design.meets_targets() && predictions.into_iter().all(acceptable) {
         Outcome::Done
     } else {
         Outcome::TargetMissed
@@ -192,11 +200,12 @@ pub fn add_predictions(summary: &mut Summary, name: &str, rest: &Prediction, spe
     );
 }
 
-/// The `controller/` folder of a run: JSON, `.mat`, C, tables, test vectors.
+/// The `controller/` folder of a run: JSON, `.mat`, C, tables, test vectors; `tag` names the machine's files beside it.
 pub fn add_controller(
     folder: &mut ResultsFolder,
     machine: &Machine,
     design: &Design,
+    tag: &MachineTag,
 ) -> Result<(), Failure> {
     let name = format!("{} with {}", machine.spindle.name, machine.tool.name);
     let files = write_all(
@@ -206,6 +215,7 @@ pub fn add_controller(
             scaled: &design.realisation,
             verification: &design.verification,
             machine: &name,
+            tag: Some(tag),
         },
         &Format::ALL,
     )

@@ -1,20 +1,17 @@
 //! Arguments that the commands of a design share: machine, weights, output folder.
 
 use super::Failure;
+use super::controlled_machine::MachineArguments;
 use crate::augment::weights::Weights;
 use crate::controller::pid_tune::TuneSettings;
-use crate::input::{load_machine, load_weights};
+use crate::input::load_weights;
 use crate::spindle::Machine;
 
 /// Machine and specification.
 #[derive(clap::Args, Debug, Clone)]
 pub struct DesignArguments {
-    /// Spindle file, or the name of a shipped one
-    #[arg(long, default_value = "reference")]
-    pub spindle: String,
-    /// Tool file, or the name of a shipped one
-    #[arg(long, default_value = "paper-tool")]
-    pub tool: String,
+    #[command(flatten)]
+    pub machine: MachineArguments,
     /// Weights file, or the name of a shipped one
     #[arg(long, default_value = "benchmark")]
     pub weights: String,
@@ -23,8 +20,7 @@ pub struct DesignArguments {
 impl Default for DesignArguments {
     fn default() -> Self {
         Self {
-            spindle: "reference".into(),
-            tool: "paper-tool".into(),
+            machine: MachineArguments::default(),
             weights: "benchmark".into(),
         }
     }
@@ -33,10 +29,7 @@ impl Default for DesignArguments {
 impl DesignArguments {
     /// Reads and validates all three files.
     pub fn load(&self) -> Result<(Machine, Weights), Failure> {
-        Ok((
-            load_machine(&self.spindle, &self.tool)?,
-            load_weights(&self.weights)?,
-        ))
+        Ok((self.machine.alone()?, load_weights(&self.weights)?))
     }
 }
 

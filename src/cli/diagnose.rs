@@ -8,6 +8,7 @@ use super::{Failure, Outcome, stdout};
 use crate::diagnose::experiment::{Axis, Measurement, Tap};
 use crate::diagnose::{DiagnoseError, Verdict, diagnose};
 use crate::input::{load_controller, load_measurement, spindle_yaml, tool_yaml};
+use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::diagnosis::{stage, summarised};
 use crate::report::diagnosis_words::sentence;
 use crate::report::identification::{plausibility_json, record_faults};
@@ -87,7 +88,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let progress = Progress::start();
     let found = diagnose(&machine, &measurement, &|what: &str| progress.stage(what))
         .map_err(|error| failed(&arguments.measurement, error))?;
+    let mut unstable = vec![];
+    for (hammer, controller) in loaded.hammers.iter().zip(&controllers) {
+        let rpm = hammer.frf.speed_rpm;
+        let growth = growth_rate_at(&found.corrected, controller, rpm)?;
+        if growth >= 0.0 {
+            let words = unstable_words(growth, rpm);
+            unstable.push(format!("{}: with the corrected model {words}", hammer.name));
+        }
+    }
     drop(progress);
+    unstable.iter().for_each(|line| eprintln!("{line}"));
     let mut summary = Summary::new();
     summary.set("plausibility", plausibility_json(&records.reports));
     let mut diagnosis = summarised(&found);
@@ -106,6 +117,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     stdout::data(|out| out.write_all((summary.to_json() + "\n").as_bytes()))?;
     eprintln!("{}", sentence(&found));
     Ok(match found.verdict {
+        // The rotor was levitated: a model that cannot be is no explanation.
+        _ if !unstable.is_empty() => Outcome::TargetMissed,
         Verdict::Unexplained => Outcome::TargetMissed,
         _ => Outcome::Done,
     })

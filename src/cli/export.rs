@@ -1,5 +1,6 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
+use super::controlled_machine::MachineArguments;
 use super::{Failure, Outcome, stdout};
 use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::q31;
@@ -7,9 +8,8 @@ use crate::controller::discretise::discretised;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
 use crate::controller::sections::second_order_sections;
-use crate::controller::verification::{Verification, VerificationError, verify};
+use crate::controller::verification::{Verification, VerificationError, verify_with_proof};
 use crate::controller::{ControlLaw, Controller, ControllerError};
-use crate::input::{load_controller, load_machine};
 use crate::lti::{Discrete, StateSpace};
 use crate::report::atomic::write_file;
 use crate::report::firmware::{Firmware, FirmwareError, Format, write_all};
@@ -35,12 +35,8 @@ pub struct Arguments {
     /// Arrangement of the sums
     #[arg(long, value_enum, default_value = "modal")]
     form: FormArgument,
-    /// Spindle file, or the name of a shipped one, that the loop is verified on
-    #[arg(long, default_value = "reference")]
-    spindle: String,
-    /// Tool file, or the name of a shipped one
-    #[arg(long, default_value = "paper-tool")]
-    tool: String,
+    #[command(flatten)]
+    machine: MachineArguments,
     /// Folder for the files
     #[arg(long, default_value = "results/export")]
     out: String,
@@ -88,9 +84,9 @@ impl From<FirmwareError> for Failure {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let machine = load_machine(&arguments.spindle, &arguments.tool)?;
-    let loaded = load_controller(&arguments.controller)?;
-    let (discrete, continuous) = ready(&machine, &loaded, &arguments.controller)?;
+    let given = arguments.machine.with_controller(&arguments.controller)?;
+    let machine = &given.machine;
+    let (discrete, continuous) = ready(machine, &given.controller, &arguments.controller)?;
     let ControlLaw::Discrete(law) = &discrete.law else {
         return Err(Failure::new("the controller could not be sampled"));
     };
@@ -98,11 +94,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         FormArgument::Modal => modal_form(law)?,
         FormArgument::Sections => second_order_sections(law)?,
     };
-    let unlimited = scaled(&realisation, signal_limits(&machine))?;
-    let (rows, anti_windup) = with_anti_windup(unlimited, &machine)?;
-    let verification = checked(&machine, &rows, arguments.force_unverified)?;
-    if !verification.is_stable() && !arguments.force_unverified {
-        return Err(refusal(&verification));
+    let unlimited = scaled(&realisation, signal_limits(machine))?;
+    let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
+    let verification = checked(machine, &rows, arguments.force_unverified)?;
+    if !verification.is_proven() && !arguments.force_unverified {
+        eprintln!("{}", refusal(&verification));
+        return Ok(Outcome::TargetMissed);
     }
     let firmware = Firmware {
         discrete: &discrete,
@@ -110,6 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         scaled: &rows,
         verification: &verification,
         machine: &format!("{} with {}", machine.spindle.name, machine.tool.name),
+        tag: given.designed_for.as_ref(),
     };
     let files = write_all(&firmware, &formats(&arguments.format))?;
     for (name, bytes) in &files {
@@ -125,13 +123,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         "multiplications_per_sample": realisation.multiplications(),
         "notes": realisation.notes,
         "anti_windup": anti_windup_json(&anti_windup),
-        "verified": verification.is_stable(),
+        "machine": given.json(),
+        "verified": verification.is_proven(),
         "verification": stability_words(&verification),
         "files": files.iter().map(|f| f.0.clone()).collect::<Vec<_>>(),
         "out": arguments.out,
     });
     stdout::data(|out| writeln!(out, "{summary:#}"))?;
-    Ok(if verification.is_stable() {
+    Ok(if verification.is_proven() {
         Outcome::Done
     } else {
         Outcome::TargetMissed
@@ -206,7 +205,7 @@ pub fn signal_limits(machine: &Machine) -> SignalLimits {
     }
 }
 
-/// Stability with float32 coefficients, and with Q31 ones: whichever is worse.
+/// Proof of stability with float32 coefficients, and with Q31 ones: whichever is worse.
 fn checked(
     machine: &Machine,
     rows: &ScaledRealisation,
@@ -216,33 +215,40 @@ fn checked(
         format!("full finite-element plant, exact delay, sampled; coefficients rounded to {format}")
     };
     let check = |law: &StateSpace<Discrete>, format: &str| {
-        verify(machine, law, SPEEDS, &words(format)).map_err(Failure::from)
+        verify_with_proof(machine, law, SPEEDS, &words(format)).map_err(Failure::from)
     };
     let both = || {
         let float = check(&rows.rows.rounded_f32()?, "float32 and to Q31")?;
         let fixed = check(&q31(rows)?.rounded()?, "Q31")?;
-        let worse = fixed.worst_growth_rate_per_s() > float.worst_growth_rate_per_s();
-        Ok(if worse && !fixed.is_stable() {
+        Ok::<Verification, Failure>(if float.is_proven() && !fixed.is_proven() {
             fixed
         } else {
             float
         })
     };
-    match both() {
-        Err(_) if forced => Ok(Verification::none()),
-        other => other,
-    }
+    let found = match both() {
+        Err(_) if forced => Verification::none(),
+        other => other?,
+    };
+    Ok(Verification { forced, ..found })
 }
 
-fn refusal(verification: &Verification) -> Failure {
-    let what = match verification.first_unstable() {
+/// Why nothing is written: the growth rate first.
+fn refusal(verification: &Verification) -> String {
+    let advice = "nothing was written; check that spindle and tool are those of the design; --force-unverified exports it all the same and says so in the files";
+    match verification.unstable() {
         Some(bad) => format!(
-            "the closed loop is unstable: it grows by {:.2} 1/s at {} rpm ({}); nothing was written",
+            "unstable: the closed loop grows by {:.2} 1/s at {} rpm ({})\n{advice}",
             bad.growth_rate_per_s, bad.speed_rpm, verification.conditions
         ),
-        None => "the closed loop could not be verified; nothing was written".to_owned(),
-    };
-    Failure::new(what).with_hint(
-        "check that spindle and tool are those of the design; --force-unverified exports it all the same and says so in the files",
-    )
+        None => format!(
+            "not verified: the closed loop is proven stable to {:.0} rpm of {} only ({})\n{advice}",
+            verification
+                .proof
+                .as_ref()
+                .map_or(0.0, |p| p.proven_to_rpm()),
+            verification.top_rpm,
+            verification.conditions
+        ),
+    }
 }

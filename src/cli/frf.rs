@@ -1,11 +1,11 @@
 //! `muspin frf`: open-loop frequency responses u → y and F_t → x_t, or with a controller the closed-loop tool compliance,
-//! as CSV. Without a controller the tool compliance is that of the rotor on its magnets, currents zero.
+//! as CSV; an unstable loop has none. Without a controller the tool compliance is that of the rotor on its magnets, currents zero.
 
+use super::controlled_machine::MachineArguments;
 use super::{Failure, Outcome, stdout};
-use crate::controller::Controller;
-use crate::input::{load_controller, load_machine};
-use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::Response;
+use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
+use crate::predict::closed_loop::compliance;
 use crate::spindle::plant::AXES;
 use crate::spindle::{ModelDetail, Plant};
 use std::f64::consts::TAU;
@@ -13,12 +13,8 @@ use std::f64::consts::TAU;
 /// Arguments of `muspin frf`.
 #[derive(clap::Args, Debug)]
 pub struct Arguments {
-    /// Spindle file, or the name of a shipped one
-    #[arg(long, default_value = "reference")]
-    spindle: String,
-    /// Tool file, or the name of a shipped one
-    #[arg(long, default_value = "paper-tool")]
-    tool: String,
+    #[command(flatten)]
+    machine: MachineArguments,
     /// Speed, rpm
     #[arg(long, default_value_t = 0.0)]
     speed: f64,
@@ -41,10 +37,21 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let machine = load_machine(&arguments.spindle, &arguments.tool)?;
-    let controller = arguments.controller.as_deref().map(load_controller);
-    let controller = controller.transpose()?;
     let frequencies = frequencies_hz(arguments)?;
+    let (machine, controller) = match &arguments.controller {
+        None => (arguments.machine.alone()?, None),
+        Some(file) => {
+            let found = arguments.machine.with_controller(file)?;
+            (found.machine, Some(found.controller))
+        }
+    };
+    if let Some(controller) = &controller {
+        let growth = growth_rate_at(&machine, controller, arguments.speed)?;
+        if growth >= 0.0 {
+            eprintln!("{}", unstable_words(growth, arguments.speed));
+            return Ok(Outcome::TargetMissed);
+        }
+    }
     let speed = arguments.speed * TAU / 60.0;
     let plant = if arguments.design_model {
         Plant::design_model(&machine, speed)?
@@ -71,7 +78,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let h = plant.at(omega);
             let tool = match &controller {
                 None => h.submatrix(AXES, AXES, 2, 2).to_owned(),
-                Some(controller) => closed_tool_compliance(&h, controller, omega),
+                Some(controller) => compliance(&plant, controller, omega)
+                    .submatrix(0, 0, 2, 2)
+                    .to_owned(),
             };
             write!(out, "{hz}")?;
             for i in 0..AXES {
@@ -116,15 +125,4 @@ fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {
         _ => from * (to / from).powf(k as f64 / last),
     };
     Ok((0..points).map(frequency).collect())
-}
-
-/// x_t/F_t with u = K y: G₂₂ + G₂₁ K (I − G₁₁ K)⁻¹ G₁₂.
-fn closed_tool_compliance(h: &Mat<c64>, controller: &Controller, omega: f64) -> Mat<c64> {
-    let k = controller.at(omega);
-    let g11 = h.submatrix(0, 0, AXES, AXES).to_owned();
-    let g12 = h.submatrix(0, AXES, AXES, 2).to_owned();
-    let g21 = h.submatrix(AXES, 0, 2, AXES).to_owned();
-    let g22 = h.submatrix(AXES, AXES, 2, 2).to_owned();
-    let y = solve_complex(&(Mat::<c64>::identity(AXES, AXES) - &g11 * &k), &g12);
-    g22 + g21 * (k * y)
 }

@@ -8,6 +8,7 @@ mod batch;
 mod check;
 mod compare;
 mod contact;
+mod controlled_machine;
 mod design;
 mod design_arguments;
 mod design_variants;

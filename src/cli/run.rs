@@ -1,16 +1,17 @@
 //! `muspin run`: the whole pipeline, from drawing and measurement to firmware tables and a report.
 
+use super::controlled_machine::{MachineArguments, machine_tag};
 use super::design::{add_arithmetic, add_controller, add_predictions, finish, outcome, run_design};
-use super::design_arguments::DesignArguments;
 use super::plausibility::Records;
 use super::progress::Progress;
 use super::update::targets;
 use super::{Failure, Outcome, stdout};
 use crate::controller::pid_tune::{TuneSettings, TunedPid, textbook, tune};
 use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
-use crate::pipeline::comparison::{Prediction, predict};
+use crate::pipeline::comparison::{Prediction, predict, rival_settings};
 use crate::pipeline::design::Design;
 use crate::report::comparison::pid_json;
+use crate::report::controller_json::controller_json;
 use crate::report::identification::identification_json;
 use crate::report::plot::Role;
 use crate::report::plot::loops::{MarkedFrequency, Peak};
@@ -70,16 +71,9 @@ struct Updating {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.weights)?;
     let progress = Progress::start();
-    let nominal_files = DesignArguments {
-        spindle: arguments
-            .spindle
-            .clone()
-            .unwrap_or_else(|| "reference".into()),
-        tool: arguments
-            .tool
-            .clone()
-            .unwrap_or_else(|| "paper-tool".into()),
-        weights: arguments.weights.clone(),
+    let nominal_files = MachineArguments {
+        spindle: arguments.spindle.clone(),
+        tool: arguments.tool.clone(),
     };
     let source = match (&arguments.measurement, &arguments.spindle) {
         (Some(given), _) => Some(given.clone()),
@@ -87,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (None, Some(_)) => None,
     };
     let (nominal, updating) = match &source {
-        None => (nominal_files.load()?.0, None),
+        None => (nominal_files.alone()?, None),
         Some(source) => {
             progress.stage("model updating");
             let measurement = load_measurement(source)?;
@@ -115,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         2 * design.rounded.order
     ));
     progress.stage("PID");
-    let quick = TuneSettings::quick();
+    let quick = rival_settings(machine, &design.controller, TuneSettings::quick())?;
     let pid = tune(machine, &quick, &mut |_, _| {})?;
     let plain = textbook(machine, &quick)?;
     progress.stage("predictions and report");
@@ -125,10 +119,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         &weights.name,
         updating.as_ref(),
         &design,
-        &pid,
+        (&pid, &quick),
         &plain,
     )?;
-    let (mut folder, mut summary) = result;
+    let (mut folder, mut summary, ended) = result;
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
     let words = summary
@@ -137,7 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .unwrap_or_default()
         .to_owned();
     stdout::data(|out| writeln!(out, "{words}\nresults in {}", arguments.out))?;
-    Ok(outcome(&design))
+    Ok(ended)
 }
 
 fn update(measurement: &crate::input::Measurement, nominal: &Machine) -> Result<Updating, Failure> {
@@ -156,16 +150,16 @@ fn update(measurement: &crate::input::Measurement, nominal: &Machine) -> Result<
     })
 }
 
-/// Summary, pictures and files of a run.
+/// Summary, pictures and files of a run, and how it ended.
 fn assemble(
     nominal: &Machine,
     machine: &Machine,
     weights: &str,
     updating: Option<&Updating>,
     design: &Design,
-    pid: &TunedPid,
+    (pid, effort): (&TunedPid, &TuneSettings),
     plain: &TunedPid,
-) -> Result<(ResultsFolder, Summary), Failure> {
+) -> Result<(ResultsFolder, Summary, Outcome), Failure> {
     let (mut folder, mut summary) = (ResultsFolder::new(), Summary::new());
     let top = machine.spindle.max_rpm;
     let frequencies = |m: &Machine| -> Result<Vec<f64>, Failure> {
@@ -210,7 +204,7 @@ fn assemble(
             modal_damping_json(rest, &flexible),
         );
     }
-    summary.set("pid", pid_json(pid, &TuneSettings::quick()));
+    summary.set("pid", pid_json(pid, effort));
     summary.set("pid.textbook_stable", plain.certificate.nominal.is_stable());
     let marked = updating.map_or_else(Default::default, |u| marks(&u.targets));
     let models = [
@@ -248,14 +242,16 @@ fn assemble(
     let sentence = super::contact::add_contact(&mut folder, &mut summary, machine, design, pid)?;
     let words = plain_words(machine, design, &mu[0], &tuned[0]);
     summary.set("plain_words", format!("{words} {sentence}"));
-    add_controller(&mut folder, machine, design)?;
+    let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
+    add_controller(&mut folder, machine, design, &tag)?;
     folder.add(
         "controller/pid.json",
-        crate::report::controller_json::controller_json(&pid.controller),
+        controller_json(&pid.controller, Some(&tag)),
     )?;
     folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
     folder.add("tool.yaml", tool_yaml(&machine.tool))?;
-    Ok((folder, summary))
+    let ended = outcome(design, [&mu[0], &mu[1]]);
+    Ok((folder, summary, ended))
 }
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
@@ -304,11 +300,11 @@ fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Predic
         2 * design.rounded.order,
         design.rounded.specification.upper,
         design.rounded.covered.upper,
-        mu.sensitivity.zone().letter(),
+        mu.zone_word(),
         micro(mu.minimum.0),
         mu.minimum.1,
         micro(pid.minimum.0),
-        pid.sensitivity.zone().letter(),
+        pid.zone_word(),
         mu.minimum.0 / pid.minimum.0
     )
 }

@@ -1,6 +1,7 @@
 //! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on standard
 //! output, response and orbits as CSV and SVG in the folder.
 
+use super::controlled_machine::MachineArguments;
 use super::design::finish;
 use super::export::{ready, signal_limits};
 use super::{Failure, Outcome, stdout};
@@ -9,7 +10,7 @@ use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::float32;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::scaled;
-use crate::input::{load_controller, load_machine};
+use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::predict::recovery::{Recovery, touching_force_n};
 use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
 use crate::predict::time_cases::{Case, figures, run_case};
@@ -52,12 +53,8 @@ pub struct Arguments {
     /// Adds the sensor noise of the spindle, with this seed
     #[arg(long)]
     noise_seed: Option<u64>,
-    /// Spindle file, or the name of a shipped one
-    #[arg(long, default_value = "reference")]
-    spindle: String,
-    /// Tool file, or the name of a shipped one
-    #[arg(long, default_value = "paper-tool")]
-    tool: String,
+    #[command(flatten)]
+    machine: MachineArguments,
     /// Folder for response, orbits and plots
     #[arg(long, default_value = "results/simulate")]
     out: String,
@@ -91,16 +88,21 @@ impl From<TimeError> for Failure {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let machine = load_machine(&arguments.spindle, &arguments.tool)?;
-    let loaded = load_controller(&arguments.controller)?;
-    let (discrete, _) = ready(&machine, &loaded, &arguments.controller)?;
+    let given = arguments.machine.with_controller(&arguments.controller)?;
+    let machine = &given.machine;
+    let (discrete, _) = ready(machine, &given.controller, &arguments.controller)?;
     let ControlLaw::Discrete(law) = &discrete.law else {
         return Err(Failure::new("the controller could not be sampled"));
     };
-    let unlimited = scaled(&modal_form(law)?, signal_limits(&machine))?;
-    let (rows, anti_windup) = with_anti_windup(unlimited, &machine)?;
+    let unlimited = scaled(&modal_form(law)?, signal_limits(machine))?;
+    let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
     let program = float32(&rows)?;
-    let (case, name, speed_rpm, duration_s) = scenario(arguments, &machine)?;
+    let (case, name, speed_rpm, duration_s) = scenario(arguments, machine)?;
+    let growth = growth_rate_at(machine, &discrete, speed_rpm)?;
+    let stable = growth < 0.0;
+    if !stable {
+        eprintln!("{}", unstable_words(growth, speed_rpm));
+    }
     let settings = TimeSettings {
         noise_seed: arguments.noise_seed,
         bus_voltage_v: arguments.bus_voltage,
@@ -111,10 +113,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ..TimeSettings::default()
     };
     let speed = speed_rpm * TAU / 60.0;
-    let response = run_case(&machine, &program, case, speed, duration_s, &settings)?;
-    let found = figures(&machine, &response);
+    let response = run_case(machine, &program, case, speed, duration_s, &settings)?;
+    let found = figures(machine, &response);
     let limits = Limits {
-        current_a: signal_limits(&machine).output_a,
+        current_a: signal_limits(machine).output_a,
         voltage_v: settings.bus_voltage_v,
     };
     let mut summary = Summary::new();
@@ -125,20 +127,30 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     summary.set("case", name);
     summary.set("speed_rpm", number(speed_rpm));
     summary.set("duration_s", number(duration_s));
+    given.add_to(&mut summary);
+    summary.set("stability.stable", stable);
+    summary.set("stability.growth_rate_per_s", number(growth));
     if let Case::Impulse { force_n, .. } | Case::Step { force_n } = case {
         summary.set("force_n", number(force_n));
     }
-    let rows = simulation_json(&machine, &response, &found, &limits);
+    let mut rows = simulation_json(machine, &response, &found, &limits);
+    // What a loop that grows does in a moment tells no zone.
+    if let (false, Some(rows)) = (stable, rows.as_object_mut()) {
+        rows.retain(|key, _| !key.contains("zone"));
+    }
     summary.set("simulation", rows);
     summary.set("simulation.anti_windup", anti_windup_json(&anti_windup));
-    let recovery = Recovery::of(&machine, &response);
+    let recovery = Recovery::of(machine, &response);
     summary.set("simulation.backup_bearings", recovery_json(recovery));
-    let (met, end) = verdict(arguments.case, &response, recovery);
+    let (met, end) = match stable {
+        true => verdict(arguments.case, &response, recovery),
+        false => (false, "the closed loop is unstable at this speed".to_owned()),
+    };
     summary.set("verdict.met", met);
     summary.set("verdict.sentence", end.as_str());
-    let mut folder = staged(&machine, &response, name, &limits)?;
+    let mut folder = staged(machine, &response, name, &limits)?;
     let moved = motion(
-        &machine,
+        machine,
         &response,
         &format!("Shaft in motion, {name}"),
         speed,

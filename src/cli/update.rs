@@ -4,9 +4,11 @@ use super::plausibility::Records;
 use super::{Failure, Outcome, stdout};
 use crate::identify::{Identification, Reading, identify};
 use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
+use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::atomic::write_file;
 use crate::report::identification::{identification_json, plausibility_json};
 use crate::report::plot::picture;
+use crate::report::summary::number;
 use crate::report::tables::Table;
 use crate::report::updating::{error_table, figures, updating_json};
 use crate::spindle::Machine;
@@ -268,12 +270,31 @@ fn hammer_errors(
             continue;
         };
         let controller = load_controller(path)?;
-        let error =
-            |machine: &Machine| tool_error_db(machine, &hammer.frf, hammer.axis, &controller);
+        // A model whose loop is unstable predicts no compliance: the rotor was levitated, so the model is wrong there.
+        let error = |machine: &Machine| -> Result<[Value; 2], Failure> {
+            let growth = growth_rate_at(machine, &controller, hammer.frf.speed_rpm)?;
+            if growth >= 0.0 {
+                return Ok([Value::Null, number(growth)]);
+            }
+            let db = tool_error_db(machine, &hammer.frf, hammer.axis, &controller)?;
+            Ok([number(db), number(growth)])
+        };
+        let ([before_db, before_growth], [after_db, after_growth]) =
+            (error(before)?, error(after)?);
+        if after_db.is_null() {
+            let growth = after_growth.as_f64().unwrap_or(f64::NAN);
+            eprintln!(
+                "warning: {}: the updated model is {}",
+                hammer.name,
+                unstable_words(growth, hammer.frf.speed_rpm)
+            );
+        }
         list.push(json!({
             "file": hammer.name,
-            "before_db_rms": error(before)?,
-            "after_db_rms": error(after)?,
+            "before_db_rms": before_db,
+            "after_db_rms": after_db,
+            "before_growth_rate_per_s": before_growth,
+            "after_growth_rate_per_s": after_growth,
         }));
     }
     Ok(list)

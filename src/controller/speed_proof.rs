@@ -68,6 +68,12 @@ impl SpeedProof {
             .fold(self.to_rpm, f64::min)
     }
 
+    /// True when every speed from rest to `rpm` is covered.
+    pub fn covers(&self, rpm: f64) -> bool {
+        // The ends of the pieces are sums of decimals: only their rounding is forgiven.
+        !self.intervals.is_empty() && self.proven_to_rpm() * (1.0 + 1e-12) >= rpm
+    }
+
     /// The intervals that are proven.
     pub fn proven(&self) -> impl Iterator<Item = &SpeedInterval> {
         self.intervals.iter().filter(|i| i.radius_rpm > 0.0)

@@ -2,6 +2,7 @@
 //! plant over the speed range, with the coefficients as the firmware holds them.
 
 use super::ControllerError;
+use super::speed_proof::{SpeedProof, prove};
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, StateSpace, TimeBase};
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
@@ -29,6 +30,12 @@ pub struct Verification {
     pub conditions: String,
     /// Peak of μ of the same loop, when known.
     pub mu_peak: Option<f64>,
+    /// Proof between the speeds computed, when it was asked for.
+    pub proof: Option<SpeedProof>,
+    /// Largest speed of the machine, rpm: a loop counts as verified when it is proven stable from rest to it.
+    pub top_rpm: f64,
+    /// A loop that is not verified was exported because the user asked for it all the same.
+    pub forced: bool,
 }
 
 impl Verification {
@@ -38,7 +45,39 @@ impl Verification {
             speeds: Vec::new(),
             conditions: "not verified".to_owned(),
             mu_peak: None,
+            proof: None,
+            top_rpm: f64::NAN,
+            forced: false,
         }
+    }
+
+    /// The same with the proof between the speeds.
+    #[must_use]
+    pub fn with_proof(self, proof: SpeedProof) -> Self {
+        Self {
+            proof: Some(proof),
+            ..self
+        }
+    }
+
+    /// True when the loop is proven stable at every speed from rest to the largest one, not only at those computed.
+    pub fn is_proven(&self) -> bool {
+        let reaches = |proof: &SpeedProof| proof.covers(self.top_rpm);
+        self.is_stable() && self.proof.as_ref().is_some_and(reaches)
+    }
+
+    /// The first speed at which the loop is known to be unstable: of those checked, else of the centres of the proof up to
+    /// the largest speed.
+    pub fn unstable(&self) -> Option<SpeedCheck> {
+        let centres = self.proof.iter().flat_map(|proof| &proof.intervals);
+        let below = centres
+            .filter(|i| i.centre_rpm <= self.top_rpm && i.growth_rate_per_s >= 0.0)
+            .map(|i| SpeedCheck {
+                speed_rpm: i.centre_rpm,
+                growth_rate_per_s: i.growth_rate_per_s,
+            })
+            .next();
+        self.first_unstable().or(below)
     }
 
     /// True when the loop was checked and is stable at every speed.
@@ -97,6 +136,20 @@ pub fn verify(
     verify_at(machine, controller, &speeds, conditions)
 }
 
+/// Checks the sampled loop at `points` speeds and proves stability between them, from rest to the largest speed.
+///
+/// # Errors
+/// As [`verify`], and from the proof.
+pub fn verify_with_proof(
+    machine: &Machine,
+    controller: &StateSpace<Discrete>,
+    points: usize,
+    conditions: &str,
+) -> Result<Verification, VerificationError> {
+    let checked = verify(machine, controller, points, conditions)?;
+    Ok(checked.with_proof(prove(machine, controller, machine.spindle.max_rpm)?))
+}
+
 /// Checks the sampled loop of the full plant at the speeds given, rpm.
 ///
 /// # Errors
@@ -127,6 +180,9 @@ pub fn verify_at(
         speeds: speeds?,
         conditions: conditions.to_owned(),
         mu_peak: None,
+        proof: None,
+        top_rpm: machine.spindle.max_rpm,
+        forced: false,
     })
 }
 

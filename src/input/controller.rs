@@ -1,9 +1,9 @@
 //! Controller JSON (formats.md, section 5) to [`Controller`]: u = C x + D y, matrices row by row, `sample_time_s` 0 means
-//! continuous time, channels front_x, front_y, rear_x, rear_y.
+//! continuous time, channels front_x, front_y, rear_x, rear_y; `machine` is optional.
 
 use super::error::InputError;
 use super::shipped;
-use crate::controller::{ControlLaw, Controller};
+use crate::controller::{ControlLaw, Controller, MachineTag};
 use crate::linalg::Mat;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use serde::Deserialize;
@@ -18,6 +18,7 @@ struct ControllerFile {
     inputs: Vec<String>,
     outputs: Vec<String>,
     sample_time_s: f64,
+    machine: Option<MachineFile>,
     #[serde(rename = "A")]
     a: Vec<Vec<f64>>,
     #[serde(rename = "B")]
@@ -26,6 +27,31 @@ struct ControllerFile {
     c: Vec<Vec<f64>>,
     #[serde(rename = "D")]
     d: Vec<Vec<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MachineFile {
+    spindle: String,
+    tool: String,
+    hash: String,
+}
+
+/// A controller with the machine that its file names.
+#[derive(Clone, Debug)]
+pub struct TaggedController {
+    /// The controller.
+    pub controller: Controller,
+    /// What it was designed for, when the file says so.
+    pub machine: Option<MachineTag>,
+}
+
+/// A controller with the machine that its file names, from a path.
+///
+/// # Errors
+/// [`InputError`] that says what is wrong and where.
+pub fn load_tagged_controller(source: &str) -> Result<TaggedController, InputError> {
+    read_tagged_controller(source, &shipped::text(source, "controller", &[])?)
 }
 
 /// A controller from a path.
@@ -41,6 +67,14 @@ pub fn load_controller(source: &str) -> Result<Controller, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError> {
+    Ok(read_tagged_controller(file, text)?.controller)
+}
+
+/// As [`read_controller`], with the machine that the file names.
+///
+/// # Errors
+/// As [`read_controller`].
+pub fn read_tagged_controller(file: &str, text: &str) -> Result<TaggedController, InputError> {
     let read: ControllerFile =
         serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?;
     for (key, names) in [("inputs", &read.inputs), ("outputs", &read.outputs)] {
@@ -70,9 +104,16 @@ pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError>
     } else {
         ControlLaw::Discrete(StateSpace::new(a, b, c, d, Discrete { period_s }).map_err(numeric)?)
     };
-    Ok(Controller {
-        name: read.name,
-        law,
+    Ok(TaggedController {
+        controller: Controller {
+            name: read.name,
+            law,
+        },
+        machine: read.machine.map(|m| MachineTag {
+            spindle: m.spindle,
+            tool: m.tool,
+            hash: m.hash,
+        }),
     })
 }
 

@@ -18,7 +18,7 @@ pub mod uff_frf;
 pub mod weights;
 pub mod write;
 
-pub use controller::{load_controller, read_controller};
+pub use controller::{load_controller, load_tagged_controller, read_controller};
 pub use error::InputError;
 pub use measurement::{Measurement, load_measurement};
 pub use spindle::{load_spindle, read_spindle};

@@ -1,14 +1,17 @@
 //! What controllers do at the tool and at the sensors: dynamic stiffness and sensitivity, side by side.
 
 use super::PipelineError;
+use super::loop_stability::{LoopPoles, loop_poles};
+use crate::controller::amplifier_demand::amplifier_demand;
+use crate::controller::pid_tune::TuneSettings;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::predict::chatter::{Engagement, Material, StabilityLimit, milling};
-use crate::predict::closed_loop::{close, compliance, equivalent_poles};
+use crate::predict::closed_loop::compliance;
 use crate::predict::modes::{LoopModes, loop_modes};
-use crate::predict::sensitivity::{AxisSensitivity, axis_sensitivity};
+use crate::predict::sensitivity::{AxisSensitivity, Zone, axis_sensitivity};
 use crate::predict::stiffness::{DynamicStiffness, dynamic_stiffness, stiffness_at};
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
@@ -40,10 +43,44 @@ pub struct Prediction {
     pub at_max_speed_n_per_m: f64,
     /// Sensitivity of the four axes.
     pub sensitivity: AxisSensitivity,
+    /// Largest growth rate of the loop at this speed, 1/s. An unstable loop has neither stiffness nor zone: the curves are
+    /// empty and the figures are not numbers.
+    pub growth_rate_per_s: f64,
     /// Closed-loop poles as equivalent continuous ones, rad/s.
     pub poles_rad_s: Vec<c64>,
     /// Flexible and rigid-body modes of the loop.
     pub modes: LoopModes,
+}
+
+impl Prediction {
+    /// True when the loop is stable at this speed.
+    pub fn is_stable(&self) -> bool {
+        self.growth_rate_per_s < 0.0
+    }
+
+    /// Zone of ISO 14839-3; none of an unstable loop.
+    pub fn zone(&self) -> Option<Zone> {
+        self.is_stable().then(|| self.sensitivity.zone())
+    }
+
+    /// Letter of the zone, or that the loop is unstable.
+    pub fn zone_word(&self) -> &'static str {
+        self.zone().map_or("none, unstable", Zone::letter)
+    }
+}
+
+/// Settings of a PID search whose amplifier limits are the figures of the delivered controller: noise current at rest and
+/// top speed, gain above the modes of the model.
+///
+/// # Errors
+/// [`PipelineError`] when the plant or the norms fail.
+pub fn rival_settings(
+    machine: &Machine,
+    delivered: &Controller,
+    settings: TuneSettings,
+) -> Result<TuneSettings, PipelineError> {
+    let law = discrete(delivered, machine.spindle.electronics.sample_period_s())?;
+    Ok(settings.held_to(&amplifier_demand(machine, &law)?))
 }
 
 /// Predictions for a controller on the full plant at a speed.
@@ -55,12 +92,18 @@ pub fn predict(
     controller: &Controller,
     speed_rpm: f64,
 ) -> Result<Prediction, PipelineError> {
-    let (plant, poles, grid) = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
+    let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
     let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
     // The two frequencies at which stiffness is stated are lines of their own: beside a sharp zero nothing can be interpolated.
     let top_speed_hz = machine.spindle.max_rpm / 60.0;
     let stated = [LOW_HZ, top_speed_hz].map(|f| f * TAU);
-    let grid = FrequencyGrid::from_rad_s(grid.omega_rad_s().iter().copied().chain(stated));
+    let stable = poles.growth_rate_per_s < 0.0;
+    let lines = grid.omega_rad_s().iter().copied().chain(stated);
+    let grid = FrequencyGrid::from_rad_s(lines.filter(|_| stable));
+    let at = |hz: f64| match stable {
+        true => stiffness_at(&plant, controller, 0, hz),
+        false => f64::NAN,
+    };
     let stiffness = [0, 1].map(|axis| dynamic_stiffness(&plant, controller, axis, &grid));
     let minimum = stiffness
         .iter()
@@ -71,35 +114,48 @@ pub fn predict(
         name: controller.name.clone(),
         speed_rpm,
         minimum,
-        at_10_hz_n_per_m: stiffness_at(&plant, controller, 0, LOW_HZ),
-        at_max_speed_n_per_m: stiffness_at(&plant, controller, 0, top_speed_hz),
+        at_10_hz_n_per_m: at(LOW_HZ),
+        at_max_speed_n_per_m: at(top_speed_hz),
         sensitivity: axis_sensitivity(&plant, controller, &grid),
-        poles_rad_s: poles,
+        growth_rate_per_s: poles.growth_rate_per_s,
+        poles_rad_s: poles.poles_rad_s,
         modes: loop_modes(&plant, &law)?,
         stiffness,
     })
 }
 
-/// The full plant at a speed, the poles of its sampled loop, and a grid over `band_hz` that is dense round them.
+/// A loop at one speed.
+pub(super) struct LoopAtSpeed {
+    /// The full plant.
+    pub(super) plant: Plant,
+    /// Poles of the loop.
+    pub(super) poles: LoopPoles,
+    /// A grid that is dense round the poles.
+    pub(super) grid: FrequencyGrid,
+}
+
+/// The full plant at a speed, the poles of its loop, and a grid over `band_hz`, at most to Nyquist, that is dense round them.
 pub(super) fn closed_loop(
     machine: &Machine,
     controller: &Controller,
     speed_rpm: f64,
     band_hz: (f64, f64),
-) -> Result<(Plant, Vec<c64>, FrequencyGrid), PipelineError> {
+) -> Result<LoopAtSpeed, PipelineError> {
     let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-    let period = machine.spindle.electronics.sample_period_s();
-    let law = discrete(controller, period)?;
-    let loop_system =
-        close(&plant.sampled()?, &law).map_err(PipelineError::numeric("closed loop"))?;
-    let poles =
-        equivalent_poles(&loop_system).map_err(PipelineError::numeric("closed-loop poles"))?;
-    let grid = FrequencyGrid::log_hz(band_hz.0, band_hz.1, GRID_POINTS)
-        .refine_round_poles(&poles, POINTS_A_SIDE);
-    Ok((plant, poles, grid))
+    let poles = loop_poles(&plant, controller)?;
+    let grid = FrequencyGrid::log_hz(band_hz.0, below_nyquist(machine, band_hz.1), GRID_POINTS)
+        .refine_round_poles(&poles.poles_rad_s, POINTS_A_SIDE);
+    Ok(LoopAtSpeed { plant, poles, grid })
+}
+
+/// A frequency, at most 0.49 of the sample rate: beyond Nyquist the response of a sampled loop repeats, and says nothing.
+pub(super) fn below_nyquist(machine: &Machine, hz: f64) -> f64 {
+    hz.min(0.49 * machine.spindle.electronics.sample_rate_hz)
 }
 
 /// Stability lobes of milling with a controller at a speed, from the closed-loop tool compliance in both axes.
+///
+/// `None` for a loop that is unstable without a cut.
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the loop cannot be built, or the cut is out of range.
@@ -109,8 +165,12 @@ pub fn chatter_limit(
     speed_rpm: f64,
     material: &Material,
     cut: &Engagement,
-) -> Result<StabilityLimit, PipelineError> {
-    let (plant, _, grid) = closed_loop(machine, controller, speed_rpm, CHATTER_BAND_HZ)?;
+) -> Result<Option<StabilityLimit>, PipelineError> {
+    let LoopAtSpeed { plant, poles, grid } =
+        closed_loop(machine, controller, speed_rpm, CHATTER_BAND_HZ)?;
+    if poles.growth_rate_per_s >= 0.0 {
+        return Ok(None);
+    }
     let tool: Vec<_> = grid
         .omega_rad_s()
         .par_iter()
@@ -120,7 +180,7 @@ pub fn chatter_limit(
                 .to_owned()
         })
         .collect();
-    Ok(milling(grid.omega_rad_s(), &tool, material, cut)?)
+    Ok(Some(milling(grid.omega_rad_s(), &tool, material, cut)?))
 }
 
 /// Band in which chatter is looked for, Hz: from the rigid-body modes to beyond the modes of the design.

@@ -1,9 +1,9 @@
-//! Worst cases of a controller over the natural frequencies of the rotor: at each speed over the specification's uncertainty, and
-//! at rest over that uncertainty widened by the gyroscopic split of the top speed, which stands for every speed at once.
+//! Worst cases of a controller over the natural frequencies of the rotor within the specification's uncertainty: at each speed
+//! asked for, and at speeds spread from rest to the top speed, gyroscopic moments exact. A set of loops that holds an unstable one
+//! has no worst case.
 
 use super::PipelineError;
-use super::comparison::{BAND_HZ, LOW_HZ, closed_loop, discrete};
-use crate::augment::split::gyroscopic_split;
+use super::comparison::{BAND_HZ, LOW_HZ, LoopAtSpeed, below_nyquist, closed_loop, discrete};
 use crate::controller::Controller;
 use crate::controller::verification::growth_rate;
 use crate::lti::FrequencyGrid;
@@ -12,31 +12,41 @@ use crate::spindle::Machine;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// What an uncertainty stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cover {
-    /// The rotor at one speed, gyroscopic moments exact.
-    Speed,
-    /// The rotor at rest, the uncertainty widened so that it holds the whirl frequencies of every speed.
-    EverySpeed,
-}
-
 /// A worst case with what it is over.
 #[derive(Clone, Debug)]
 pub struct WorstPrediction {
     /// Speed of the plant, rpm.
     pub speed_rpm: f64,
-    /// What the uncertainty covers.
-    pub cover: Cover,
+    /// True for a speed that was asked for, false for one of the spread.
+    pub asked: bool,
     /// Half width per mode.
     pub uncertainty: ModeUncertainty,
-    /// Curves with both bounds.
+    /// Curves with both bounds; empty when a loop of the set is unstable.
     pub worst: WorstCase,
     /// Bounds at 10 Hz and at the frequency of the top speed are read from these lines, Hz.
     pub top_speed_hz: f64,
     /// Largest growth rate of the loop over centre and corners of the box, 1/s.
     pub corner_growth_rate_per_s: f64,
 }
+
+impl WorstPrediction {
+    /// True when centre and corners of the box are stable.
+    pub fn is_stable(&self) -> bool {
+        self.corner_growth_rate_per_s < 0.0
+    }
+
+    /// Tool stiffness that no rotor within the uncertainty falls below at this speed, over both axes, N/m, and where, Hz.
+    pub fn least_stiffness(&self) -> Option<(f64, f64)> {
+        let peaks = self.worst.compliance.iter().filter_map(|c| c.peak());
+        let least = peaks.map(|(hz, e)| (1.0 / e.upper, hz));
+        least
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|_| self.is_stable())
+    }
+}
+
+/// Speeds spread from rest to the top speed, or to where stability is proven: rest, quarters, the end.
+pub const SPREAD: usize = 5;
 
 /// Points of the plain grid.
 const GRID_POINTS: usize = 240;
@@ -48,25 +58,13 @@ const ACROSS_MODE: usize = 48;
 const ROUNDS: usize = 3;
 const POINTS_A_ROUND: usize = 6;
 
-/// The specification's uncertainty of the modes that the spindle's model keeps, and the same with the gyroscopic split.
-///
-/// # Errors
-/// [`PipelineError`] when the rotor breaks a rule.
-pub fn uncertainties(
-    machine: &Machine,
-    mode_uncertainty: &[f64],
-) -> Result<[ModeUncertainty; 2], PipelineError> {
-    let top = machine.spindle.max_rpm * TAU / 60.0;
-    let split = gyroscopic_split(machine, top, machine.spindle.flexible_modes)?;
+/// The specification's uncertainty of the modes that the spindle's model keeps; modes without one are certain.
+pub fn uncertainty(machine: &Machine, mode_uncertainty: &[f64]) -> ModeUncertainty {
+    let modes = machine.spindle.flexible_modes;
     let table = |k: usize| mode_uncertainty.get(k).copied().unwrap_or(0.0);
-    let relative = |widen: f64| ModeUncertainty {
-        relative: split
-            .iter()
-            .enumerate()
-            .map(|(k, s)| table(k) + widen * s.relative())
-            .collect(),
-    };
-    Ok([relative(0.0), relative(1.0)])
+    ModeUncertainty {
+        relative: (0..modes).map(table).collect(),
+    }
 }
 
 /// Worst case of a controller on the full plant at a speed.
@@ -76,11 +74,10 @@ pub fn uncertainties(
 pub fn worst_prediction(
     machine: &Machine,
     controller: &Controller,
-    speed_rpm: f64,
-    cover: Cover,
+    (speed_rpm, asked): (f64, bool),
     uncertainty: &ModeUncertainty,
 ) -> Result<WorstPrediction, PipelineError> {
-    let (plant, poles, _) = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
+    let LoopAtSpeed { plant, poles, .. } = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
     let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
     let rates: Result<Vec<f64>, PipelineError> = uncertainty
         .corners()
@@ -90,6 +87,8 @@ pub fn worst_prediction(
             growth_rate(&sampled, &law).map_err(PipelineError::numeric("loop with shifted modes"))
         })
         .collect();
+    let corner_growth_rate_per_s = rates?.into_iter().fold(poles.growth_rate_per_s, f64::max);
+    let stable = corner_growth_rate_per_s < 0.0;
     let top_speed_hz = machine.spindle.max_rpm / 60.0;
     let across = plant
         .flexible_rad_s()
@@ -102,50 +101,57 @@ pub fn worst_prediction(
             let part = move |k: usize| half * (2.0 * k as f64 / ACROSS_MODE as f64 - 1.0);
             (0..=ACROSS_MODE).map(move |k| omega * (1.0 + part(k)) / TAU)
         });
-    let plain = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1, GRID_POINTS)
-        .refine_round_poles(&poles, POINTS_A_SIDE);
+    let last = below_nyquist(machine, BAND_HZ.1);
+    let plain = FrequencyGrid::log_hz(BAND_HZ.0, last, GRID_POINTS)
+        .refine_round_poles(&poles.poles_rad_s, POINTS_A_SIDE);
     let grid = FrequencyGrid::from_hz(
         plain
             .hz()
             .into_iter()
             .chain(across)
             .chain([LOW_HZ, top_speed_hz])
-            .filter(|f| *f <= BAND_HZ.1),
+            .filter(|f| stable && *f <= last),
     );
     let mut worst = worst_case(&plant, controller, uncertainty, &grid);
-    for _ in 0..ROUNDS {
+    for _ in 0..if stable { ROUNDS } else { 0 } {
         let extra = FrequencyGrid::from_hz(brackets(&worst));
         let more = worst_case(&plant, controller, uncertainty, &extra);
         merge(&mut worst, more);
     }
     Ok(WorstPrediction {
         speed_rpm,
-        cover,
+        asked,
         uncertainty: uncertainty.clone(),
         worst,
         top_speed_hz,
-        corner_growth_rate_per_s: rates?.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        corner_growth_rate_per_s,
     })
 }
 
-/// All worst cases of a controller: at each speed, and over every speed.
+/// All worst cases of a controller, by speed: at each speed asked for, and at [`SPREAD`] speeds from rest to `to_rpm`.
 ///
 /// # Errors
 /// As [`worst_prediction`].
 pub fn worst_predictions(
     machine: &Machine,
     controller: &Controller,
-    speeds_rpm: &[f64],
+    asked_rpm: &[f64],
+    to_rpm: f64,
     mode_uncertainty: &[f64],
 ) -> Result<Vec<WorstPrediction>, PipelineError> {
-    let [at_speed, every_speed] = uncertainties(machine, mode_uncertainty)?;
-    speeds_rpm
+    let uncertainty = uncertainty(machine, mode_uncertainty);
+    let spread = (0..SPREAD).map(|k| to_rpm * k as f64 / (SPREAD - 1) as f64);
+    let mut speeds: Vec<(f64, bool)> = asked_rpm
         .iter()
-        .map(|rpm| (*rpm, Cover::Speed, &at_speed))
-        .chain([(0.0, Cover::EverySpeed, &every_speed)])
-        .map(|(rpm, cover, uncertainty)| {
-            worst_prediction(machine, controller, rpm, cover, uncertainty)
-        })
+        .map(|rpm| (*rpm, true))
+        .chain(spread.map(|rpm| (rpm, false)))
+        .collect();
+    // A speed that is both stays as one that was asked for.
+    speeds.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+    speeds.dedup_by(|a, b| a.0 == b.0);
+    speeds
+        .into_iter()
+        .map(|speed| worst_prediction(machine, controller, speed, &uncertainty))
         .collect()
 }
 

@@ -1,5 +1,4 @@
-//! Figures of a comparison as JSON: the statements of the paper's figure 9 as numbers, worst cases with both bounds, measured
-//! hammer records, and the figures of a PID's certificate beside its limits.
+//! Figures of a comparison as JSON: the statements of the paper's figure 9 as numbers, measured hammer records, and the figures of a PID's certificate beside its limits.
 
 use super::run_summary::verification_json;
 use super::summary::{number, numbers};
@@ -7,12 +6,12 @@ use crate::controller::pid_certificate::{PeakSensitivity, PidCertificate, ZONE_B
 use crate::controller::pid_tune::{TuneSettings, TunedPid};
 use crate::identify::peaks::Resonance;
 use crate::pipeline::comparison::{LOW_HZ, Prediction};
-use crate::pipeline::worst::{Cover, WorstPrediction};
+use crate::pipeline::worst::WorstPrediction;
 use crate::predict::dips::{Dip, dips};
 use crate::predict::modes::{FLEXIBLE, LoopMode};
-use crate::predict::worst_case::WorstCurve;
 use crate::report::comparison_figures::NamedWorst;
 use crate::report::run_figures::Measured;
+use crate::report::worst::worst_sentence;
 use serde_json::{Map, Value, json};
 
 /// A resonance that dents the curve by less than this is not seen in a plot over four decades: 1 dB.
@@ -145,51 +144,6 @@ fn at(f: &[f64], k: &[f64], hz: f64) -> f64 {
     }
 }
 
-/// Worst cases of one controller.
-pub fn worst_json(worst: &[WorstPrediction]) -> Value {
-    Value::Array(worst.iter().map(one_worst_json).collect())
-}
-
-fn one_worst_json(worst: &WorstPrediction) -> Value {
-    // Stiffness is the inverse of compliance: its lower bound is the inverse of the upper one.
-    let stiffness = |curve: &WorstCurve| {
-        let low = |hz: f64| {
-            curve.near(hz).map_or(Value::Null, |e| {
-                json!({ "nominal_n_per_m": number(1.0 / e.nominal), "not_below_n_per_m": number(1.0 / e.upper), "attained_n_per_m": number(1.0 / e.lower) })
-            })
-        };
-        let minimum = curve.peak().map_or(Value::Null, |(hz, e)| {
-            json!({
-                "frequency_hz": number(hz),
-                "not_below_n_per_m": number(1.0 / e.upper),
-                "attained_n_per_m": number(1.0 / e.lower),
-                "attained_with_frequency_factors": numbers(&e.factors),
-            })
-        });
-        json!({ "minimum": minimum, "at_10_hz": low(LOW_HZ), "at_max_speed": low(worst.top_speed_hz) })
-    };
-    let sensitivity = |curve: &WorstCurve| {
-        curve.peak().map_or(Value::Null, |(hz, e)| {
-            json!({
-                "frequency_hz": number(hz),
-                "not_above_db": number(20.0 * e.upper.log10()),
-                "attained_db": number(20.0 * e.lower.log10()),
-            })
-        })
-    };
-    let [x, y] = &worst.worst.compliance;
-    let [fx, fy, rx, ry] = &worst.worst.sensitivity;
-    json!({
-        "speed_rpm": number(worst.speed_rpm),
-        "covers": match worst.cover { Cover::Speed => "this speed", Cover::EverySpeed => "every speed" },
-        "natural_frequency_uncertainty": numbers(&worst.uncertainty.relative),
-        "stable_at_corners": worst.corner_growth_rate_per_s < 0.0,
-        "corner_growth_rate_per_s": number(worst.corner_growth_rate_per_s),
-        "stiffness": { "x": stiffness(x), "y": stiffness(y) },
-        "sensitivity": { "front_x": sensitivity(fx), "front_y": sensitivity(fy), "rear_x": sensitivity(rx), "rear_y": sensitivity(ry) },
-    })
-}
-
 /// Ratios of the first controller's stiffness to that of another at the same speed.
 pub fn ratio_json(first: &Prediction, other: &Prediction) -> Value {
     json!({
@@ -209,14 +163,14 @@ pub fn statements_table(
 ) -> Vec<Value> {
     let mut rows = vec![];
     for run in runs {
-        let same_speed =
-            |w: &&WorstPrediction| w.cover == Cover::Speed && w.speed_rpm == run.speed_rpm;
+        let same_speed = |w: &&WorstPrediction| w.speed_rpm == run.speed_rpm;
         let cases = worst.iter().find(|(_, name, _)| *name == run.name);
         let at_speed = cases.and_then(|(_, _, cases)| cases.iter().find(same_speed));
         let [x, y] = &run.stiffness;
         let alike = match (x.minimum(), y.minimum()) {
             (Some(a), Some(b)) => (a.0 / b.0 - 1.0).abs() < 1e-6,
-            _ => false,
+            // An unstable loop has no curve on either axis.
+            _ => !run.is_stable(),
         };
         for (axis, curve) in run
             .stiffness
@@ -244,6 +198,12 @@ pub fn statements_table(
                 );
             }
             row.insert("rigid_body_modes".to_owned(), rigid_words(run).into());
+            if !run.is_stable() {
+                row.insert(
+                    "unstable_growth_rate_per_s".to_owned(),
+                    number(run.growth_rate_per_s),
+                );
+            }
             rows.push(Value::Object(row));
         }
     }
@@ -297,12 +257,11 @@ fn rigid_words(prediction: &Prediction) -> String {
 }
 
 /// The statements of figure 9 in sentences: the first controller against the others, at the first speed.
-pub fn figure_9_words(runs: &[&Prediction], worst: &[(String, f64)]) -> Value {
+pub fn figure_9_words(runs: &[&Prediction], worst: &[NamedWorst]) -> Value {
     let mut words: Vec<String> = vec![];
     let Some(first) = runs.first() else {
         return words.into();
     };
-    let micro = |k: f64| 1e-6 * k;
     let at_first: Vec<&&Prediction> = runs
         .iter()
         .filter(|p| p.speed_rpm == first.speed_rpm)
@@ -317,9 +276,12 @@ pub fn figure_9_words(runs: &[&Prediction], worst: &[(String, f64)]) -> Value {
     words.push(format!(
         "Tool stiffness at {:.0} rpm in N/µm: at 10 Hz {}; at the frequency of the top speed {}; smallest {}.",
         first.speed_rpm,
-        list(&|p| format!("{:.2}", micro(p.at_10_hz_n_per_m))),
-        list(&|p| format!("{:.2}", micro(p.at_max_speed_n_per_m))),
-        list(&|p| format!("{:.2} at {:.0} Hz", micro(p.minimum.0), p.minimum.1)),
+        list(&|p| stiffness_words(p, p.at_10_hz_n_per_m)),
+        list(&|p| stiffness_words(p, p.at_max_speed_n_per_m)),
+        list(&|p| match p.is_stable() {
+            true => format!("{:.2} at {:.0} Hz", 1e-6 * p.minimum.0, p.minimum.1),
+            false => stiffness_words(p, f64::NAN),
+        }),
     ));
     let damping = |p: &Prediction| {
         let each: Vec<String> = p
@@ -339,18 +301,32 @@ pub fn figure_9_words(runs: &[&Prediction], worst: &[(String, f64)]) -> Value {
         list(&damping)
     ));
     words.push(format!("Rigid-body modes: {}.", list(&rigid_words)));
-    let bounds: Vec<String> = worst
-        .iter()
-        .map(|(name, k)| format!("{name} {:.2}", micro(*k)))
-        .collect();
-    words.push(format!(
-        "No rotor within the uncertainty and no speed has less than (N/µm): {}.",
-        bounds.join(", ")
-    ));
+    words.extend(unstable_sentence(runs));
+    words.extend(worst_sentence(worst));
     words.into()
 }
 
-/// The `pid` object: the tuned PID's figures beside their limits.
+fn stiffness_words(prediction: &Prediction, n_per_m: f64) -> String {
+    match prediction.is_stable() {
+        true => format!("{:.2}", 1e-6 * n_per_m),
+        false => "none (unstable)".to_owned(),
+    }
+}
+
+/// The loops that are unstable, speed by speed.
+fn unstable_sentence(runs: &[&Prediction]) -> Option<String> {
+    let bad = runs.iter().filter(|p| !p.is_stable());
+    let each: Vec<String> = bad
+        .map(|p| {
+            let (growth, rpm) = (p.growth_rate_per_s, p.speed_rpm);
+            format!("{} grows by {growth:.1} 1/s at {rpm:.0} rpm", p.name)
+        })
+        .collect();
+    (!each.is_empty()).then(|| format!("Unstable: {}.", each.join(", ")))
+}
+
+/// The `pid` object: the tuned PID's figures beside their limits, which [`crate::pipeline::comparison::rival_settings`] took
+/// from the delivered controller.
 pub fn pid_json(pid: &TunedPid, settings: &TuneSettings) -> Value {
     let c = &pid.certificate;
     let mut object = certificate_json(c);
@@ -362,6 +338,9 @@ pub fn pid_json(pid: &TunedPid, settings: &TuneSettings) -> Value {
                 "sensitivity_db": number(ZONE_B_DB),
                 "noise_current_a": number(settings.noise_current_a),
                 "high_frequency_gain_a_per_m": number(settings.high_frequency_gain_a_per_m),
+                "high_frequency_from_hz": number(c.high_frequency_hz),
+                "high_frequency_norm": "largest singular value of the controller",
+                "amplifier_limits": "the figures of the delivered controller",
                 "mode_shift": number(settings.mode_shift),
             }),
         );

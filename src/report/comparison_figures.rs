@@ -2,7 +2,7 @@
 
 use super::plot::worst::{WorstBand, WorstPanel, worst_sensitivity, worst_stiffness};
 use super::plot::{Figure, Role};
-use crate::pipeline::worst::{Cover, WorstPrediction};
+use crate::pipeline::worst::WorstPrediction;
 use crate::predict::worst_case::{Extreme, WorstCurve};
 
 /// Worst cases of one controller: role, name, cases in the same order for every controller.
@@ -11,7 +11,7 @@ pub type NamedWorst = (Role, String, Vec<WorstPrediction>);
 /// Curves of one axis that differ by less than this fraction from those of the other are not drawn twice.
 const SAME: f64 = 1e-6;
 
-/// Stem and figure of each picture.
+/// Stem and figure of each picture; none when every set of loops holds an unstable one.
 pub fn worst_figures(all: &[NamedWorst]) -> Vec<(String, Figure)> {
     let stiffness = panels(
         all,
@@ -26,6 +26,9 @@ pub fn worst_figures(all: &[NamedWorst]) -> Vec<(String, Figure)> {
         |e| [e.nominal, e.lower, e.upper],
     );
     let title = "over the uncertainty of the natural frequencies";
+    if stiffness.is_empty() {
+        return vec![];
+    }
     vec![
         (
             "stiffness_worst".to_owned(),
@@ -44,24 +47,30 @@ fn panels(
     curve: impl Fn(&WorstPrediction, usize) -> &WorstCurve,
     values: impl Fn(&Extreme) -> [f64; 3],
 ) -> Vec<WorstPanel> {
-    let cases = all.first().map_or(0, |(_, _, cases)| cases.len());
+    let first = all.first().map(|(_, _, cases)| cases.as_slice());
+    let asked = first.unwrap_or_default().iter().filter(|w| w.asked);
     let mut found = vec![];
-    for case in 0..cases {
+    for speed_rpm in asked.map(|w| w.speed_rpm) {
+        // A set of loops with an unstable one is left out.
+        let at = |cases: &'_ [WorstPrediction]| {
+            let same = |w: &WorstPrediction| w.speed_rpm == speed_rpm && w.is_stable();
+            cases.iter().position(same)
+        };
         for (axis, name) in axes.iter().enumerate() {
             // y follows x in every list; it is drawn where some controller makes it differ.
             let twin = axis % 2 == 1
                 && all.iter().all(|(_, _, cases)| {
-                    cases
-                        .get(case)
+                    at(cases)
+                        .and_then(|k| cases.get(k))
                         .is_none_or(|w| same(curve(w, axis - 1), curve(w, axis)))
                 });
             if twin {
                 continue;
             }
-            let bands = all
+            let bands: Vec<WorstBand> = all
                 .iter()
                 .filter_map(|(role, name, cases)| {
-                    let curve = curve(cases.get(case)?, axis);
+                    let curve = curve(cases.get(at(cases)?)?, axis);
                     let column = |k: usize| {
                         curve
                             .lines
@@ -79,17 +88,10 @@ fn panels(
                     })
                 })
                 .collect();
-            let heading = all
-                .iter()
-                .find_map(|(_, _, cases)| cases.get(case))
-                .map_or_else(
-                    || (*name).to_owned(),
-                    |w| match w.cover {
-                        Cover::Speed => format!("{name}, {:.0} rpm", w.speed_rpm),
-                        Cover::EverySpeed => format!("{name}, every speed"),
-                    },
-                );
-            found.push((heading, bands));
+            let heading = format!("{name}, {speed_rpm:.0} rpm");
+            if !bands.is_empty() {
+                found.push((heading, bands));
+            }
         }
     }
     found

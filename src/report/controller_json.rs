@@ -1,15 +1,16 @@
-//! Controller JSON: `{name, inputs, outputs, sample_time_s, A, B, C, D}`, row-major, sample time 0 for continuous time.
+//! Controller JSON: `{name, inputs, outputs, sample_time_s, machine, A, B, C, D}`, row-major, sample time 0 for continuous
+//! time, `machine` only where it is known.
 //! Numbers by shortest round trip: reading the file back gives the same bits.
 
-use crate::controller::{ControlLaw, Controller};
+use crate::controller::{ControlLaw, Controller, MachineTag};
 use crate::linalg::Mat;
 use serde_json::{Map, Value, json};
 
 /// Names of the four axes, in channel order.
 pub const AXIS_NAMES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 
-/// The controller file as bytes, one line, ending in a newline.
-pub fn controller_json(controller: &Controller) -> Vec<u8> {
+/// The controller file as bytes, one line, ending in a newline; `machine` is what it was designed for.
+pub fn controller_json(controller: &Controller, machine: Option<&MachineTag>) -> Vec<u8> {
     let (a, b, c, d, sample_time_s) = match &controller.law {
         ControlLaw::Continuous(k) => (&k.a, &k.b, &k.c, &k.d, 0.0),
         ControlLaw::Discrete(k) => (&k.a, &k.b, &k.c, &k.d, k.time.period_s),
@@ -19,6 +20,12 @@ pub fn controller_json(controller: &Controller) -> Vec<u8> {
     object.insert("inputs".to_owned(), names(d.ncols()));
     object.insert("outputs".to_owned(), names(d.nrows()));
     object.insert("sample_time_s".to_owned(), json!(sample_time_s));
+    if let Some(tag) = machine {
+        object.insert(
+            "machine".to_owned(),
+            json!({ "spindle": tag.spindle, "tool": tag.tool, "hash": tag.hash }),
+        );
+    }
     for (key, matrix) in [("A", a), ("B", b), ("C", c), ("D", d)] {
         object.insert(key.to_owned(), rows(matrix));
     }

@@ -7,7 +7,7 @@ use super::mat::mat_file;
 use crate::controller::arithmetic::{Float32Program, Q31Program, float32, q31};
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::verification::Verification;
-use crate::controller::{ControlLaw, Controller, ControllerError};
+use crate::controller::{ControlLaw, Controller, ControllerError, MachineTag};
 use crate::linalg::Mat;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -61,6 +61,8 @@ pub struct Firmware<'a> {
     pub verification: &'a Verification,
     /// Spindle and tool, for the reader.
     pub machine: &'a str,
+    /// The same for programs: files and hash, in the JSON files.
+    pub tag: Option<&'a MachineTag>,
 }
 
 /// Failure of the export.
@@ -98,14 +100,17 @@ pub fn write_all(
     let ControlLaw::Discrete(law) = &firmware.discrete.law else {
         return Err(FirmwareError::Continuous(firmware.discrete.name.clone()));
     };
-    let json = controller_json(firmware.discrete);
+    let json = controller_json(firmware.discrete, firmware.tag);
     let (float, fixed) = (float32(firmware.scaled)?, q31(firmware.scaled)?);
     let wants = |format| formats.contains(&format);
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if wants(Format::Json)
         && let Some(continuous) = firmware.continuous
     {
-        files.push(("continuous.json".to_owned(), controller_json(continuous)));
+        files.push((
+            "continuous.json".to_owned(),
+            controller_json(continuous, firmware.tag),
+        ));
     }
     if wants(Format::Mat) {
         let period = Mat::from_fn(1, 1, |_, _| law.time.period_s);

@@ -36,7 +36,7 @@ pub fn header(
     let rows = &scaled.rows;
     let products = rows.multiplications();
     let (f32_memory, q31_memory) = (memory(scaled, 0), memory(scaled, 1));
-    let verified = if verification.is_stable() { "1" } else { "0" };
+    let verified = if verification.is_proven() { "1" } else { "0" };
     let mut text = String::new();
     let notes: String = rows
         .notes
@@ -78,7 +78,7 @@ pub fn header(
 #define MUSPIN_SAMPLE_TIME_S {ts:e}
 #define MUSPIN_INPUT_LIMIT_M {ylim:e}
 #define MUSPIN_OUTPUT_LIMIT_A {ulim:e}
-/* 1: the closed loop was checked and is stable over the speed range; 0: it was not, see above. */
+/* 1: the closed loop is proven stable at every speed of the range; 0: it is not, see above. */
 #define MUSPIN_VERIFIED {verified}
 #define MUSPIN_INPUT_SHA256 \"{hash}\"
 
@@ -135,25 +135,38 @@ pub fn stability_words(verification: &Verification) -> String {
     let mu = verification
         .mu_peak
         .map_or(String::new(), |mu| format!("; peak of mu {mu:.4}"));
-    match (
-        verification.first_unstable(),
+    let proven = verification.is_proven();
+    let mut words = match (
+        verification.unstable(),
         verification.worst_growth_rate_per_s(),
     ) {
-        (None, Some(worst)) => format!(
-            "verified, closed loop stable at {}; slowest decay {:.2} 1/s{mu}",
+        (None, Some(worst)) if proven => format!(
+            "verified, closed loop proven stable at every speed from 0 to {} rpm and computed at {}; slowest decay {:.2} 1/s{mu}",
+            verification.top_rpm,
             range(),
             -worst
         ),
+        (None, Some(worst)) => format!(
+            "NOT VERIFIED: the closed loop is stable at {}, slowest decay {:.2} 1/s, but proven stable between them to {:.0} rpm only",
+            range(),
+            -worst,
+            verification
+                .proof
+                .as_ref()
+                .map_or(0.0, |p| p.proven_to_rpm())
+        ),
         (Some(bad), _) => format!(
-            "UNSTABLE: closed loop grows by {:.2} 1/s at {} rpm; checked at {}. Forced by the user",
+            "UNSTABLE: closed loop grows by {:.2} 1/s at {} rpm; checked at {}",
             bad.growth_rate_per_s,
             bad.speed_rpm,
             range()
         ),
-        (None, None) => {
-            "NOT VERIFIED: the closed loop was not checked. Forced by the user".to_owned()
-        }
+        (None, None) => "NOT VERIFIED: the closed loop was not checked".to_owned(),
+    };
+    if verification.forced && !proven {
+        words.push_str(". Forced by the user");
     }
+    words
 }
 
 /// `controller.c`; `error_bound_a` is the bound on Q31 against exact arithmetic over the test vectors.

@@ -24,3 +24,4 @@ pub mod summary;
 pub mod tables;
 pub mod uff;
 pub mod updating;
+pub mod worst;

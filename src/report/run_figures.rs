@@ -253,12 +253,16 @@ pub struct Measured {
     pub stiffness_n_per_m: Vec<f64>,
 }
 
-/// Dynamic stiffness at the tool and sensitivity, at every speed given: (stem, figure).
+/// Dynamic stiffness at the tool and sensitivity, at every speed given: (stem, figure). A picture without a stable loop or a
+/// record is left out.
 pub fn predictions(
     runs: &[(Role, &Prediction)],
     measured: &[Measured],
     max_speed_hz: f64,
 ) -> Vec<(String, Figure)> {
+    // An unstable loop has no response to draw.
+    let stable = runs.iter().copied().filter(|(_, p)| p.is_stable());
+    let runs: Vec<(Role, &Prediction)> = stable.collect();
     let mut speeds: Vec<f64> = runs.iter().map(|(_, p)| p.speed_rpm).collect();
     speeds.extend(measured.iter().map(|m| m.speed_rpm));
     speeds.sort_by(f64::total_cmp);
@@ -294,7 +298,7 @@ pub fn predictions(
         .collect();
     let axes = [(0, "front"), (2, "rear")];
     let mut columns: Vec<(String, Role, &Prediction, Vec<f64>)> = vec![];
-    for (role, p) in runs {
+    for (role, p) in &runs {
         for (axis, name) in axes {
             let values = p.sensitivity.magnitude.iter().map(|s| s[axis]).collect();
             columns.push((
@@ -325,18 +329,17 @@ pub fn predictions(
             (heading.as_str(), curves)
         })
         .collect();
-    vec![
-        (
-            "stiffness".to_owned(),
-            dynamic_stiffness(
-                "Dynamic stiffness at the tool",
-                &stiffness,
-                &[(max_speed_hz, "top speed")],
-            ),
-        ),
-        (
-            "sensitivity".to_owned(),
-            sensitivity("Sensitivity and the zones of ISO 14839-3", &margins),
-        ),
-    ]
+    let stiffness = dynamic_stiffness(
+        "Dynamic stiffness at the tool",
+        &stiffness,
+        &[(max_speed_hz, "top speed")],
+    );
+    let sensitivity = sensitivity("Sensitivity and the zones of ISO 14839-3", &margins);
+    let anything = [!speeds.is_empty(), !runs.is_empty()];
+    [("stiffness", stiffness), ("sensitivity", sensitivity)]
+        .into_iter()
+        .zip(anything)
+        .filter(|(_, drawn)| *drawn)
+        .map(|((stem, figure), _)| (stem.to_owned(), figure))
+        .collect()
 }

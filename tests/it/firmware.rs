@@ -312,6 +312,7 @@ fn compile_and_run(k: &StateSpace<Discrete>, realisation: &Realisation) {
         scaled: &rows,
         verification: &verification,
         machine: "none",
+        tag: None,
     };
     let files = write_all(&firmware, &Format::ALL).unwrap();
     assert_eq!(files, write_all(&firmware, &Format::ALL).unwrap());

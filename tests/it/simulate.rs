@@ -299,7 +299,11 @@ fn muspin(arguments: &[&str], folder: &std::path::Path) -> (i32, String, String)
 fn export_and_simulate_run_from_the_command_line() {
     let folder = tempfile::tempdir().unwrap();
     let (controller, law) = pid();
-    std::fs::write(folder.path().join("pid.json"), controller_json(&controller)).unwrap();
+    std::fs::write(
+        folder.path().join("pid.json"),
+        controller_json(&controller, None),
+    )
+    .unwrap();
     let (code, out, err) = muspin(
         &["export", "--controller", "pid.json", "--out", "x"],
         folder.path(),
@@ -310,7 +314,7 @@ fn export_and_simulate_run_from_the_command_line() {
     let header = std::fs::read_to_string(folder.path().join("x/controller.h")).unwrap();
     assert!(
         header.contains("#define MUSPIN_VERIFIED 1")
-            && header.contains("verified, closed loop stable")
+            && header.contains("verified, closed loop proven stable")
     );
     for name in [
         "controller.c",
@@ -345,12 +349,16 @@ fn export_and_simulate_run_from_the_command_line() {
             ..law
         }),
     };
-    std::fs::write(folder.path().join("wrong.json"), controller_json(&wrong)).unwrap();
+    std::fs::write(
+        folder.path().join("wrong.json"),
+        controller_json(&wrong, None),
+    )
+    .unwrap();
     let (code, out, err) = muspin(
         &["export", "--controller", "wrong.json", "--out", "w"],
         folder.path(),
     );
-    assert_eq!(code, 2);
+    assert_eq!(code, 1);
     assert!(
         out.is_empty() && err.contains("unstable") && err.contains("--force-unverified"),
         "{err}"

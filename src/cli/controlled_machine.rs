@@ -1,0 +1,146 @@
+//! The machine that a controller is closed with: what the command line says, else the files beside the controller, else those
+//! that the controller names, else the shipped reference. Whether it is the machine of the design is said.
+
+use super::Failure;
+use crate::controller::{Controller, MachineTag};
+use crate::input::{load_machine, load_tagged_controller, spindle_yaml, tool_yaml};
+use crate::report::firmware::sha256_hex;
+use crate::report::summary::Summary;
+use crate::spindle::Machine;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// A machine with a controller of a file.
+pub struct ControlledMachine {
+    /// Spindle with tool.
+    pub machine: Machine,
+    /// The controller.
+    pub controller: Controller,
+    /// What is used, as a tag; paths as they were found.
+    pub used: MachineTag,
+    /// What the controller was designed for, when its file says so.
+    pub designed_for: Option<MachineTag>,
+}
+
+/// Spindle and tool of the command line: a path or a shipped name each.
+#[derive(clap::Args, Debug, Clone, Default)]
+pub struct MachineArguments {
+    /// Spindle file, or the name of a shipped one; default: spindle.yaml beside the controller or in the folder above it, else the
+    /// reference
+    #[arg(long)]
+    pub spindle: Option<String>,
+    /// Tool file, or the name of a shipped one; default: tool.yaml beside the controller or in the folder above it, else the paper's
+    #[arg(long)]
+    pub tool: Option<String>,
+}
+
+/// Name of the shipped spindle.
+pub const SPINDLE: &str = "reference";
+/// Name of the shipped tool.
+pub const TOOL: &str = "paper-tool";
+
+impl MachineArguments {
+    /// Reads the controller and its machine; says on standard error when it is not the machine of the design.
+    ///
+    /// # Errors
+    /// [`Failure`] of whichever file is wrong.
+    pub fn with_controller(&self, file: &str) -> Result<ControlledMachine, Failure> {
+        let loaded = load_tagged_controller(file)?;
+        let tag = loaded.machine;
+        let choose = |given: &Option<String>, usual: &str, named: Option<&str>, shipped: &str| {
+            let found = given.clone().or_else(|| beside(file, usual, named));
+            found.unwrap_or_else(|| shipped.to_owned())
+        };
+        let named = tag.as_ref();
+        let spindle = choose(
+            &self.spindle,
+            "spindle.yaml",
+            named.map(|t| t.spindle.as_str()),
+            SPINDLE,
+        );
+        let tool = choose(
+            &self.tool,
+            "tool.yaml",
+            named.map(|t| t.tool.as_str()),
+            TOOL,
+        );
+        let machine = load_machine(&spindle, &tool)?;
+        let found = ControlledMachine {
+            used: machine_tag(&machine, &spindle, &tool),
+            controller: loaded.controller,
+            designed_for: tag,
+            machine,
+        };
+        if found.differs() {
+            eprintln!(
+                "warning: {file} was designed for another machine than {spindle} with {tool}: the hash in it differs"
+            );
+        }
+        Ok(found)
+    }
+
+    /// The machine without a controller.
+    ///
+    /// # Errors
+    /// [`Failure`] of whichever file is wrong.
+    pub fn alone(&self) -> Result<Machine, Failure> {
+        let or = |given: &Option<String>, usual: &str| given.clone().unwrap_or(usual.to_owned());
+        Ok(load_machine(
+            &or(&self.spindle, SPINDLE),
+            &or(&self.tool, TOOL),
+        )?)
+    }
+}
+
+impl ControlledMachine {
+    /// True when the controller names another machine than the one that is used.
+    pub fn differs(&self) -> bool {
+        let other = |tag: &MachineTag| tag.hash != self.used.hash;
+        self.designed_for.as_ref().is_some_and(other)
+    }
+
+    /// What is used and whether it is the machine of the design.
+    pub fn json(&self) -> Value {
+        json!({
+            "spindle": self.used.spindle,
+            "tool": self.used.tool,
+            "hash": self.used.hash,
+            "is_that_of_the_design": self.designed_for.as_ref().map(|_| !self.differs()),
+        })
+    }
+
+    /// The same as the key `machine` of a summary.
+    pub fn add_to(&self, summary: &mut Summary) {
+        summary.set("machine", self.json());
+    }
+}
+
+/// The tag of a machine whose files are found under these paths.
+pub fn machine_tag(machine: &Machine, spindle: &str, tool: &str) -> MachineTag {
+    let mut text = spindle_yaml(&machine.spindle);
+    text.push_str(&tool_yaml(&machine.tool));
+    MachineTag {
+        spindle: spindle.to_owned(),
+        tool: tool.to_owned(),
+        hash: sha256_hex(text.as_bytes()),
+    }
+}
+
+/// `usual` beside the controller file or in the folder above it, else the path that the file names.
+fn beside(controller: &str, usual: &str, named: Option<&str>) -> Option<String> {
+    let folder = Path::new(controller).parent().unwrap_or(Path::new(""));
+    let above = if folder.as_os_str().is_empty() {
+        PathBuf::from("..")
+    } else {
+        folder.join("..")
+    };
+    [
+        Some(folder.join(usual)),
+        Some(above.join(usual)),
+        named.map(|n| folder.join(n)),
+    ]
+    .into_iter()
+    .flatten()
+    .find(|path| path.is_file())
+    .map(|path| path.display().to_string())
+}
