@@ -10,6 +10,7 @@ use crate::controller::pid_tune::{TuneSettings, TunedPid, textbook, tune};
 use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict, rival_settings};
 use crate::pipeline::design::Design;
+use crate::pipeline::loop_stability::unstable_words;
 use crate::report::comparison::pid_json;
 use crate::report::controller_json::controller_json;
 use crate::report::identification::identification_json;
@@ -291,20 +292,33 @@ fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Predic
             design.speed_proof.proven_to_rpm()
         )
     };
+    let stiffness = match (mu.is_stable(), pid.is_stable()) {
+        (true, true) => format!(
+            "Smallest tool stiffness {:.2} N/µm at {:.0} Hz against {:.2} N/µm with the tuned PID (zone {}), a factor of {:.1}.",
+            micro(mu.minimum.0),
+            mu.minimum.1,
+            micro(pid.minimum.0),
+            pid.zone_word(),
+            mu.minimum.0 / pid.minimum.0
+        ),
+        (true, false) => format!(
+            "Smallest tool stiffness {:.2} N/µm at {:.0} Hz; the loop of the tuned PID is unstable at rest.",
+            micro(mu.minimum.0),
+            mu.minimum.1
+        ),
+        (false, _) => format!(
+            "At rest it is {}.",
+            unstable_words(mu.growth_rate_per_s, mu.speed_rpm)
+        ),
+    };
     format!(
         "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {:.3} for the specification as \
-         written and {:.3} with the gyroscopic split covered, is {stable}, zone {}. Smallest tool stiffness {:.2} N/µm \
-         at {:.0} Hz against {:.2} N/µm with the tuned PID (zone {}), a factor of {:.1}.",
+         written and {:.3} with the gyroscopic split covered, is {stable}, zone {}. {stiffness}",
         machine.spindle.name,
         machine.tool.name,
         2 * design.rounded.order,
         design.rounded.specification.upper,
         design.rounded.covered.upper,
         mu.zone_word(),
-        micro(mu.minimum.0),
-        mu.minimum.1,
-        micro(pid.minimum.0),
-        pid.zone_word(),
-        mu.minimum.0 / pid.minimum.0
     )
 }

@@ -1,6 +1,9 @@
 //! The PID: its formula, its tuner on the reference spindle, its honesty.
 
 use muspin::controller::ControlLaw;
+use muspin::controller::amplifier_demand::{
+    AmplifierDemand, high_frequency_gain, high_frequency_hz,
+};
 use muspin::controller::cma_es::{CmaSettings, minimise};
 use muspin::controller::pid::{pid_continuous, pid_controller, reference_start};
 use muspin::controller::pid_certificate::{PidCertificate, ZONE_B_DB, certify};
@@ -8,10 +11,11 @@ use muspin::controller::pid_objective::Objective;
 use muspin::controller::pid_tune::{TuneSettings, textbook, tune};
 use muspin::controller::verification::growth_rate;
 use muspin::input::load_machine;
-use muspin::linalg::c64;
-use muspin::lti::FrequencyGrid;
+use muspin::linalg::{Mat, c64};
+use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
 use muspin::predict::sensitivity::axis_sensitivity;
 use muspin::predict::stiffness::dynamic_stiffness;
+use muspin::rotor::modes::PlanarModes;
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -65,6 +69,48 @@ fn cma_es_minimises_the_rosenbrock_function_reproducibly() {
     let (first, second) = (run(), run());
     assert!(first.value < 1e-12, "{}", first.value);
     assert_eq!(first.point, second.point);
+}
+
+#[test]
+fn the_gain_at_the_amplifiers_is_the_largest_singular_value_above_the_modes_of_the_model() {
+    let machine = reference();
+    let modes = PlanarModes::new(&machine.rotor().unwrap())
+        .unwrap()
+        .flexible_hz();
+    // Between the third mode, the last that the model keeps, and the fourth.
+    let from_hz = high_frequency_hz(&machine).unwrap();
+    assert!((from_hz / (modes[2] * modes[3]).sqrt() - 1.0).abs() < 1e-12);
+    assert!(modes[2] < from_hz && from_hz < modes[3]);
+    let mut slow = machine.clone();
+    slow.spindle.electronics.sample_rate_hz = 8000.0;
+    assert!((high_frequency_hz(&slow).unwrap() - 3200.0).abs() < 1e-9);
+    // Four equal rows of ones: every entry is one, the largest singular value four.
+    let ones = StateSpace::gain(Mat::from_fn(4, 4, |_, _| 1.0), Discrete { period_s: 5e-5 });
+    assert!((high_frequency_gain(&ones, from_hz).unwrap() - 4.0).abs() < 1e-12);
+    // A controller per axis: the larger axis of the formula.
+    let parameters = reference_start(&machine);
+    let ControlLaw::Discrete(law) = pid_controller(&parameters, 5e-5, "pid").unwrap().law else {
+        panic!("sampled")
+    };
+    let formula = |hz: f64| {
+        let s = c64::new(0.0, 2.0 / 5e-5 * (0.5 * TAU * hz * 5e-5).tan());
+        let (front, rear) = (parameters.front.response(s), parameters.rear.response(s));
+        front.norm().max(rear.norm())
+    };
+    let largest = (0..4000)
+        .map(|k| formula(from_hz + (9990.0 - from_hz) * f64::from(k) / 4000.0))
+        .fold(0.0, f64::max);
+    let found = high_frequency_gain(&law, from_hz).unwrap();
+    assert!((found / largest - 1.0).abs() < 2e-3, "{found} {largest}");
+    // Without a noise current, that of an unstable loop, the limit of the settings stays.
+    let demand = AmplifierDemand {
+        from_hz,
+        high_frequency_gain_a_per_m: 4e6,
+        noise_current_a: f64::INFINITY,
+    };
+    let held = TuneSettings::quick().held_to(&demand);
+    assert_eq!(held.high_frequency_gain_a_per_m, 4e6);
+    assert_eq!(held.noise_current_a, TuneSettings::quick().noise_current_a);
 }
 
 #[test]
