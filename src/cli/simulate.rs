@@ -144,7 +144,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     summary.set("simulation.backup_bearings", recovery_json(recovery));
     let (met, end) = match stable {
         true => verdict(arguments.case, &response, recovery),
-        false => (false, "the closed loop is unstable at this speed".to_owned()),
+        false => (
+            false,
+            "the closed loop is unstable at this speed".to_owned(),
+        ),
     };
     summary.set("verdict.met", met);
     summary.set("verdict.sentence", end.as_str());
