@@ -168,6 +168,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         if let Some(proof) = &checked.proof {
             summary.set(&format!("stability.{name}.proof"), speed_proof_json(proof));
         }
+        if let Some(failure) = &checked.proof_failure {
+            let key = format!("stability.{name}.proof_failure");
+            summary.set(&key, failure.as_str());
+        }
         progress.stage(format!("worst case of {name}"));
         let reach = checked.proof.as_ref().map_or(0.0, |p| p.proven_to_rpm());
         let over = worst_predictions(&machine, controller, &speeds, reach.min(top), &uncertainty)?;

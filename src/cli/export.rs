@@ -241,14 +241,6 @@ fn refusal(verification: &Verification) -> String {
             "unstable: the closed loop grows by {:.2} 1/s at {} rpm ({})\n{advice}",
             bad.growth_rate_per_s, bad.speed_rpm, verification.conditions
         ),
-        None => format!(
-            "not verified: the closed loop is proven stable to {:.0} rpm of {} only ({})\n{advice}",
-            verification
-                .proof
-                .as_ref()
-                .map_or(0.0, |p| p.proven_to_rpm()),
-            verification.top_rpm,
-            verification.conditions
-        ),
+        None => format!("{}\n{advice}", stability_words(verification)),
     }
 }

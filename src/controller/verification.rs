@@ -32,6 +32,8 @@ pub struct Verification {
     pub mu_peak: Option<f64>,
     /// Proof between the speeds computed, when it was asked for.
     pub proof: Option<SpeedProof>,
+    /// Why there is no proof although it was asked for: the computation that failed.
+    pub proof_failure: Option<String>,
     /// Largest speed of the machine, rpm: a loop counts as verified when it is proven stable from rest to it.
     pub top_rpm: f64,
     /// A loop that is not verified was exported because the user asked for it all the same.
@@ -46,6 +48,7 @@ impl Verification {
             conditions: "not verified".to_owned(),
             mu_peak: None,
             proof: None,
+            proof_failure: None,
             top_rpm: f64::NAN,
             forced: false,
         }
@@ -136,10 +139,12 @@ pub fn verify(
     verify_at(machine, controller, &speeds, conditions)
 }
 
-/// Checks the sampled loop at `points` speeds and proves stability between them, from rest to the largest speed.
+/// Checks the sampled loop at `points` speeds and proves stability between them, from rest to the largest speed. A loop that
+/// is unstable at rest is proven nowhere: the proof is left out. A proof that fails numerically leaves the loop unproven, with
+/// the reason.
 ///
 /// # Errors
-/// As [`verify`], and from the proof.
+/// As [`verify`].
 pub fn verify_with_proof(
     machine: &Machine,
     controller: &StateSpace<Discrete>,
@@ -147,7 +152,17 @@ pub fn verify_with_proof(
     conditions: &str,
 ) -> Result<Verification, VerificationError> {
     let checked = verify(machine, controller, points, conditions)?;
-    Ok(checked.with_proof(prove(machine, controller, machine.spindle.max_rpm)?))
+    let at_rest = checked.speeds.first();
+    if at_rest.is_none_or(|s| s.growth_rate_per_s.is_nan() || s.growth_rate_per_s >= 0.0) {
+        return Ok(checked);
+    }
+    Ok(match prove(machine, controller, machine.spindle.max_rpm) {
+        Ok(proof) => checked.with_proof(proof),
+        Err(error) => Verification {
+            proof_failure: Some(error.to_string()),
+            ..checked
+        },
+    })
 }
 
 /// Checks the sampled loop of the full plant at the speeds given, rpm.
@@ -181,6 +196,7 @@ pub fn verify_at(
         conditions: conditions.to_owned(),
         mu_peak: None,
         proof: None,
+        proof_failure: None,
         top_rpm: machine.spindle.max_rpm,
         forced: false,
     })

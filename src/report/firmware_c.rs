@@ -121,6 +121,15 @@ void muspin_q31_step(muspin_q31 *c, const int32_t y[MUSPIN_INPUTS], int32_t u[MU
     text
 }
 
+/// How far a proof that does not reach the largest speed goes.
+fn unproven_words(verification: &Verification) -> String {
+    match (&verification.proof_failure, &verification.proof) {
+        (Some(failure), _) => format!("it could not be proven: {failure}"),
+        (None, Some(proof)) => format!("proven only to {:.0} rpm", proof.proven_to_rpm()),
+        (None, None) => "not proven".to_owned(),
+    }
+}
+
 /// One sentence on what is known about the closed loop.
 pub fn stability_words(verification: &Verification) -> String {
     let range = || {
@@ -147,13 +156,10 @@ pub fn stability_words(verification: &Verification) -> String {
             -worst
         ),
         (None, Some(worst)) => format!(
-            "NOT VERIFIED: the closed loop is stable at {}, slowest decay {:.2} 1/s, but proven stable between them to {:.0} rpm only",
+            "NOT VERIFIED: the closed loop is stable at {}, slowest decay {:.2} 1/s, but between them {}",
             range(),
             -worst,
-            verification
-                .proof
-                .as_ref()
-                .map_or(0.0, |p| p.proven_to_rpm())
+            unproven_words(verification)
         ),
         (Some(bad), _) => format!(
             "UNSTABLE: closed loop grows by {:.2} 1/s at {} rpm; checked at {}",

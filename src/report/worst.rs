@@ -116,12 +116,13 @@ pub(super) fn worst_sentence(worst: &[NamedWorst]) -> Option<String> {
         .iter()
         .map(|(_, name, cases)| {
             let (first, last) = (cases.first()?, cases.last()?);
-            let range = format!(
-                "{} speeds from {:.0} to {:.0} rpm",
-                cases.len(),
-                first.speed_rpm,
-                last.speed_rpm
-            );
+            let range = match cases.len() {
+                1 => format!("{:.0} rpm", first.speed_rpm),
+                n => format!(
+                    "{n} speeds from {:.0} to {:.0} rpm",
+                    first.speed_rpm, last.speed_rpm
+                ),
+            };
             Some(match least_over_speed(cases) {
                 Ok(least) => format!("{name} {:.2} at {range}", 1e-6 * least.n_per_m),
                 Err(reason) => format!("{name} none at {range} ({reason})"),

@@ -123,31 +123,28 @@ fn the_compliance_of_a_levitated_mass_is_the_one_worked_out_by_hand() {
     }
 }
 
-/// Smallest tool stiffness of the loop on a grid, the controller multiplied by hand.
-fn softest_by_hand(machine: &Machine, law: &StateSpace<Discrete>, with_hold: bool) -> f64 {
-    let plant = Plant::new(machine, 0.0, ModelDetail::Full).unwrap();
-    let period = machine.spindle.electronics.sample_period_s();
-    let grid = FrequencyGrid::log_hz(1.0, 4000.0, 6000);
-    grid.omega_rad_s()
-        .iter()
-        .map(|omega| {
-            let (p, k) = (plant.at(*omega), law.at(*omega));
-            // `delay_s` is in the plant whole: the hold replaces half a sample of it by its own response.
-            let s = c64::new(0.0, *omega);
-            let factor = if with_hold {
-                hold(*omega, period) * (s * (0.5 * period)).exp()
-            } else {
-                c64::new(1.0, 0.0)
-            };
-            let commands = Mat::from_fn(10, 4, |i, j| p[(i, j)] * factor);
-            let open = Mat::from_fn(4, 4, |i, j| commands[(i, j)]);
-            let difference = Mat::<c64>::identity(4, 4) - &open * &k;
-            let y = solve_complex(&difference, &Mat::from_fn(4, 1, |i, _| p[(i, 4)]));
-            let u = &k * &y;
-            let x = (0..4).fold(p[(4, 4)], |x, j| x + commands[(4, j)] * u[(j, 0)]);
-            x.norm().recip()
-        })
-        .fold(f64::INFINITY, f64::min)
+/// Tool stiffness of the loop at a frequency, the commands multiplied by the hold by hand.
+fn stiffness_by_hand(
+    plant: &Plant,
+    law: &StateSpace<Discrete>,
+    omega: f64,
+    with_hold: bool,
+) -> f64 {
+    let (p, k) = (plant.at(omega), law.at(omega));
+    // `delay_s` is in the plant whole: the hold replaces half a sample of it by its own response.
+    let (s, period) = (c64::new(0.0, omega), plant.sample_period_s());
+    let factor = if with_hold {
+        hold(omega, period) * (s * (0.5 * period)).exp()
+    } else {
+        c64::new(1.0, 0.0)
+    };
+    let commands = Mat::from_fn(10, 4, |i, j| p[(i, j)] * factor);
+    let open = Mat::from_fn(4, 4, |i, j| commands[(i, j)]);
+    let difference = Mat::<c64>::identity(4, 4) - &open * &k;
+    let y = solve_complex(&difference, &Mat::from_fn(4, 1, |i, _| p[(i, 4)]));
+    let u = &k * &y;
+    let x = (0..4).fold(p[(4, 4)], |x, j| x + commands[(4, j)] * u[(j, 0)]);
+    x.norm().recip()
 }
 
 #[test]
@@ -157,49 +154,54 @@ fn the_certified_stiffness_is_that_of_the_held_loop_at_two_sample_rates() {
         let law = pid(&machine);
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
         let closed = close(&plant.sampled().unwrap(), &law).unwrap();
-        assert!(closed.growth_rate().unwrap() < 0.0, "{rate} Hz");
-        let (certified, _) = softest(&plant, &law, &closed).unwrap();
-        let by_hand = softest_by_hand(&machine, &law, true);
-        let without = softest_by_hand(&machine, &law, false);
-        eprintln!("{rate} Hz: {certified} N/m, by hand {by_hand}, without hold {without}");
-        // The grid by hand is 0.14 % apart; a dip is quadratic in that.
+        let (certified, hz) = softest(&plant, &law, &closed).unwrap();
+        let there = stiffness_by_hand(&plant, &law, TAU * hz, true);
         assert!(
-            (certified / by_hand - 1.0).abs() < 2e-3,
-            "{rate} Hz: {certified} and {by_hand} N/m"
+            (certified / there - 1.0).abs() < 1e-9,
+            "{rate} Hz: {certified} and {there} N/m"
         );
-        let grid = FrequencyGrid::log_hz(1.0, 4000.0, 6000);
-        let predicted = dynamic_stiffness(&plant, &law, 0, &grid).minimum().unwrap();
-        assert!(
-            (predicted.0 / by_hand - 1.0).abs() < 1e-6,
-            "{rate} Hz: {predicted:?}"
-        );
+        // No line of a grid of its own lies lower, and the prediction on that grid is the same curve.
+        let grid = FrequencyGrid::log_hz(1.0, 4000.0, 2000);
+        let predicted = dynamic_stiffness(&plant, &law, 0, &grid);
+        let mut hold_shows = 0.0f64;
+        for (omega, found) in grid.omega_rad_s().iter().zip(&predicted.magnitude_n_per_m) {
+            let by_hand = stiffness_by_hand(&plant, &law, *omega, true);
+            assert!(
+                by_hand > certified * (1.0 - 1e-6),
+                "{rate} Hz: {by_hand} at {omega} rad/s"
+            );
+            assert!(
+                (found / by_hand - 1.0).abs() < 1e-6,
+                "{rate} Hz: {found} and {by_hand} N/m"
+            );
+            let without = stiffness_by_hand(&plant, &law, *omega, false);
+            hold_shows = hold_shows.max((without / by_hand - 1.0).abs());
+        }
+        assert!(hold_shows > 0.02, "{rate} Hz: {hold_shows}");
     }
 }
 
 #[test]
 fn the_sensitivity_is_that_of_the_sampled_loop() {
     // Second road: the sampled plant, hold and delay by exponentials, images of the spectrum included. The prediction has the
-    // fundamental alone: images add 0.02 dB at 20 kHz; at 10 kHz 0.15 dB, where leaving out the hold costs 0.4 dB.
-    for (rate, tolerance_db) in [(20_000.0, 0.02), (10_000.0, 0.15)] {
+    // fundamental alone. Tolerance: five times less than what leaving out the hold costs (0.018 and 0.033 at the worst line),
+    // above what the images add here. At 10 kHz this loop nearly oscillates at 2 kHz (|S| = 7), where images count: not a line.
+    let lines = [10.0, 100.0, 500.0, 833.0, 1200.0, 3000.0, 3500.0];
+    for (rate, tolerance) in [(20_000.0, 0.0035), (10_000.0, 0.0085)] {
         let machine = reference_at(rate);
         let law = pid(&machine);
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
         let axes = [0, 1, 2, 3];
         let sampled = plant.sampled().unwrap().select(&axes, &axes);
-        for hz in [
-            10.0, 100.0, 500.0, 833.0, 1200.0, 2000.0, 2300.0, 3000.0, 3500.0,
-        ] {
+        for hz in lines {
             let omega = TAU * hz;
             let one = Mat::<c64>::identity(4, 4);
             let exact = solve_complex(&(&one - &sampled.at(omega) * &law.at(omega)), &one);
             let found = sensitivity(&plant, &law, omega);
             for axis in axes {
-                let (a, b) = (found[(axis, axis)].norm(), exact[(axis, axis)].norm());
-                let db = 20.0 * (a / b).log10();
-                assert!(
-                    db.abs() < tolerance_db,
-                    "{rate} Hz, axis {axis}, {hz} Hz: {db} dB"
-                );
+                let (a, b) = (found[(axis, axis)], exact[(axis, axis)]);
+                let off = (a - b).norm() / b.norm().max(1.0);
+                assert!(off < tolerance, "{rate} Hz, axis {axis}, {hz} Hz: {off}");
             }
         }
     }
