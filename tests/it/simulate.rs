@@ -40,13 +40,18 @@ fn pid() -> (Controller, StateSpace<Discrete>) {
     (controller, law)
 }
 
+/// What firmware makes of the textbook PID, computed once.
 fn program(law: &StateSpace<Discrete>) -> Float32Program {
-    let limits = SignalLimits {
-        input_m: 2.54e-4,
-        output_a: 3.0,
+    static FOUND: OnceLock<Float32Program> = OnceLock::new();
+    let make = || {
+        let limits = SignalLimits {
+            input_m: 2.54e-4,
+            output_a: 3.0,
+        };
+        let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
+        float32(&with_anti_windup(rows, &machine()).unwrap().0).unwrap()
     };
-    let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
-    float32(&with_anti_windup(rows, &machine()).unwrap().0).unwrap()
+    FOUND.get_or_init(make).clone()
 }
 
 #[test]
