@@ -14,6 +14,7 @@ use crate::pipeline::design::{Design, DesignSettings, design};
 use crate::predict::sensitivity::Zone;
 use crate::report::design_summary::arithmetic_json;
 use crate::report::firmware::{Firmware, Format, write_all};
+use crate::report::firmware_c::c_identifier;
 use crate::report::results::{ResultsError, ResultsFolder};
 use crate::report::run_figures::{predictions, robustness};
 use crate::report::run_summary::{design_json, sensitivity_json, stiffness_json};
@@ -211,11 +212,13 @@ pub fn add_controller(
     let files = write_all(
         &Firmware {
             discrete: &design.controller,
-            continuous: Some(&design.continuous),
+            // The design's own continuous controller lives in the w plane; no frequency there is a true one.
+            continuous: None,
             scaled: &design.realisation,
             verification: &design.verification,
             machine: &name,
             tag: Some(tag),
+            prefix: &c_identifier(&machine.tool.name),
         },
         &Format::ALL,
     )

@@ -1,8 +1,8 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
-use super::controlled_machine::MachineArguments;
+use super::controlled_machine::{ControlledMachine, MachineArguments};
 use super::{Failure, Outcome, stdout};
-use crate::controller::anti_windup::with_anti_windup;
+use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::arithmetic::q31;
 use crate::controller::discretise::discretised;
 use crate::controller::realise::modal_form;
@@ -13,10 +13,11 @@ use crate::controller::{ControlLaw, Controller, ControllerError};
 use crate::lti::{Discrete, StateSpace};
 use crate::report::atomic::write_file;
 use crate::report::firmware::{Firmware, FirmwareError, Format, write_all};
-use crate::report::firmware_c::stability_words;
+use crate::report::firmware_c::{c_identifier, is_prefix, stability_words};
+use crate::report::firmware_table::controller_table;
 use crate::report::simulation::anti_windup_json;
 use crate::spindle::{Machine, ModelDetail, Plant, Side};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -26,9 +27,9 @@ const SPEEDS: usize = 11;
 /// Arguments of `muspin export`.
 #[derive(clap::Args, Debug)]
 pub struct Arguments {
-    /// Controller file (JSON)
-    #[arg(long)]
-    controller: String,
+    /// Controller file (JSON); several make a table with bumpless change at run time
+    #[arg(long, required = true)]
+    controller: Vec<String>,
     /// Kinds of files
     #[arg(long, value_delimiter = ',', default_value = "c,csv,mat,json")]
     format: Vec<FormatArgument>,
@@ -37,6 +38,9 @@ pub struct Arguments {
     form: FormArgument,
     #[command(flatten)]
     machine: MachineArguments,
+    /// What every C symbol begins with, one for each controller; default: the name of the tool
+    #[arg(long)]
+    prefix: Vec<String>,
     /// Folder for the files
     #[arg(long, default_value = "results/export")]
     out: String,
@@ -82,13 +86,110 @@ impl From<FirmwareError> for Failure {
     }
 }
 
+/// One controller as it is exported.
+struct Prepared {
+    discrete: Controller,
+    continuous: Option<Controller>,
+    rows: ScaledRealisation,
+    verification: Verification,
+    anti_windup: AntiWindup,
+    given: ControlledMachine,
+    machine: String,
+}
+
+impl Prepared {
+    fn firmware<'a>(&'a self, prefix: &'a str) -> Firmware<'a> {
+        Firmware {
+            discrete: &self.discrete,
+            continuous: self.continuous.as_ref(),
+            scaled: &self.rows,
+            verification: &self.verification,
+            machine: &self.machine,
+            tag: self.given.designed_for.as_ref(),
+            prefix,
+        }
+    }
+
+    fn summary(&self, prefix: &str, files: &[String]) -> Value {
+        json!({
+            "controller": self.discrete.name,
+            "machine": self.given.json(),
+            "prefix": prefix,
+            "sample_time_s": self.rows.rows.sample_time_s,
+            "discretised": self.continuous.is_some(),
+            "form": self.rows.rows.form.name(),
+            "states": self.rows.rows.order(),
+            "multiplications_per_sample": self.rows.rows.multiplications(),
+            "notes": self.rows.rows.notes,
+            "anti_windup": anti_windup_json(&self.anti_windup),
+            "verified": self.verification.is_proven(),
+            "verification": stability_words(&self.verification),
+            "files": files,
+        })
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let given = arguments.machine.with_controller(&arguments.controller)?;
+    let mut prepared = Vec::new();
+    for file in &arguments.controller {
+        match prepare(arguments, file)? {
+            Some(one) => prepared.push(one),
+            None => return Ok(Outcome::TargetMissed),
+        }
+    }
+    let prefixes = prefixes(&arguments.prefix, &prepared)?;
+    let firmware: Vec<Firmware<'_>> = prepared
+        .iter()
+        .zip(&prefixes)
+        .map(|(one, prefix)| one.firmware(prefix))
+        .collect();
+    let formats = formats(&arguments.format);
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut summaries = Vec::new();
+    for (one, firmware) in prepared.iter().zip(&firmware) {
+        let folder = if prepared.len() == 1 {
+            String::new()
+        } else {
+            format!("{}/", firmware.prefix)
+        };
+        let own: Vec<(String, Vec<u8>)> = write_all(firmware, &formats)?
+            .into_iter()
+            .map(|(name, bytes)| (format!("{folder}{name}"), bytes))
+            .collect();
+        let names: Vec<String> = own.iter().map(|f| f.0.clone()).collect();
+        summaries.push(one.summary(firmware.prefix, &names));
+        files.extend(own);
+    }
+    if prepared.len() > 1 && formats.contains(&Format::C) {
+        files.extend(controller_table(&firmware)?);
+    }
+    for (name, bytes) in &files {
+        let path = Path::new(&arguments.out).join(name);
+        write_file(&path, bytes).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+    }
+    let mut summary = match <[Value; 1]>::try_from(summaries) {
+        Ok([only]) => only,
+        Err(several) => json!({"controllers": several}),
+    };
+    summary["out"] = json!(arguments.out);
+    stdout::data(|out| writeln!(out, "{summary:#}"))?;
+    Ok(if prepared.iter().all(|p| p.verification.is_proven()) {
+        Outcome::Done
+    } else {
+        Outcome::TargetMissed
+    })
+}
+
+/// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is refused.
+fn prepare(arguments: &Arguments, file: &str) -> Result<Option<Prepared>, Failure> {
+    let given = arguments.machine.with_controller(file)?;
     let machine = &given.machine;
-    let (discrete, continuous) = ready(machine, &given.controller, &arguments.controller)?;
+    let (discrete, continuous) = ready(machine, &given.controller, file)?;
     let ControlLaw::Discrete(law) = &discrete.law else {
-        return Err(Failure::new("the controller could not be sampled"));
+        return Err(Failure::new(format!(
+            "{file}: the controller could not be sampled"
+        )));
     };
     let realisation = match arguments.form {
         FormArgument::Modal => modal_form(law)?,
@@ -99,42 +200,52 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let verification = checked(machine, &rows, arguments.force_unverified)?;
     if !verification.is_proven() && !arguments.force_unverified {
         eprintln!("{}", refusal(&verification));
-        return Ok(Outcome::TargetMissed);
+        if arguments.controller.len() > 1 {
+            eprintln!("the controller is {file}");
+        }
+        return Ok(None);
     }
-    let firmware = Firmware {
-        discrete: &discrete,
-        continuous: continuous.as_ref(),
-        scaled: &rows,
-        verification: &verification,
-        machine: &format!("{} with {}", machine.spindle.name, machine.tool.name),
-        tag: given.designed_for.as_ref(),
-    };
-    let files = write_all(&firmware, &formats(&arguments.format))?;
-    for (name, bytes) in &files {
-        let path = Path::new(&arguments.out).join(name);
-        write_file(&path, bytes).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+    Ok(Some(Prepared {
+        machine: format!("{} with {}", machine.spindle.name, machine.tool.name),
+        discrete,
+        continuous,
+        rows,
+        verification,
+        anti_windup,
+        given,
+    }))
+}
+
+/// The prefixes asked for; else the names of the tools, with the names of the controllers where tools repeat.
+fn prefixes(asked: &[String], prepared: &[Prepared]) -> Result<Vec<String>, Failure> {
+    if asked.is_empty() {
+        let tools: Vec<String> = prepared
+            .iter()
+            .map(|p| c_identifier(&p.given.machine.tool.name))
+            .collect();
+        let repeated = |tool: &String| tools.iter().filter(|t| *t == tool).count() > 1;
+        let named = |(tool, one): (&String, &Prepared)| {
+            if repeated(tool) {
+                format!("{tool}_{}", c_identifier(&one.discrete.name))
+            } else {
+                tool.clone()
+            }
+        };
+        return Ok(tools.iter().zip(prepared).map(named).collect());
     }
-    let summary = json!({
-        "controller": discrete.name,
-        "sample_time_s": law.time.period_s,
-        "discretised": continuous.is_some(),
-        "form": realisation.form.name(),
-        "states": realisation.order(),
-        "multiplications_per_sample": realisation.multiplications(),
-        "notes": realisation.notes,
-        "anti_windup": anti_windup_json(&anti_windup),
-        "machine": given.json(),
-        "verified": verification.is_proven(),
-        "verification": stability_words(&verification),
-        "files": files.iter().map(|f| f.0.clone()).collect::<Vec<_>>(),
-        "out": arguments.out,
-    });
-    stdout::data(|out| writeln!(out, "{summary:#}"))?;
-    Ok(if verification.is_proven() {
-        Outcome::Done
-    } else {
-        Outcome::TargetMissed
-    })
+    if asked.len() != prepared.len() {
+        return Err(Failure::new(format!(
+            "{} --prefix for {} --controller; give one for each, in the same order, or none",
+            asked.len(),
+            prepared.len()
+        )));
+    }
+    if let Some(bad) = asked.iter().find(|p| !is_prefix(p)) {
+        return Err(Failure::new(format!(
+            "--prefix {bad:?}: expected a C identifier that begins with a letter and is not \"muspin\""
+        )));
+    }
+    Ok(asked.to_vec())
 }
 
 fn formats(arguments: &[FormatArgument]) -> Vec<Format> {

@@ -2,7 +2,8 @@
 //! multiply-add) and Q31 (32-bit fractions in ±1, coefficients with a post shift per row, 64-bit sums).
 //! Q31 row: coefficients qⱼ = round(cⱼ·2^(31−s)), s the least shift with Σ|qⱼ| ≤ 2³¹, so that the sum of
 //! products of 32-bit values never leaves 64 bits; result = (Σ qⱼ vⱼ + 2^(30−s)) >> (31−s), saturated.
-//! States, signals and outputs saturate at ±1 (Q31), states and outputs at their limits (float32).
+//! Q31: states, signals and outputs saturate at ±1. Float32: outputs at their limit, and those states at ±1 that
+//! would wind up or do not decay, and conditioned ones while an output is limited (see [`super::anti_windup`]); a sample that is not a finite number leaves the last valid one of its channel in place.
 
 use super::ControllerError;
 use super::anti_windup::correct_f32;
@@ -12,7 +13,11 @@ use super::scaling::{ScaledRealisation, rescaled};
 /// Full scale of Q31, 2³¹.
 const Q31_ONE: f64 = 2_147_483_648.0;
 
-/// The rows with single-precision coefficients.
+/// An output, before its limit, beyond this many times what states and inputs within their ranges can give does not
+/// come from operation: memory was never set, or was overwritten.
+const GUARD: f64 = 1024.0;
+
+/// The rows with single-precision coefficients, and one instance of the controller.
 #[derive(Clone, Debug)]
 pub struct Float32Program {
     /// Scaled rows; coefficients are exactly representable in single precision.
@@ -21,9 +26,18 @@ pub struct Float32Program {
     pub input_limit_m: f32,
     /// Output clamp, A.
     pub output_limit_a: f32,
+    /// Outputs before their limit beyond this, A, restart the controller.
+    pub output_guard_a: f32,
+    /// States that are clamped at ±1.
+    pub clamped: Vec<bool>,
     /// Rows of the anti-windup gain L, one a state, exactly representable in single precision.
     pub conditioning: Vec<Row>,
+    excess_a: Vec<f32>,
     state: Vec<f32>,
+    input_m: Vec<f32>,
+    signal: Vec<f32>,
+    bad_samples: u32,
+    restarts: u32,
 }
 
 /// Single-precision program of a scaled realisation, states at zero.
@@ -46,54 +60,117 @@ pub fn float32(scaled: &ScaledRealisation) -> Result<Float32Program, ControllerE
     }
     Ok(Float32Program {
         state: vec![0.0; rows.order()],
-        conditioning: scaled
-            .conditioning
-            .iter()
-            .map(|row| row.iter().map(|t| single(*t)).collect())
-            .collect(),
+        input_m: vec![0.0; rows.inputs],
+        signal: vec![0.0; rows.signals.len()],
+        bad_samples: 0,
+        restarts: 0,
+        clamped: scaled.clamped.clone(),
+        conditioning: single(&scaled.conditioning),
+        excess_a: vec![0.0; rows.outputs.len()],
         rows,
         input_limit_m: scaled.limits.input_m as f32,
         output_limit_a: scaled.limits.output_a as f32,
+        output_guard_a: (GUARD * scaled.output_reach_a.max(scaled.limits.output_a)) as f32,
     })
 }
 
 impl Float32Program {
     /// One sample: currents (A) from displacements (m); advances the state.
     pub fn step(&mut self, y: &[f32]) -> Vec<f32> {
+        let u = self.output(y);
+        self.update();
+        u
+    }
+
+    /// First half of a sample: currents (A) from displacements (m). A displacement that is not a finite number is
+    /// replaced by the last valid one of its channel. No output is ever NaN.
+    pub fn output(&mut self, y: &[f32]) -> Vec<f32> {
+        for (j, held) in self.input_m.iter_mut().enumerate() {
+            let sample = y.get(j).copied().unwrap_or(0.0);
+            if sample.is_finite() {
+                *held = clamp_f32(sample, self.input_limit_m);
+            } else {
+                self.bad_samples = self.bad_samples.saturating_add(1);
+            }
+        }
+        let mut u = self.sums();
+        self.excess_a.iter_mut().for_each(|e| *e = 0.0);
+        // NaN is within nothing.
+        let within = |u: &[f32], limit: f32| u.iter().all(|v| v.abs() <= limit);
+        if !within(&u, self.output_limit_a) {
+            if !within(&u, self.output_guard_a) {
+                self.state.iter_mut().for_each(|x| *x = 0.0);
+                self.restarts = self.restarts.saturating_add(1);
+                u = self.sums();
+            }
+            for (value, excess) in u.iter_mut().zip(&mut self.excess_a) {
+                let wanted = if value.is_nan() { 0.0 } else { *value };
+                *value = clamp_f32(wanted, self.output_limit_a);
+                *excess = *value - wanted;
+            }
+        }
+        u
+    }
+
+    /// Second half of a sample: advances the state, and conditions it while an output is limited.
+    pub fn update(&mut self) {
+        let v = self.values();
+        let mut next: Vec<f32> = self.rows.states.iter().map(|r| sum_f32(r, &v)).collect();
+        correct_f32(&mut next, &self.conditioning, &self.excess_a);
+        let limited = self.excess_a.iter().any(|e| *e != 0.0);
+        for (i, x) in next.iter_mut().enumerate() {
+            if self.clamped[i] || (limited && !self.conditioning[i].is_empty()) {
+                *x = clamp_f32(*x, 1.0);
+            }
+        }
+        self.state = next;
+    }
+
+    /// Samples of single channels that were not finite numbers, so far.
+    pub fn bad_samples(&self) -> u32 {
+        self.bad_samples
+    }
+
+    /// Restarts from zero states, because an output was not a number or implausible, so far.
+    pub fn restarts(&self) -> u32 {
+        self.restarts
+    }
+
+    /// Signals, which are kept for [`Self::update`], and outputs before their limit.
+    fn sums(&mut self) -> Vec<f32> {
         let mut v = self.state.clone();
-        v.extend(
-            (0..self.rows.inputs)
-                .map(|j| clamp_f32(y.get(j).copied().unwrap_or(0.0), self.input_limit_m)),
-        );
+        v.extend(&self.input_m);
         for row in &self.rows.signals {
             let value = sum_f32(row, &v);
             v.push(value);
         }
-        let wanted: Vec<f32> = self.rows.outputs.iter().map(|r| sum_f32(r, &v)).collect();
-        let outputs: Vec<f32> = wanted
-            .iter()
-            .map(|u| clamp_f32(*u, self.output_limit_a))
-            .collect();
-        let excess: Vec<f32> = outputs.iter().zip(&wanted).map(|(u, v)| u - v).collect();
-        let mut next: Vec<f32> = self.rows.states.iter().map(|r| sum_f32(r, &v)).collect();
-        correct_f32(&mut next, &self.conditioning, &excess);
-        self.state = next.into_iter().map(|x| clamp_f32(x, 1.0)).collect();
-        outputs
+        self.signal = v.split_off(self.state.len() + self.input_m.len());
+        let v = self.values();
+        self.rows.outputs.iter().map(|r| sum_f32(r, &v)).collect()
+    }
+
+    fn values(&self) -> Vec<f32> {
+        [&self.state[..], &self.input_m, &self.signal].concat()
     }
 }
 
-fn single(term: Term) -> Term {
-    Term {
+/// Rows with coefficients that single precision holds.
+fn single(rows: &[Row]) -> Vec<Row> {
+    let round = |term: &Term| Term {
         coefficient: f64::from(term.coefficient as f32),
-        ..term
-    }
+        ..*term
+    };
+    rows.iter()
+        .map(|row| row.iter().map(round).collect())
+        .collect()
 }
 
+/// Products are rounded one by one and added in row order.
 fn sum_f32(row: &Row, v: &[f32]) -> f32 {
-    row.iter().fold(0.0, |sum, term| {
-        let product = term.coefficient as f32 * v[term.source];
-        sum + product
-    })
+    row.iter()
+        .map(|term| term.coefficient as f32 * v[term.source])
+        .reduce(|sum, product| sum + product)
+        .unwrap_or(0.0)
 }
 
 fn clamp_f32(value: f32, limit: f32) -> f32 {
@@ -124,6 +201,10 @@ pub struct Q31Program {
     pub outputs: Vec<FixedRow>,
     /// Next states.
     pub states: Vec<FixedRow>,
+    /// Rows of the anti-windup gain L, one a state: conditioned states from the excess of the outputs.
+    pub conditioning: Vec<FixedRow>,
+    /// The excess is held in units of 2 to this power of the full scale, so that it fits.
+    pub excess_shift: u32,
     /// Number of inputs.
     pub inputs: usize,
     /// Displacement at full scale, m.
@@ -132,6 +213,9 @@ pub struct Q31Program {
     pub output_full_scale_a: f64,
     exact: Realisation,
     state: Vec<i32>,
+    input: Vec<i32>,
+    signal: Vec<i32>,
+    excess: Vec<i32>,
 }
 
 /// Q31 program of a scaled realisation, states at zero.
@@ -150,7 +234,27 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
     let rows = |list: &[Row]| -> Result<Vec<FixedRow>, ControllerError> {
         list.iter().map(fixed).collect()
     };
+    // |u − v| is at most the reach of v, in full scales.
+    let excess_shift = (scaled.output_reach_a / scaled.limits.output_a)
+        .max(1.0)
+        .log2()
+        .ceil() as u32;
+    let unit_a = scaled.limits.output_a * f64::from(excess_shift).exp2();
+    let conditioning: Vec<Row> = scaled
+        .conditioning
+        .iter()
+        .map(|row| {
+            let in_units = |t: &Term| Term {
+                coefficient: t.coefficient * unit_a,
+                ..*t
+            };
+            row.iter().map(in_units).collect()
+        })
+        .collect();
     Ok(Q31Program {
+        conditioning: rows(&conditioning)?,
+        excess_shift,
+        excess: vec![0; exact.outputs.len()],
         signals: rows(&exact.signals)?,
         outputs: rows(&exact.outputs)?,
         states: rows(&exact.states)?,
@@ -158,11 +262,14 @@ pub fn q31(scaled: &ScaledRealisation) -> Result<Q31Program, ControllerError> {
         input_full_scale_m: scaled.limits.input_m,
         output_full_scale_a: scaled.limits.output_a,
         state: vec![0; exact.order()],
+        input: vec![0; exact.inputs],
+        signal: vec![0; exact.signals.len()],
         exact,
     })
 }
 
-fn fixed(row: &Row) -> Result<FixedRow, ControllerError> {
+/// A row in Q31.
+pub(super) fn fixed(row: &Row) -> Result<FixedRow, ControllerError> {
     let sum: f64 = row.iter().map(|t| t.coefficient.abs()).sum();
     // Rounding may add half a unit a term; the shift must leave room for it.
     let exponent = if sum > 0.0 {
@@ -196,15 +303,54 @@ fn fixed(row: &Row) -> Result<FixedRow, ControllerError> {
 impl Q31Program {
     /// One sample: currents (fraction of full scale, Q31) from displacements (Q31); advances the state.
     pub fn step(&mut self, y: &[i32]) -> Vec<i32> {
-        let mut v = self.state.clone();
-        v.extend((0..self.inputs).map(|j| saturate(i64::from(y.get(j).copied().unwrap_or(0)))));
+        let u = self.output(y);
+        self.update();
+        u
+    }
+
+    /// First half of a sample: currents from displacements.
+    pub fn output(&mut self, y: &[i32]) -> Vec<i32> {
+        for (j, held) in self.input.iter_mut().enumerate() {
+            *held = saturate(i64::from(y.get(j).copied().unwrap_or(0)));
+        }
+        let mut v = [&self.state[..], &self.input].concat();
         for row in &self.signals {
             let value = sum_q31(row, &v);
             v.push(value);
         }
-        let outputs = self.outputs.iter().map(|row| sum_q31(row, &v)).collect();
-        self.state = self.states.iter().map(|row| sum_q31(row, &v)).collect();
-        outputs
+        self.signal = v.split_off(self.state.len() + self.input.len());
+        let v = self.values();
+        let wanted: Vec<i64> = self
+            .outputs
+            .iter()
+            .map(|row| rounded_sum(row, &v))
+            .collect();
+        let u: Vec<i32> = wanted.iter().map(|v| saturate(*v)).collect();
+        let half = (1i64 << self.excess_shift) >> 1;
+        self.excess = u
+            .iter()
+            .zip(&wanted)
+            .map(|(u, v)| saturate((i64::from(*u) - v + half) >> self.excess_shift))
+            .collect();
+        u
+    }
+
+    /// Second half of a sample: advances the state, and conditions it while an output is limited.
+    pub fn update(&mut self) {
+        let v = self.values();
+        self.state = self
+            .states
+            .iter()
+            .zip(&self.conditioning)
+            .map(|(row, correction)| {
+                let next = sum_q31(row, &v);
+                saturate(i64::from(next) + rounded_sum(correction, &self.excess))
+            })
+            .collect();
+    }
+
+    fn values(&self) -> Vec<i32> {
+        [&self.state[..], &self.input, &self.signal].concat()
     }
 
     /// A displacement as Q31 integer, rounded to nearest, saturated.
@@ -332,10 +478,15 @@ fn sum_f64(row: &Row, v: &[f64]) -> f64 {
 }
 
 fn sum_q31(row: &FixedRow, v: &[i32]) -> i32 {
+    saturate(rounded_sum(row, v))
+}
+
+/// The sum of a row, rounded and shifted, not yet saturated; zero for an empty row.
+fn rounded_sum(row: &FixedRow, v: &[i32]) -> i64 {
     let sum = row.terms.iter().fold(0i64, |sum, (source, coefficient)| {
         sum + i64::from(*coefficient) * i64::from(v[*source])
     });
-    saturate((sum + (1i64 << (row.shift - 1))) >> row.shift)
+    (sum + (1i64 << (row.shift - 1))) >> row.shift
 }
 
 fn saturate(value: i64) -> i32 {

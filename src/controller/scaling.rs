@@ -41,6 +41,11 @@ pub struct ScaledRealisation {
     /// Rows of L of [`super::anti_windup`], one a state; a term's source is the output, its coefficient scaled state
     /// per A. Empty rows: the state is not conditioned.
     pub conditioning: Vec<Row>,
+    /// True for states that float32 holds within ±1: those of `anti_windup` and those that do not decay. All others
+    /// stay within ±1 by themselves, because the input is clamped.
+    pub clamped: Vec<bool>,
+    /// Largest |u|, A, before its limit, with states within ±1 and inputs within their limit.
+    pub output_reach_a: f64,
 }
 
 /// Scales states and signals of a realisation to ±1.
@@ -82,6 +87,14 @@ pub fn scaled(
     };
     let slow = 1.0 - TAU * WINDUP_CORNER_HZ * realisation.sample_time_s;
     let (mut state_scale, mut anti_windup) = (Vec::new(), Vec::new());
+    let clamped = |anti_windup: &[bool]| -> Vec<bool> {
+        let decays = gains.states.iter().map(Option::is_some);
+        anti_windup
+            .iter()
+            .zip(decays)
+            .map(|(held, decays)| *held || !decays)
+            .collect()
+    };
     for i in 0..n {
         let own = transitions[i].iter().find(|t| t.source == i);
         let alone = transitions
@@ -124,12 +137,25 @@ pub fn scaled(
         return Err(range("state scale".to_owned(), *bad));
     }
     let rows = rescaled(realisation, &state_scale, &signal_scale, 1.0, 1.0);
+    let output_reach_a = (0..system.outputs())
+        .map(|i| {
+            let states: f64 = (0..n)
+                .map(|j| (system.c[(i, j)] * state_scale[j]).abs())
+                .sum();
+            let inputs: f64 = (0..m)
+                .map(|j| system.d[(i, j)].abs() * limits.input_m)
+                .sum();
+            states + inputs
+        })
+        .fold(0.0, f64::max);
     Ok(ScaledRealisation {
         rows,
         limits,
         conditioning: vec![Row::new(); state_scale.len()],
         state_scale,
         signal_scale,
+        clamped: clamped(&anti_windup),
+        output_reach_a,
         anti_windup,
     })
 }

@@ -16,6 +16,16 @@ const LARGEST_CHANGE: f64 = 2e-8;
 /// A zero beyond this radius is one at infinity: its factor is constant within 1e-7 on the unit circle.
 const ZERO_AT_INFINITY: f64 = 1e7;
 
+/// The sections of every axis, in order of computation, in metres and amperes; for the tables of firmware libraries.
+///
+/// # Errors
+/// As [`second_order_sections`], without the check of the transfer.
+pub fn cascades(system: &StateSpace<Discrete>) -> Result<Vec<Vec<Section>>, ControllerError> {
+    (0..system.inputs().min(system.outputs()))
+        .map(|axis| cascade(&axis_system(system, axis)?))
+        .collect()
+}
+
 /// Cascades of second-order sections of a decentralised controller (output i depends on input i alone).
 ///
 /// # Errors
@@ -24,11 +34,7 @@ const ZERO_AT_INFINITY: f64 = 1e7;
 pub fn second_order_sections(
     system: &StateSpace<Discrete>,
 ) -> Result<Realisation, ControllerError> {
-    let axes = system.inputs().min(system.outputs());
-    let mut cascades = Vec::new();
-    for axis in 0..axes {
-        cascades.push(cascade(&axis_system(system, axis)?)?);
-    }
+    let cascades = cascades(system)?;
     let n: usize = cascades.iter().flatten().map(|s| s.order).sum();
     let m = system.inputs();
     let (mut signals, mut outputs, mut states): (Vec<Row>, Vec<Row>, Vec<Row>) =
@@ -86,10 +92,14 @@ pub fn second_order_sections(
 }
 
 /// One section: b₀ + b₁z⁻¹ + b₂z⁻² over 1 + a₁z⁻¹ + a₂z⁻².
-struct Section {
-    order: usize,
-    b: [f64; 3],
-    a: [f64; 2],
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Section {
+    /// Number of poles, 0 to 2.
+    pub order: usize,
+    /// b₀, b₁, b₂.
+    pub b: [f64; 3],
+    /// a₁, a₂.
+    pub a: [f64; 2],
 }
 
 /// The part of the controller that axis `axis` reads and drives: states both reached from its input and seen at

@@ -3,12 +3,16 @@
 
 use super::controller_json::{channel_name, controller_json};
 use super::firmware_c::{FirmwareLabels, header, source};
+use super::firmware_sections::section_tables;
 use super::mat::mat_file;
 use crate::controller::arithmetic::{Float32Program, Q31Program, float32, q31};
+use crate::controller::continuous::continuous_fit;
+use crate::controller::hand_over::hand_over;
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::verification::Verification;
 use crate::controller::{ControlLaw, Controller, ControllerError, MachineTag};
 use crate::linalg::Mat;
+use crate::lti::{Discrete, StateSpace};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
@@ -23,13 +27,13 @@ const TEST_SEED: u64 = 20_000;
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Format {
-    /// `controller.h`, `controller.c`, `test_vectors.csv`.
+    /// `controller.h`, `controller.c`, `test_vectors.csv`; `sections.h` for a decentralised controller.
     C,
     /// `coefficients.csv`, `test_vectors.csv`.
     Csv,
     /// `controller.mat`.
     Mat,
-    /// `discrete.json` and, when given, `continuous.json`.
+    /// `discrete.json`, `continuous.json` and, when that is an approximation, `continuous_error.csv`.
     Json,
 }
 
@@ -53,7 +57,7 @@ impl Format {
 pub struct Firmware<'a> {
     /// The sampled controller as designed (double precision).
     pub discrete: &'a Controller,
-    /// The continuous controller it came from, when there is one.
+    /// The continuous controller it came from by sampling; without one, K(s) is fitted to the sampled controller.
     pub continuous: Option<&'a Controller>,
     /// The same controller as firmware computes it.
     pub scaled: &'a ScaledRealisation,
@@ -63,6 +67,8 @@ pub struct Firmware<'a> {
     pub machine: &'a str,
     /// The same for programs: files and hash, in the JSON files.
     pub tag: Option<&'a MachineTag>,
+    /// What every C symbol of the controller begins with, see [`super::firmware_c::is_prefix`].
+    pub prefix: &'a str,
 }
 
 /// Failure of the export.
@@ -74,6 +80,17 @@ pub enum FirmwareError {
     /// The `.mat` file could not be made.
     #[error("controller.mat: {0}")]
     Mat(#[from] std::io::Error),
+    /// Controllers that cannot share a table.
+    #[error("controller {prefix}: it has {what}")]
+    Table {
+        /// Its prefix.
+        prefix: String,
+        /// What differs, and what to do.
+        what: &'static str,
+    },
+    /// A C file could not be rendered.
+    #[error("C template: {0}")]
+    Template(#[from] minijinja::Error),
     /// Only sampled controllers run on a processor.
     #[error("{0}: firmware needs a sampled controller; discretise it first")]
     Continuous(String),
@@ -104,13 +121,8 @@ pub fn write_all(
     let (float, fixed) = (float32(firmware.scaled)?, q31(firmware.scaled)?);
     let wants = |format| formats.contains(&format);
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    if wants(Format::Json)
-        && let Some(continuous) = firmware.continuous
-    {
-        files.push((
-            "continuous.json".to_owned(),
-            controller_json(continuous, firmware.tag),
-        ));
+    if wants(Format::Json) {
+        files.extend(continuous_files(firmware, law)?);
     }
     if wants(Format::Mat) {
         let period = Mat::from_fn(1, 1, |_, _| law.time.period_s);
@@ -125,6 +137,7 @@ pub fn write_all(
     }
     if wants(Format::C) {
         let labels = FirmwareLabels {
+            prefix: firmware.prefix.to_owned(),
             name: firmware.discrete.name.clone(),
             machine: firmware.machine.to_owned(),
             input_sha256: sha256_hex(&json),
@@ -132,12 +145,24 @@ pub fn write_all(
         let bound = fixed.error_bound_a(TEST_SAMPLES);
         files.push((
             "controller.h".to_owned(),
-            header(firmware.scaled, firmware.verification, &labels).into_bytes(),
+            header(firmware.scaled, firmware.verification, &labels)?.into_bytes(),
         ));
         files.push((
             "controller.c".to_owned(),
-            source(firmware.scaled, &float, &fixed, bound).into_bytes(),
+            source(
+                firmware.prefix,
+                &float,
+                &fixed,
+                &hand_over(firmware.scaled)?,
+                bound,
+            )?
+            .into_bytes(),
         ));
+    }
+    if wants(Format::C)
+        && let Some(table) = section_tables(law, firmware.prefix, &firmware.discrete.name)?
+    {
+        files.push(("sections.h".to_owned(), table.into_bytes()));
     }
     if wants(Format::Csv) {
         let table = coefficient_table(firmware.scaled, &float, &fixed);
@@ -147,10 +172,39 @@ pub fn write_all(
         files.push(("discrete.json".to_owned(), json));
     }
     if wants(Format::C) || wants(Format::Csv) {
-        let table = test_vectors(float, fixed);
+        let table = test_vectors(firmware.scaled, float, fixed);
         files.push(("test_vectors.csv".to_owned(), table.into_bytes()));
     }
     Ok(files)
+}
+
+/// The continuous controller that the sampled one came from, or else the fitted one with its error over frequency.
+fn continuous_files(
+    firmware: &Firmware<'_>,
+    law: &StateSpace<Discrete>,
+) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
+    if let Some(continuous) = firmware.continuous {
+        return Ok(vec![(
+            "continuous.json".to_owned(),
+            controller_json(continuous, firmware.tag),
+        )]);
+    }
+    let fit = continuous_fit(law)?;
+    let mut table = String::from("frequency_hz,relative_error\n");
+    for (frequency_hz, error) in &fit.relative_error {
+        let _ = writeln!(table, "{frequency_hz:e},{error:e}");
+    }
+    let controller = Controller {
+        name: firmware.discrete.name.clone(),
+        law: ControlLaw::Continuous(fit.law),
+    };
+    Ok(vec![
+        (
+            "continuous.json".to_owned(),
+            controller_json(&controller, firmware.tag),
+        ),
+        ("continuous_error.csv".to_owned(), table.into_bytes()),
+    ])
 }
 
 /// One line per product: row, source, coefficient in double, float32 and Q31, post shift of the row.
@@ -203,11 +257,17 @@ fn coefficient_table(
     text
 }
 
-/// Inputs and expected outputs: an impulse on each axis, a random stretch well inside the limits, a step that
-/// saturates, and rest. Both programs start from zero states.
-fn test_vectors(mut float: Float32Program, mut fixed: Q31Program) -> String {
+/// Inputs and expected outputs: an impulse on each axis, a random stretch within all limits, a step that saturates,
+/// and rest. Both programs start from zero states.
+fn test_vectors(
+    scaled: &ScaledRealisation,
+    mut float: Float32Program,
+    mut fixed: Q31Program,
+) -> String {
     let (inputs, outputs) = (float.rows.inputs, float.rows.outputs.len());
     let limit = fixed.input_full_scale_m;
+    // Half the output limit at most: the states stay within ±1 for inputs at theirs.
+    let linear = limit * (0.5 * scaled.limits.output_a / scaled.output_reach_a).min(0.1);
     let mut random = ChaCha8Rng::seed_from_u64(TEST_SEED);
     let mut text = String::from("sample");
     for unit in ["m", "a", "q31", "q31"].into_iter().enumerate() {
@@ -228,7 +288,7 @@ fn test_vectors(mut float: Float32Program, mut fixed: Q31Program) -> String {
                 match sample {
                     // Impulses of a hundredth of the range, 24 samples apart.
                     0..96 => f64::from(u8::from(sample == 24 * j)) * 0.01 * limit,
-                    96..176 => 0.02 * limit * noise,
+                    96..176 => linear * noise,
                     176..216 => (0.5 + 0.1 * noise) * limit * if j % 2 == 0 { 1.0 } else { -1.0 },
                     _ => 0.0,
                 }

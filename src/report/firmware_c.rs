@@ -1,15 +1,54 @@
-//! C99 header and source of a controller, no dependencies: float32 and Q31, one table of sums of products each.
+//! C99 header and source of a controller, no dependencies: float32 and Q31, written out sum by sum from templates.
 //! The arithmetic is that of [`crate::controller::arithmetic`]; test vectors computed there must come out bit for bit.
 
-use crate::controller::arithmetic::{FixedRow, Float32Program, Q31Program};
-use crate::controller::realise::Row;
+use super::firmware_rows::{float32_statements, hex_float, q31_statements};
+use crate::controller::arithmetic::{Float32Program, Q31Program};
+use crate::controller::hand_over::HandOver;
+use crate::controller::realise::{Realisation, Row};
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::verification::Verification;
-use std::fmt::Write;
+use minijinja::{Environment, Value, context};
+
+const HEADER: &str = include_str!("templates/controller.h");
+const SOURCE: &str = include_str!("templates/controller.c");
+
+/// Names that a source file with a single controller may use in place of the prefixed ones: types and functions.
+const GENERIC_NAMES: [&str; 16] = [
+    "f32",
+    "f32_init",
+    "f32_output",
+    "f32_update",
+    "f32_step",
+    "f32_hand_over",
+    "f32_state",
+    "f32_bad_samples",
+    "f32_restarts",
+    "q31",
+    "q31_init",
+    "q31_output",
+    "q31_update",
+    "q31_step",
+    "q31_hand_over",
+    "q31_state",
+];
+/// The same for constants.
+const GENERIC_CONSTANTS: [&str; 9] = [
+    "INPUTS",
+    "OUTPUTS",
+    "STATES",
+    "SIGNALS",
+    "SAMPLE_TIME_S",
+    "INPUT_LIMIT_M",
+    "OUTPUT_LIMIT_A",
+    "VERIFIED",
+    "INPUT_SHA256",
+];
 
 /// What the C files say besides the coefficients.
 #[derive(Clone, Debug)]
 pub struct FirmwareLabels {
+    /// What every symbol, type and macro of the controller begins with.
+    pub prefix: String,
     /// Controller name.
     pub name: String,
     /// Spindle and tool, for the reader.
@@ -18,116 +57,183 @@ pub struct FirmwareLabels {
     pub input_sha256: String,
 }
 
-/// Memory of the tables and of one instance, bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Memory {
-    /// Constant tables.
-    pub tables: usize,
-    /// State of one instance.
-    pub state: usize,
+/// A name as C identifier: lower case, other characters as underscores, a letter first.
+pub fn c_identifier(name: &str) -> String {
+    let plain: String = name
+        .chars()
+        .map(|c| {
+            if c.is_ascii_alphanumeric() {
+                c.to_ascii_lowercase()
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    match plain.chars().next() {
+        Some(first) if first.is_ascii_lowercase() => plain,
+        Some(_) => format!("tool_{}", plain.trim_start_matches('_')),
+        None => "controller".to_owned(),
+    }
+}
+
+/// True for what `--prefix` may be: a C identifier that begins with a letter and is not the generic name itself.
+pub fn is_prefix(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic())
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && !text.eq_ignore_ascii_case("muspin")
 }
 
 /// `controller.h`.
+///
+/// # Errors
+/// When the template does not render, which is a defect of the program.
 pub fn header(
     scaled: &ScaledRealisation,
     verification: &Verification,
     labels: &FirmwareLabels,
-) -> String {
+) -> Result<String, minijinja::Error> {
     let rows = &scaled.rows;
-    let products = rows.multiplications();
-    let (f32_memory, q31_memory) = (memory(scaled, 0), memory(scaled, 1));
-    let verified = if verification.is_proven() { "1" } else { "0" };
-    let mut text = String::new();
-    let notes: String = rows
-        .notes
+    let upper = labels.prefix.to_ascii_uppercase();
+    let generics: Vec<[String; 2]> = GENERIC_NAMES
         .iter()
-        .map(|note| format!(" * Note: {}.\n", comment(note)))
+        .map(|n| [format!("muspin_{n}"), format!("{}_{n}", labels.prefix)])
+        .chain(
+            GENERIC_CONSTANTS
+                .iter()
+                .map(|n| [format!("MUSPIN_{n}"), format!("{upper}_{n}")]),
+        )
         .collect();
-    let _ = write!(
-        text,
-        "/* Magnetic-bearing controller: u = K y, written by muspin.
- *
- * Controller: {name}
- * Machine:    {machine}
- * SHA-256 of the controller JSON: {hash}
- * Stability:  {stability}
- *
- * Form: {form}; {n} states, {s} signals, {m} inputs, {p} outputs.
-{notes} * Sample time {ts:e} s. Inputs: displacements front_x, front_y, rear_x, rear_y, m. Outputs: currents, A.
- * Per sample: {products} multiplications, {products} additions, plus clamps of {m} inputs, {p} outputs, {n} states.
- * Memory: float32 {ft} bytes of tables, {fs} bytes of state; Q31 {qt} and {qs}.
- *
- * Limits: inputs beyond +-{ylim:e} m and outputs beyond +-{ulim:e} A are clamped. States are scaled so that +-1
- * is their range for inputs within the limit and are clamped there; for slow real poles +-1 is the output limit, so
- * the clamp is the anti-windup. Within the limits no clamp acts and the controller is linear.
- *
- * float32: compile with -ffp-contract=off (no fused multiply-add); then the test vectors come out bit for bit.
- * Q31: y and u are fractions of MUSPIN_INPUT_LIMIT_M and MUSPIN_OUTPUT_LIMIT_A times 2^31; 64-bit sums, rounded to
- * nearest, saturated. MUSPIN_NO_F32 or MUSPIN_NO_Q31 leaves one of the two out.
- * Self test: cc -std=c99 -ffp-contract=off -DMUSPIN_SELF_TEST controller.c -o selftest && ./selftest test_vectors.csv
- */
-#ifndef MUSPIN_CONTROLLER_H
-#define MUSPIN_CONTROLLER_H
-
-#include <stdint.h>
-
-#define MUSPIN_INPUTS {m}
-#define MUSPIN_OUTPUTS {p}
-#define MUSPIN_STATES {n}
-#define MUSPIN_SIGNALS {s}
-#define MUSPIN_SAMPLE_TIME_S {ts:e}
-#define MUSPIN_INPUT_LIMIT_M {ylim:e}
-#define MUSPIN_OUTPUT_LIMIT_A {ulim:e}
-/* 1: the closed loop is proven stable at every speed of the range; 0: it is not, see above. */
-#define MUSPIN_VERIFIED {verified}
-#define MUSPIN_INPUT_SHA256 \"{hash}\"
-
-#ifndef MUSPIN_NO_F32
-typedef struct {{ float state[{room}]; }} muspin_f32;
-/* Sets the states to zero. */
-void muspin_f32_init(muspin_f32 *c);
-/* One sample: currents (A) from displacements (m). Inputs must be numbers. */
-void muspin_f32_step(muspin_f32 *c, const float y_m[MUSPIN_INPUTS], float u_a[MUSPIN_OUTPUTS]);
-#endif
-
-#ifndef MUSPIN_NO_Q31
-typedef struct {{ int32_t state[{room}]; }} muspin_q31;
-/* Sets the states to zero. */
-void muspin_q31_init(muspin_q31 *c);
-/* One sample: currents from displacements, both as Q31 fractions of full scale. */
-void muspin_q31_step(muspin_q31 *c, const int32_t y[MUSPIN_INPUTS], int32_t u[MUSPIN_OUTPUTS]);
-#endif
-
-#endif
-",
-        name = comment(&labels.name),
-        machine = comment(&labels.machine),
-        hash = labels.input_sha256,
-        stability = comment(&stability_words(verification)),
-        form = rows.form.name(),
-        n = rows.order(),
-        s = rows.signals.len(),
-        m = rows.inputs,
-        p = rows.outputs.len(),
-        ts = rows.sample_time_s,
-        ylim = scaled.limits.input_m,
-        ulim = scaled.limits.output_a,
-        room = rows.order().max(1),
-        ft = f32_memory.tables,
-        fs = f32_memory.state,
-        qt = q31_memory.tables,
-        qs = q31_memory.state,
-    );
-    text
+    let count = |list: &[Row]| list.iter().map(Vec::len).sum::<usize>();
+    let conditioned = is_conditioned(&scaled.conditioning);
+    let mut anti_windup = String::new();
+    if scaled.anti_windup.contains(&true) {
+        anti_windup.push_str(
+            "\n * For slow real poles +-1 is the output limit; they are clamped there, so that they do not wind up.",
+        );
+    }
+    if conditioned {
+        anti_windup.push_str(
+            "\n * Anti-windup: while an output is limited, the slow states are corrected by a gain times what the limit took away.",
+        );
+    }
+    let excess = if conditioned {
+        rows.outputs.len() + 1
+    } else {
+        0
+    };
+    let words = rows.order() + rows.inputs + rows.signals.len() + excess;
+    render(
+        HEADER,
+        context! {
+            notes => rows.notes.iter().map(|n| comment(n)).collect::<Vec<_>>(),
+            controller => comment(&labels.name),
+            machine => comment(&labels.machine),
+            sha256 => labels.input_sha256,
+            stability => comment(&stability_words(verification)),
+            form => rows.form.name(),
+            sample_time => format!("{:e}", rows.sample_time_s),
+            products => rows.multiplications(),
+            output_products => count(&rows.signals) + count(&rows.outputs),
+            bytes => 4 * (words + 1),
+            q31_bytes => 4 * words,
+            input_limit => format!("{:e}", scaled.limits.input_m),
+            output_limit => format!("{:e}", scaled.limits.output_a),
+            verified => u8::from(verification.is_proven()),
+            anti_windup,
+            conditioned,
+            generics,
+            ..shape(rows, &labels.prefix)
+        },
+    )
 }
 
-/// How far a proof that does not reach the largest speed goes.
-fn unproven_words(verification: &Verification) -> String {
-    match (&verification.proof_failure, &verification.proof) {
-        (Some(failure), _) => format!("it could not be proven: {failure}"),
-        (None, Some(proof)) => format!("proven only to {:.0} rpm", proof.proven_to_rpm()),
-        (None, None) => "not proven".to_owned(),
+/// `controller.c`; `error_bound_a` is the bound on Q31 against exact arithmetic over the test vectors.
+///
+/// # Errors
+/// When the template does not render, which is a defect of the program.
+pub fn source(
+    prefix: &str,
+    float: &Float32Program,
+    fixed: &Q31Program,
+    hand_over: &HandOver,
+    error_bound_a: f64,
+) -> Result<String, minijinja::Error> {
+    let rows = &float.rows;
+    let (n, m) = (rows.order(), rows.inputs);
+    let reads = |list: &mut dyn Iterator<Item = &Row>, from: usize, to: usize| {
+        list.flatten().any(|t| (from..to).contains(&t.source))
+    };
+    let mut leaving = rows.signals.iter().chain(&rows.outputs);
+    let output_reads_states = reads(&mut leaving.clone(), 0, n);
+    let output_reads_inputs = reads(&mut leaving, n, n + m);
+    let (single, integer) = (
+        float32_statements(float, prefix),
+        q31_statements(fixed, prefix),
+    );
+    render(
+        SOURCE,
+        context! {
+            input_limit_f32 => hex_float(float.input_limit_m),
+            output_limit_f32 => hex_float(float.output_limit_a),
+            output_guard_f32 => hex_float(float.output_guard_a),
+            error_bound => format!("{error_bound_a:.3e}"),
+            output_reads_states,
+            output_reads_inputs,
+            outputs_unused => !output_reads_states && !output_reads_inputs,
+            update_reads_inputs => reads(&mut rows.states.iter(), n, n + m),
+            f32_output => single.output,
+            f32_update => single.update,
+            f32_conditioning => single.conditioning,
+            f32_clamps => single.clamps,
+            conditioned => is_conditioned(&float.conditioning),
+            excess_shift => fixed.excess_shift,
+            q31_conditioning => integer.conditioning,
+            q31_output => integer.output,
+            q31_update => integer.update,
+            f32_hand_over => table(hand_over.float32.iter().map(|row| {
+                row.iter().map(|t| hex_float(t.coefficient as f32)).collect()
+            })),
+            q31_hand_over => table(hand_over.q31.iter().map(|row| {
+                row.terms.iter().map(|t| t.1.to_string()).collect()
+            })),
+            q31_hand_over_shifts => hand_over.q31.iter().map(|r| r.shift.to_string()).collect::<Vec<_>>().join(", "),
+            ..shape(rows, prefix)
+        },
+    )
+}
+
+/// Names and sizes that both files use. C has no empty arrays: `_room` is at least one.
+fn shape(rows: &Realisation, prefix: &str) -> Value {
+    context! {
+        name => prefix,
+        NAME => prefix.to_ascii_uppercase(),
+        states => rows.order(),
+        signals => rows.signals.len(),
+        inputs => rows.inputs,
+        outputs => rows.outputs.len(),
+        state_room => rows.order().max(1),
+        input_room => rows.inputs.max(1),
+        output_room => rows.outputs.len().max(1),
     }
+}
+
+/// True when some state is corrected while an output is limited.
+fn is_conditioned(rows: &[Row]) -> bool {
+    rows.iter().any(|row| !row.is_empty())
+}
+
+/// Rows of a two-dimensional C array.
+fn table(rows: impl Iterator<Item = Vec<String>>) -> String {
+    rows.map(|row| format!("        {{{}}},\n", row.join(", ")))
+        .collect()
+}
+
+/// A C file from its template.
+pub(super) fn render(template: &str, values: Value) -> Result<String, minijinja::Error> {
+    let mut environment = Environment::new();
+    environment.set_keep_trailing_newline(true);
+    environment.set_undefined_behavior(minijinja::UndefinedBehavior::Strict);
+    environment.render_str(template, values)
 }
 
 /// One sentence on what is known about the closed loop.
@@ -175,315 +281,20 @@ pub fn stability_words(verification: &Verification) -> String {
     words
 }
 
-/// `controller.c`; `error_bound_a` is the bound on Q31 against exact arithmetic over the test vectors.
-pub fn source(
-    scaled: &ScaledRealisation,
-    float: &Float32Program,
-    fixed: &Q31Program,
-    error_bound_a: f64,
-) -> String {
-    let rows = &scaled.rows;
-    let (n, m, s, p) = (
-        rows.order(),
-        rows.inputs,
-        rows.signals.len(),
-        rows.outputs.len(),
-    );
-    let index = if n + m + s <= 256 {
-        "uint8_t"
-    } else {
-        "uint16_t"
-    };
-    let mut text = String::from(
-        "/* Written by muspin; see controller.h. Every value is a sum of products: coefficient k times value source[k] of\n \
-         * v = [states; inputs; signals]. Rows in order: signals, outputs, next states; row r ends before row_end[r]. */\n\
-         #include \"controller.h\"\n\n",
-    );
-    let labels: Vec<String> = (0..s)
-        .map(|i| format!("signal {i}"))
-        .chain((0..p).map(|i| format!("output {i}")))
-        .chain((0..n).map(|i| format!("state {i}")))
-        .collect();
-    let all: Vec<&Row> = rows.rows().collect();
-    let count = rows.multiplications().max(1);
-    table(
-        &mut text,
-        &format!("static const {index} source[{count}]"),
-        &labels,
-        all.iter()
-            .map(|row| row.iter().map(|t| t.source.to_string()).collect()),
-    );
-    let mut end = 0;
-    table(
-        &mut text,
-        &format!("static const uint16_t row_end[{}]", all.len().max(1)),
-        &["rows".to_owned()],
-        std::iter::once(
-            all.iter()
-                .map(|row| {
-                    end += row.len();
-                    end.to_string()
-                })
-                .collect(),
-        ),
-    );
-    text.push_str("\n#ifndef MUSPIN_NO_F32\n#include <float.h>\n");
-    text.push_str(
-        "#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && !defined(MUSPIN_ALLOW_EXCESS_PRECISION)\n\
-         #error \"float expressions are evaluated with excess precision: test vectors will not match\"\n#endif\n\
-         #if defined(__clang__)\n#pragma STDC FP_CONTRACT OFF\n#endif\n\n",
-    );
-    table(
-        &mut text,
-        &format!("static const float f32_coefficient[{count}]"),
-        &labels,
-        float.rows.rows().map(|row| {
-            row.iter()
-                .map(|t| hex_float(t.coefficient as f32))
-                .collect()
-        }),
-    );
-    let _ = writeln!(
-        text,
-        "\nstatic const float f32_input_limit = {};\nstatic const float f32_output_limit = {};",
-        hex_float(float.input_limit_m),
-        hex_float(float.output_limit_a)
-    );
-    text.push_str(F32_STEP);
-    text.push_str("#endif\n\n#ifndef MUSPIN_NO_Q31\n");
-    let _ = writeln!(
-        text,
-        "/* Over the test vectors Q31 stays within {error_bound_a:.3e} A of exact arithmetic (bound from rounding and \
-         coefficients). */"
-    );
-    let fixed_rows = || {
-        fixed
-            .signals
-            .iter()
-            .chain(&fixed.outputs)
-            .chain(&fixed.states)
-    };
-    table(
-        &mut text,
-        &format!("static const int32_t q31_coefficient[{count}]"),
-        &labels,
-        fixed_rows().map(|row: &FixedRow| row.terms.iter().map(|t| t.1.to_string()).collect()),
-    );
-    table(
-        &mut text,
-        &format!("static const uint8_t q31_shift[{}]", all.len().max(1)),
-        &["rows".to_owned()],
-        std::iter::once(fixed_rows().map(|row| row.shift.to_string()).collect()),
-    );
-    text.push_str(Q31_STEP);
-    text.push_str("#endif\n\n");
-    text.push_str(SELF_TEST);
-    text
-}
-
-/// Bytes of tables and state; index size and coefficient size are those of the source.
-fn memory(scaled: &ScaledRealisation, extra_per_row: usize) -> Memory {
-    let rows = &scaled.rows;
-    let values = rows.order() + rows.inputs + rows.signals.len();
-    let index = if values <= 256 { 1 } else { 2 };
-    Memory {
-        tables: rows.multiplications() * (4 + index) + rows.rows().count() * (2 + extra_per_row),
-        state: 4 * rows.order(),
-    }
-}
-
-/// A table with one labelled line a row; an empty table holds one zero, since C has no empty arrays.
-fn table(
-    text: &mut String,
-    declaration: &str,
-    labels: &[String],
-    rows: impl Iterator<Item = Vec<String>>,
-) {
-    let _ = writeln!(text, "{declaration} = {{");
-    let mut empty = true;
-    for (label, row) in labels.iter().zip(rows) {
-        if row.is_empty() {
-            continue;
-        }
-        empty = false;
-        let _ = writeln!(text, "    /* {label} */ {},", row.join(", "));
-    }
-    text.push_str(if empty { "    0\n};\n" } else { "};\n" });
-}
-
-/// A float as C99 hexadecimal constant: exact.
-pub fn hex_float(value: f32) -> String {
-    let bits = value.to_bits();
-    let sign = if bits >> 31 == 1 { "-" } else { "" };
-    let (exponent, mantissa) = (((bits >> 23) & 0xff) as i32, (bits & 0x7f_ffff) << 1);
-    match (exponent, mantissa) {
-        (0, 0) => format!("{sign}0.0f"),
-        (0, _) => format!("{sign}0x0.{mantissa:06x}p-126f"),
-        _ => format!("{sign}0x1.{mantissa:06x}p{}f", exponent - 127),
+/// How far a proof that does not reach the largest speed goes.
+fn unproven_words(verification: &Verification) -> String {
+    match (&verification.proof_failure, &verification.proof) {
+        (Some(failure), _) => format!("it could not be proven: {failure}"),
+        (None, Some(proof)) => format!("proven only to {:.0} rpm", proof.proven_to_rpm()),
+        (None, None) => "not proven".to_owned(),
     }
 }
 
 /// Text that cannot end a C comment, one line.
-fn comment(text: &str) -> String {
+pub(super) fn comment(text: &str) -> String {
     text.replace("*/", "* /")
         .replace("/*", "/ *")
         .chars()
         .map(|c| if c.is_control() { ' ' } else { c })
         .collect()
 }
-
-const F32_STEP: &str = "
-static float f32_clamp(float value, float limit)
-{
-    if (value > limit) {
-        return limit;
-    }
-    return value < -limit ? -limit : value;
-}
-
-static float f32_sum(const float *v, unsigned *k, unsigned end)
-{
-    float sum = 0.0f;
-    for (; *k < end; ++*k) {
-        const float product = f32_coefficient[*k] * v[source[*k]];
-        sum = sum + product;
-    }
-    return sum;
-}
-
-void muspin_f32_init(muspin_f32 *c)
-{
-    unsigned i;
-    for (i = 0; i < sizeof c->state / sizeof c->state[0]; ++i) {
-        c->state[i] = 0.0f;
-    }
-}
-
-void muspin_f32_step(muspin_f32 *c, const float y_m[MUSPIN_INPUTS], float u_a[MUSPIN_OUTPUTS])
-{
-    float v[MUSPIN_STATES + MUSPIN_INPUTS + MUSPIN_SIGNALS];
-    int i;
-    unsigned k = 0, row = 0;
-    for (i = 0; i < MUSPIN_STATES; ++i) {
-        v[i] = c->state[i];
-    }
-    for (i = 0; i < MUSPIN_INPUTS; ++i) {
-        v[MUSPIN_STATES + i] = f32_clamp(y_m[i], f32_input_limit);
-    }
-    for (i = 0; i < MUSPIN_SIGNALS; ++i) {
-        v[MUSPIN_STATES + MUSPIN_INPUTS + i] = f32_sum(v, &k, row_end[row++]);
-    }
-    for (i = 0; i < MUSPIN_OUTPUTS; ++i) {
-        u_a[i] = f32_clamp(f32_sum(v, &k, row_end[row++]), f32_output_limit);
-    }
-    for (i = 0; i < MUSPIN_STATES; ++i) {
-        c->state[i] = f32_clamp(f32_sum(v, &k, row_end[row++]), 1.0f);
-    }
-}
-";
-
-const Q31_STEP: &str = "
-/* Right shifts of negative numbers must be arithmetic, as on every usual target. */
-typedef char muspin_arithmetic_shift[((-1) >> 1) == -1 ? 1 : -1];
-
-static int32_t q31_saturate(int64_t value)
-{
-    if (value > INT32_MAX) {
-        return INT32_MAX;
-    }
-    return value < -INT32_MAX ? -INT32_MAX : (int32_t)value;
-}
-
-static int32_t q31_sum(const int32_t *v, unsigned *k, unsigned end, unsigned shift)
-{
-    int64_t sum = 0;
-    for (; *k < end; ++*k) {
-        sum += (int64_t)q31_coefficient[*k] * v[source[*k]];
-    }
-    return q31_saturate((sum + ((int64_t)1 << (shift - 1))) >> shift);
-}
-
-void muspin_q31_init(muspin_q31 *c)
-{
-    unsigned i;
-    for (i = 0; i < sizeof c->state / sizeof c->state[0]; ++i) {
-        c->state[i] = 0;
-    }
-}
-
-void muspin_q31_step(muspin_q31 *c, const int32_t y[MUSPIN_INPUTS], int32_t u[MUSPIN_OUTPUTS])
-{
-    int32_t v[MUSPIN_STATES + MUSPIN_INPUTS + MUSPIN_SIGNALS];
-    int i;
-    unsigned k = 0, row = 0;
-    for (i = 0; i < MUSPIN_STATES; ++i) {
-        v[i] = c->state[i];
-    }
-    for (i = 0; i < MUSPIN_INPUTS; ++i) {
-        v[MUSPIN_STATES + i] = q31_saturate(y[i]);
-    }
-    for (i = 0; i < MUSPIN_SIGNALS; ++i, ++row) {
-        v[MUSPIN_STATES + MUSPIN_INPUTS + i] = q31_sum(v, &k, row_end[row], q31_shift[row]);
-    }
-    for (i = 0; i < MUSPIN_OUTPUTS; ++i, ++row) {
-        u[i] = q31_sum(v, &k, row_end[row], q31_shift[row]);
-    }
-    for (i = 0; i < MUSPIN_STATES; ++i, ++row) {
-        c->state[i] = q31_sum(v, &k, row_end[row], q31_shift[row]);
-    }
-}
-";
-
-const SELF_TEST: &str = r#"#ifdef MUSPIN_SELF_TEST
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-/* Reads test_vectors.csv (columns: sample, y in m, u in A, y and u in Q31) and compares bit for bit. */
-int main(int argc, char **argv)
-{
-    static char line[4096];
-    FILE *file = fopen(argc > 1 ? argv[1] : "test_vectors.csv", "r");
-    muspin_f32 f;
-    muspin_q31 q;
-    long samples = 0, wrong_f32 = 0, wrong_q31 = 0;
-    if (!file || !fgets(line, sizeof line, file)) {
-        fprintf(stderr, "cannot read the test vectors\n");
-        return 2;
-    }
-    muspin_f32_init(&f);
-    muspin_q31_init(&q);
-    while (fgets(line, sizeof line, file)) {
-        float y[MUSPIN_INPUTS], u[MUSPIN_OUTPUTS], expected;
-        int32_t yq[MUSPIN_INPUTS], uq[MUSPIN_OUTPUTS];
-        char *at = strchr(line, ',');
-        int i;
-        float uf[MUSPIN_OUTPUTS];
-        for (i = 0; i < MUSPIN_INPUTS && at; ++i) {
-            y[i] = strtof(at + 1, &at);
-        }
-        for (i = 0; i < MUSPIN_OUTPUTS && at; ++i) {
-            uf[i] = strtof(at + 1, &at);
-        }
-        for (i = 0; i < MUSPIN_INPUTS && at; ++i) {
-            yq[i] = (int32_t)strtol(at + 1, &at, 10);
-        }
-        if (!at) {
-            fprintf(stderr, "sample %ld: a column is missing\n", samples);
-            return 2;
-        }
-        muspin_f32_step(&f, y, u);
-        muspin_q31_step(&q, yq, uq);
-        for (i = 0; i < MUSPIN_OUTPUTS; ++i) {
-            expected = uf[i];
-            wrong_f32 += memcmp(&u[i], &expected, sizeof expected) != 0;
-            wrong_q31 += uq[i] != (int32_t)strtol(at + 1, &at, 10);
-        }
-        ++samples;
-    }
-    fclose(file);
-    printf("%ld samples, float32 mismatches %ld, Q31 mismatches %ld\n", samples, wrong_f32, wrong_q31);
-    return samples == 0 || wrong_f32 || wrong_q31;
-}
-#endif
-"#;

@@ -17,6 +17,7 @@ mod diagnose_next;
 mod dk;
 mod effects_table;
 mod firmware;
+mod firmware_c;
 mod generator;
 mod hold;
 mod identify_sweeps;

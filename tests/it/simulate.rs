@@ -318,7 +318,7 @@ fn export_and_simulate_run_from_the_command_line() {
     assert_eq!(summary["verified"], true);
     let header = std::fs::read_to_string(folder.path().join("x/controller.h")).unwrap();
     assert!(
-        header.contains("#define MUSPIN_VERIFIED 1")
+        header.contains("#define PAPER_TOOL_VERIFIED 1")
             && header.contains("verified, closed loop proven stable")
     );
     for name in [
@@ -379,7 +379,7 @@ fn export_and_simulate_run_from_the_command_line() {
     ];
     assert_eq!(muspin(&forced, folder.path()).0, 1);
     let header = std::fs::read_to_string(folder.path().join("w/controller.h")).unwrap();
-    assert!(header.contains("UNSTABLE") && header.contains("#define MUSPIN_VERIFIED 0"));
+    assert!(header.contains("UNSTABLE") && header.contains("#define PAPER_TOOL_VERIFIED 0"));
 
     let simulate = [
         "simulate",
