@@ -3,12 +3,14 @@
 use super::controlled_machine::machine_tag;
 use super::design::{add_controller, finish, run_design};
 use super::design_arguments::{PidArguments, PidEffort};
+use super::machine::load_machine;
+use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
 use crate::controller::MachineTag;
 use crate::controller::pid_tune::tune;
-use crate::input::{load_machine, load_weights, spindle_yaml, tool_yaml};
+use crate::input::{load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict, rival_settings};
 use crate::pipeline::design::DesignSettings;
 use crate::pipeline::problems::largest_tightening;
@@ -16,6 +18,7 @@ use crate::pipeline::worst::{WorstPrediction, worst_predictions};
 use crate::predict::sensitivity::Zone;
 use crate::report::comparison::pid_json;
 use crate::report::controller_json::controller_json;
+use crate::report::manifest::{MANIFEST, is_inside};
 use crate::report::plot::machining::{ToolQuantity, tool_stiffness, tools};
 use crate::report::plot::{Curve, Figure, Role};
 use crate::report::results::ResultsFolder;
@@ -25,6 +28,7 @@ use crate::report::tables::Table;
 use crate::report::worst::{least_over_speed, worst_json};
 use crate::spindle::Machine;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Arguments of `muspin batch`.
@@ -92,8 +96,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     // Every file is read before the first design starts.
     let machines = sources
         .iter()
-        .map(|tool| Ok(load_machine(&arguments.spindle, tool)?))
+        .map(|tool| load_machine(&arguments.spindle, tool))
         .collect::<Result<Vec<_>, Failure>>()?;
+    distinct_names(&sources, &machines)?;
+    let read = sources
+        .iter()
+        .chain([&arguments.spindle, &arguments.weights]);
+    claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let progress = Progress::start();
     let mut folder = ResultsFolder::new();
     let mut rows = vec![];
@@ -133,6 +142,38 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         Outcome::TargetMissed
     })
+}
+
+/// Names of files and folders that the batch writes beside the folder of each tool.
+const RESERVED: [&str; 5] = [
+    "plots",
+    "report.html",
+    "summary.json",
+    "tools.csv",
+    MANIFEST,
+];
+
+/// Every tool needs a folder of its own, on file systems that do not tell upper from lower case as well.
+fn distinct_names(sources: &[String], machines: &[Machine]) -> Result<(), Failure> {
+    let mut known: BTreeMap<String, &String> = BTreeMap::new();
+    for (source, machine) in sources.iter().zip(machines) {
+        let name = &machine.tool.name;
+        let refused = |rule: String| {
+            Err(Failure::new(format!("{source}: name: {name:?} {rule}"))
+                .with_hint("the results of a tool go to a folder of its name: change `name:` in the tool file"))
+        };
+        let folder = name.to_lowercase();
+        if name.contains('/') || !is_inside(name) {
+            return refused("cannot be the name of a folder".into());
+        }
+        if RESERVED.contains(&folder.as_str()) {
+            return refused("is the name of a file or folder of the batch itself".into());
+        }
+        if let Some(first) = known.insert(folder, source) {
+            return refused(format!("is the name of the tool in {first} already"));
+        }
+    }
+    Ok(())
 }
 
 /// Design, rival and figures of one tool; its controller goes into the folder.

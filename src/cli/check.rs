@@ -1,17 +1,22 @@
-//! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys.
+//! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys. Every file is read, so that one
+//! call tells all that is wrong; what only looks wrong is a warning.
 
+use super::machine::{mesh_warning, say};
 use super::plausibility::Records;
 use super::{Failure, Outcome, stdout};
+use crate::input::hammer::{read_hammer, read_mode_shapes};
 use crate::input::kind::FileKind;
+use crate::input::sweep::read_sweep;
 use crate::input::{
-    InputError, load_controller, load_measurement, load_spindle, load_tool, load_weights,
+    InputError, load_controller, load_measurement, load_spindle, load_tool, load_weights, mat, uff,
 };
 use crate::spindle::{Machine, Spindle};
+use std::path::Path;
 
 /// Arguments of `muspin check`.
 #[derive(clap::Args, Debug)]
 pub struct Arguments {
-    /// Files: spindles, tools, weights, controllers, measurement folders
+    /// Files: spindles, tools, weights, controllers, records, universal files, measurement folders
     #[arg(required = true)]
     files: Vec<String>,
     /// Spindle whose materials and regions tools are checked against; the first spindle among the files wins
@@ -21,73 +26,115 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let mut partner: Option<Spindle> = None;
-    let mut found = vec![];
-    for file in &arguments.files {
-        let kind = FileKind::of(file)?;
-        if kind == FileKind::Spindle {
-            partner.get_or_insert(load_spindle(file)?);
-        }
-        found.push((file, kind));
-    }
-    let partner = match partner {
-        Some(spindle) => spindle,
-        None => load_spindle(&arguments.spindle)?,
+    let kinds: Vec<Result<FileKind, InputError>> =
+        arguments.files.iter().map(|f| FileKind::of(f)).collect();
+    let of_kind = |wanted: FileKind| {
+        let pairs = arguments.files.iter().zip(&kinds);
+        let mut found = pairs.filter(move |(_, k)| k.as_ref() == Ok(&wanted));
+        found.next().map(|(file, _)| file.as_str())
     };
-    let has_tool = found.iter().any(|(_, kind)| *kind == FileKind::Tool);
-    let mut implausible: Vec<&String> = vec![];
-    for (file, kind) in &found {
-        match kind {
-            // Its effects may name regions of the tool: with a tool among the files both are checked together below.
-            FileKind::Spindle if has_tool => {}
-            FileKind::Spindle => check_alone(file)?,
-            FileKind::Tool => {
-                let tool = load_tool(file, &partner)?;
-                Machine::new(partner.clone(), tool).map_err(|e| InputError::rule(file, &e))?;
+    let with_tool = of_kind(FileKind::Tool).is_some();
+    let partner_file = of_kind(FileKind::Spindle).unwrap_or(&arguments.spindle);
+    let partner = load_spindle(partner_file);
+    let mut failures: Vec<Failure> = vec![];
+    let mut lines: Vec<String> = vec![];
+    let mut all_plausible = true;
+    for (file, kind) in arguments.files.iter().zip(kinds) {
+        let checked = kind.map_err(Failure::from).and_then(|kind| {
+            let plausible = one(file, kind, with_tool, (partner_file, &partner))?;
+            kind.warnings(file)?.iter().for_each(say);
+            Ok((kind, plausible))
+        });
+        match checked {
+            Ok((kind, plausible)) => {
+                let verdict = if plausible { "ok" } else { "implausible" };
+                all_plausible &= plausible;
+                lines.push(format!("{file}: {} {verdict}", kind.name()));
             }
-            FileKind::Weights => {
-                load_weights(file)?;
-            }
-            FileKind::Controller => {
-                load_controller(file)?;
-            }
-            FileKind::Measurement => {
-                if !check_measurement(file)? {
-                    implausible.push(file);
-                }
-            }
+            Err(failure) => failures.push(failure),
         }
     }
-    stdout::data(|out| {
-        for (file, kind) in &found {
-            let verdict = if implausible.contains(file) {
-                "implausible"
-            } else {
-                "ok"
-            };
-            writeln!(out, "{file}: {} {verdict}", kind.name())?;
+    if let Some(last) = failures.pop() {
+        for failure in failures {
+            eprint!("{failure}");
         }
-        Ok(())
-    })?;
-    Ok(if implausible.is_empty() {
-        Outcome::Done
-    } else {
-        Outcome::TargetMissed
+        return Err(last);
+    }
+    stdout::data(|out| lines.iter().try_for_each(|line| writeln!(out, "{line}")))?;
+    Ok(match all_plausible {
+        true => Outcome::Done,
+        false => Outcome::TargetMissed,
     })
+}
+
+type Partner<'a> = (&'a str, &'a Result<Spindle, InputError>);
+
+/// Reads a file; false when it was read and its records are implausible.
+fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>) -> Result<bool, Failure> {
+    let bytes =
+        || std::fs::read(file).map_err(|e| InputError::new(file, format!("cannot be read: {e}")));
+    match kind {
+        // Its effects may name regions of the tool: with a tool among the files both are checked together.
+        FileKind::Spindle if with_tool => {
+            load_spindle(file)?;
+        }
+        FileKind::Spindle => check_alone(file)?,
+        FileKind::Tool => {
+            let (name, spindle) = partner;
+            let spindle = spindle.clone()?;
+            let tool = load_tool(file, &spindle)?;
+            let machine = Machine::new(spindle, tool).map_err(|e| InputError::rule(file, &e))?;
+            mesh_warning(&machine, name, file)?.iter().for_each(say);
+        }
+        FileKind::Weights => {
+            load_weights(file)?;
+        }
+        FileKind::Controller => {
+            load_controller(file)?;
+        }
+        FileKind::Measurement => return check_measurement(file),
+        FileKind::Sweep => {
+            read_sweep(file, &bytes()?, 0.0)?;
+        }
+        FileKind::Hammer => {
+            read_hammer(file, &bytes()?, 0.0)?;
+        }
+        FileKind::ModeShapes => {
+            read_mode_shapes(file, &bytes()?)?;
+        }
+        FileKind::Universal => {
+            let functions = uff::read(file, &bytes()?)?;
+            uff::frfs(file, &functions)?;
+        }
+        FileKind::Mat => mat::check_controller(file, &bytes()?)?,
+    }
+    Ok(true)
 }
 
 /// A spindle with the shipped tool. Positions on a longer tool and regions of another tool need that tool among the files.
 fn check_alone(file: &str) -> Result<(), Failure> {
     let tool = load_tool("paper-tool", &load_spindle("reference")?)?;
-    Machine::new(load_spindle(file)?, tool).map_err(|e| {
+    let machine = Machine::new(load_spindle(file)?, tool).map_err(|e| {
         InputError::rule(file, &e).with_hint("name the tool as well if the effect sits on it")
     })?;
+    mesh_warning(&machine, file, "paper-tool")?
+        .iter()
+        .for_each(say);
     Ok(())
 }
 
-/// True when every record is plausible.
-fn check_measurement(folder: &str) -> Result<bool, Failure> {
-    let measurement = load_measurement(folder)?;
+/// A measurement folder, or the list in it; true when every record is plausible.
+fn check_measurement(source: &str) -> Result<bool, Failure> {
+    let path = Path::new(source);
+    let is_list = path
+        .file_name()
+        .is_some_and(|name| name == "measurement.yaml");
+    let folder = match path.parent() {
+        Some(parent) if is_list && parent.as_os_str().is_empty() => ".".to_owned(),
+        Some(parent) if is_list => parent.display().to_string(),
+        _ => source.to_owned(),
+    };
+    let measurement = load_measurement(&folder)?;
     let machine = measurement.machine(None, None)?;
     let sweeps = measurement.sweeps.iter().map(|s| &s.controller);
     let hammers = measurement.hammers.iter().map(|h| &h.controller);

@@ -2,6 +2,7 @@
 
 use super::design::{add_predictions, finish, run_design};
 use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
+use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
@@ -84,6 +85,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(source) => load_measurement(source)?.hammers,
         None => vec![],
     };
+    let read = arguments.controller.iter().chain(&arguments.measurement);
+    let read = read.map(String::as_str).chain(arguments.machine.files());
+    claim(&arguments.out, &REPORT, read)?;
     let progress = Progress::start();
     let mut result = Outcome::Done;
     let mut summary = Summary::new();

@@ -2,8 +2,9 @@
 //! that the controller names, else the shipped reference. Whether it is the machine of the design is said.
 
 use super::Failure;
+use super::machine::load_machine;
 use crate::controller::{Controller, MachineTag};
-use crate::input::{load_machine, load_tagged_controller, spindle_yaml, tool_yaml};
+use crate::input::{load_tagged_controller, spindle_yaml, tool_yaml};
 use crate::report::firmware::sha256_hex;
 use crate::report::summary::Summary;
 use crate::spindle::Machine;
@@ -85,10 +86,7 @@ impl MachineArguments {
     /// [`Failure`] of whichever file is wrong.
     pub fn alone(&self) -> Result<Machine, Failure> {
         let or = |given: &Option<String>, usual: &str| given.clone().unwrap_or(usual.to_owned());
-        Ok(load_machine(
-            &or(&self.spindle, SPINDLE),
-            &or(&self.tool, TOOL),
-        )?)
+        load_machine(&or(&self.spindle, SPINDLE), &or(&self.tool, TOOL))
     }
 }
 

@@ -3,6 +3,7 @@
 use super::controlled_machine::machine_tag;
 use super::design_arguments::DesignArguments;
 use super::design_variants::{RouteArgument, Tighten, routes_json, tightened, tightening_json};
+use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
@@ -15,7 +16,7 @@ use crate::predict::sensitivity::Zone;
 use crate::report::design_summary::arithmetic_json;
 use crate::report::firmware::{Firmware, Format, write_all};
 use crate::report::firmware_c::c_identifier;
-use crate::report::results::{ResultsError, ResultsFolder};
+use crate::report::results::ResultsFolder;
 use crate::report::run_figures::{predictions, robustness};
 use crate::report::run_summary::{design_json, sensitivity_json, stiffness_json};
 use crate::report::summary::Summary;
@@ -59,15 +60,10 @@ impl From<PipelineError> for Failure {
     }
 }
 
-impl From<ResultsError> for Failure {
-    fn from(error: ResultsError) -> Self {
-        Self::new(error.to_string()).with_hint("choose another folder with --out")
-    }
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (machine, written) = arguments.machine.load()?;
+    claim(&arguments.out, &REPORT, arguments.machine.files())?;
     let progress = Progress::start();
     let settings = DesignSettings {
         route: arguments.route.into(),

@@ -27,6 +27,13 @@ impl Default for DesignArguments {
 }
 
 impl DesignArguments {
+    /// The files as given.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        let machine = [&self.machine.spindle, &self.machine.tool];
+        let given = machine.into_iter().flatten().chain([&self.weights]);
+        given.map(String::as_str)
+    }
+
     /// Reads and validates all three files.
     pub fn load(&self) -> Result<(Machine, Weights), Failure> {
         Ok((self.machine.alone()?, load_weights(&self.weights)?))

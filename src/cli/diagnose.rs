@@ -2,6 +2,8 @@
 //! Writes the corrected spindle and tool, `summary.json`, the report and its pictures.
 
 use super::design::finish;
+use super::machine::of_measurement;
+use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
@@ -56,7 +58,11 @@ fn failed(measurement: &str, error: DiagnoseError) -> Failure {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let loaded = load_measurement(&arguments.measurement)?;
-    let machine = loaded.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let machine = of_measurement(
+        &loaded,
+        arguments.spindle.as_deref(),
+        arguments.tool.as_deref(),
+    )?;
     let controllers = loaded
         .hammers
         .iter()
@@ -83,6 +89,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             })
             .collect(),
     };
+    let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
+    let read = named.chain([&arguments.measurement]);
+    claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let records = Records::of(&loaded, &machine)?;
     records.say();
     let progress = Progress::start();

@@ -1,6 +1,7 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
 use super::controlled_machine::{ControlledMachine, MachineArguments};
+use super::output::claim;
 use super::{Failure, Outcome, stdout};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::arithmetic::q31;
@@ -11,10 +12,10 @@ use crate::controller::sections::second_order_sections;
 use crate::controller::verification::{Verification, VerificationError, verify_with_proof};
 use crate::controller::{ControlLaw, Controller, ControllerError};
 use crate::lti::{Discrete, StateSpace};
-use crate::report::atomic::write_file;
 use crate::report::firmware::{Firmware, FirmwareError, Format, write_all};
 use crate::report::firmware_c::{c_identifier, is_prefix, stability_words};
 use crate::report::firmware_table::controller_table;
+use crate::report::results::ResultsFolder;
 use crate::report::simulation::anti_windup_json;
 use crate::spindle::{Machine, ModelDetail, Plant, Side};
 use serde_json::{Value, json};
@@ -164,10 +165,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if prepared.len() > 1 && formats.contains(&Format::C) {
         files.extend(controller_table(&firmware)?);
     }
+    let mut folder = ResultsFolder::new();
     for (name, bytes) in &files {
-        let path = Path::new(&arguments.out).join(name);
-        write_file(&path, bytes).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+        folder.add(name, bytes.as_slice())?;
     }
+    folder.write(Path::new(&arguments.out))?;
     let mut summary = match <[Value; 1]>::try_from(summaries) {
         Ok([only]) => only,
         Err(several) => json!({"controllers": several}),
@@ -184,6 +186,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is refused.
 fn prepare(arguments: &Arguments, file: &str) -> Result<Option<Prepared>, Failure> {
     let given = arguments.machine.with_controller(file)?;
+    let read = [file, &given.used.spindle, &given.used.tool];
+    claim(&arguments.out, &[], read)?;
     let machine = &given.machine;
     let (discrete, continuous) = ready(machine, &given.controller, file)?;
     let ControlLaw::Discrete(law) = &discrete.law else {

@@ -23,6 +23,17 @@ impl Failure {
         self.hint = Some(hint.into());
         self
     }
+
+    /// The same failure; a message that names none of the files that the command was given is led by them.
+    pub fn naming(mut self, files: &[String]) -> Self {
+        let named = |file: &String| self.message.contains(file.as_str());
+        // Messages about options and about output files name these first.
+        let about_files = !self.message.starts_with(['-', '\'']);
+        if about_files && !files.is_empty() && !files.iter().any(named) {
+            self.message = format!("{}: {}", files.join(", "), self.message);
+        }
+        self
+    }
 }
 
 impl fmt::Display for Failure {

@@ -35,6 +35,9 @@ pub struct Arguments {
     controller: Option<String>,
 }
 
+/// Most frequencies of one call: minutes of computation, and a file of half a gigabyte.
+const MOST_POINTS: usize = 1_000_000;
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let frequencies = frequencies_hz(arguments)?;
@@ -117,6 +120,14 @@ fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {
     }
     if points == 0 {
         return Err(Failure::new("--points 0: no frequency").with_hint("give 1 or more"));
+    }
+    if points > MOST_POINTS {
+        return Err(Failure::new(format!(
+            "--points {points}: at most {MOST_POINTS} frequencies are computed"
+        ))
+        .with_hint(
+            "a thousand a decade resolve every peak; narrow the range with --from and --to",
+        ));
     }
     let last = (points - 1).max(1) as f64;
     let frequency = |k: usize| match k {

@@ -1,12 +1,14 @@
 //! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances of the
 //! free-free rotor (JSON).
 
+use super::machine::of_measurement;
+use super::output::claim;
 use super::plausibility::Records;
 use super::{Failure, Outcome, stdout};
 use crate::identify::{IdentifyError, MeasuredFrf, identify};
-use crate::input::load_measurement;
-use crate::report::atomic::write_file;
+use crate::input::{Measurement, load_measurement};
 use crate::report::identification::{frf_csv, identification_json, plausibility_json};
+use crate::report::results::ResultsFolder;
 use crate::report::uff::{UffRecord, universal_file};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -45,10 +47,24 @@ impl From<IdentifyError> for Failure {
     }
 }
 
+/// A failure of identification with the record that it comes from.
+pub(super) fn named(error: IdentifyError, record: &str) -> Failure {
+    Failure::from(error).naming(&[record.to_owned()])
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement)?;
-    let machine = measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let machine = of_measurement(
+        &measurement,
+        arguments.spindle.as_deref(),
+        arguments.tool.as_deref(),
+    )?;
+    if let Some(out) = &arguments.out {
+        let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
+        let read = named.chain([&arguments.measurement]);
+        claim(out, &[], read.map(String::as_str))?;
+    }
     let records = Records::of(&measurement, &machine)?;
     records.say();
     let frfs = &records.frfs;
@@ -64,7 +80,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some((frf, report)) = records.standstill() {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
         if report.plausible() {
-            let found = identify(frf, &machine)?;
+            let found =
+                identify(frf, &machine).map_err(|e| named(e, &record_at_rest(&measurement)))?;
             answer.insert("identification".into(), identification_json(&found));
         }
     } else if let Some(frf) = frfs.first() {
@@ -103,11 +120,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         files.push((format!("hammer-{k}.uff"), universal_file(&[record])));
     }
     if let Some(out) = &arguments.out {
+        let mut folder = ResultsFolder::new();
         for (name, text) in &files {
-            let path = Path::new(out).join(name);
-            write_file(&path, text.as_bytes())
-                .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+            folder.add(name, text.as_str())?;
         }
+        folder.write(Path::new(out))?;
     }
     let names: Vec<&String> = files.iter().skip(1).map(|(n, _)| n).collect();
     answer.insert("records".into(), json!(names));
@@ -119,6 +136,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         Outcome::TargetMissed
     })
+}
+
+/// File of the first sweep at standstill.
+pub(super) fn record_at_rest(measurement: &Measurement) -> String {
+    let mut sweeps = measurement.sweeps.iter().map(|s| &s.record);
+    let found = sweeps.find(|r| r.speed_rpm == 0.0);
+    found.map_or(String::new(), |r| r.name.clone())
 }
 
 /// The first sweep at standstill.

@@ -16,7 +16,9 @@ mod diagnose;
 mod export;
 mod frf;
 mod identify;
+mod machine;
 mod modes;
+mod output;
 mod plausibility;
 mod report;
 mod run;
@@ -25,7 +27,8 @@ mod solve;
 mod stdout;
 mod update;
 
-use clap::{Parser, Subcommand};
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 pub use failure::Failure;
 use std::process::ExitCode;
 
@@ -83,8 +86,12 @@ enum Command {
 
 /// Runs the program on the process arguments and maps the outcome to the exit code.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
+    let parsed = Cli::command().try_get_matches().and_then(|matches| {
+        let files = files(&matches);
+        Ok((Cli::from_arg_matches(&matches)?, files))
+    });
+    let (cli, files) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => {
             let _ = error.print();
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
@@ -111,8 +118,39 @@ pub fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::TargetMissed) => ExitCode::from(1),
         Err(failure) => {
-            eprint!("{failure}");
+            eprint!("{}", failure.naming(&files));
             ExitCode::from(2)
         }
     }
+}
+
+/// Arguments that are input files or folders.
+const FILES: [&str; 7] = [
+    "spindle",
+    "tool",
+    "weights",
+    "measurement",
+    "controller",
+    "tools",
+    "file",
+];
+
+/// The input files that were given on the command line, not those of the defaults.
+fn files(matches: &ArgMatches) -> Vec<String> {
+    let Some((_, command)) = matches.subcommand() else {
+        return vec![];
+    };
+    let given = |id: &&str| {
+        // Only ids that the command has may be asked for.
+        command.ids().any(|known| known.as_str() == *id)
+            && command.value_source(id) == Some(ValueSource::CommandLine)
+    };
+    let values = FILES
+        .iter()
+        .filter(|id| given(id))
+        .filter_map(|id| command.try_get_raw(id).ok()?);
+    values
+        .flatten()
+        .map(|v| v.to_string_lossy().into_owned())
+        .collect()
 }

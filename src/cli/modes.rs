@@ -1,8 +1,8 @@
 //! `muspin modes`: natural frequencies of the free-free rotor with its tool over speed, magnets off, as JSON.
 //! At rest every mode appears twice, once a plane; at speed as its backward and forward whirl.
 
+use super::machine::load_machine;
 use super::{Failure, Outcome, stdout};
-use crate::input::load_machine;
 use crate::rotor::Damping;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;

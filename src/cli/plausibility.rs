@@ -1,7 +1,7 @@
 //! The plausibility of every record of a measurement, said before anything is done with them.
 
 use super::Failure;
-use super::identify::standstill;
+use super::identify::{named, standstill};
 use crate::controller::Controller;
 use crate::identify::{
     MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility,
@@ -29,7 +29,7 @@ impl Records {
         };
         let (mut frfs, mut reports) = (vec![], vec![]);
         for sweep in &measurement.sweeps {
-            let frf = open_loop(&sweep.record)?;
+            let frf = open_loop(&sweep.record).map_err(|e| named(e, &sweep.record.name))?;
             let controller = load(&sweep.controller)?;
             let named = controller.as_ref().map(|k| k as &dyn HeldResponse);
             reports.push(sweep_plausibility(

@@ -1,8 +1,8 @@
 //! `muspin report FOLDER`: rebuilds `report.html` of a results folder from its `summary.json` and `plots/*.svg`.
 
 use super::{Failure, Outcome};
-use crate::report::atomic::write_file;
 use crate::report::html;
+use crate::report::results::ResultsFolder;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `muspin report`.
@@ -38,9 +38,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let pictures = pictures(&folder.join("plots"))?;
     let page = html::report(&summary, &pictures).map_err(|e| Failure::new(e.to_string()))?;
-    let target = folder.join("report.html");
-    write_file(&target, page.as_bytes())
-        .map_err(|e| Failure::new(format!("{}: {e}", target.display())))?;
+    let mut own = ResultsFolder::new();
+    own.add("report.html", page)?;
+    own.write_into(folder)?;
     Ok(Outcome::Done)
 }
 

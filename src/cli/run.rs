@@ -2,6 +2,8 @@
 
 use super::controlled_machine::{MachineArguments, machine_tag};
 use super::design::{add_arithmetic, add_controller, add_predictions, finish, outcome, run_design};
+use super::machine::of_measurement;
+use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
 use super::update::targets;
@@ -71,6 +73,9 @@ struct Updating {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.weights)?;
+    let named = [&arguments.spindle, &arguments.tool, &arguments.measurement];
+    let read = named.into_iter().flatten().chain([&arguments.weights]);
+    claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let progress = Progress::start();
     let nominal_files = MachineArguments {
         spindle: arguments.spindle.clone(),
@@ -86,8 +91,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(source) => {
             progress.stage("model updating");
             let measurement = load_measurement(source)?;
-            let nominal =
-                measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+            let nominal = of_measurement(
+                &measurement,
+                arguments.spindle.as_deref(),
+                arguments.tool.as_deref(),
+            )?;
             let found = update(&measurement, &nominal)?;
             (nominal, Some(found))
         }

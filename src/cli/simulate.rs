@@ -4,6 +4,7 @@
 use super::controlled_machine::MachineArguments;
 use super::design::finish;
 use super::export::{ready, signal_limits};
+use super::output::{REPORT, claim};
 use super::{Failure, Outcome, stdout};
 use crate::controller::ControlLaw;
 use crate::controller::anti_windup::with_anti_windup;
@@ -86,9 +87,14 @@ impl From<TimeError> for Failure {
     }
 }
 
+/// Longest simulation, s: every sample is kept in memory and written.
+const LONGEST_S: f64 = 20.0;
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let given = arguments.machine.with_controller(&arguments.controller)?;
+    let read = [&arguments.controller, &given.used.spindle, &given.used.tool];
+    claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let machine = &given.machine;
     let (discrete, _) = ready(machine, &given.controller, &arguments.controller)?;
     let ControlLaw::Discrete(law) = &discrete.law else {
@@ -211,6 +217,12 @@ fn scenario(
     };
     let force = positive("force", arguments.force)?;
     let duration = positive("duration", arguments.duration)?;
+    if let Some(seconds) = duration.filter(|d| *d > LONGEST_S) {
+        return Err(Failure::new(format!(
+            "--duration: {seconds} s; at most {LONGEST_S} s are simulated"
+        ))
+        .with_hint("lift-off, the slowest event, ends within a second"));
+    }
     let grade = positive("grade", Some(arguments.grade))?.unwrap_or(0.4);
     let (case, name, length) = match arguments.case {
         CaseArgument::Impulse => (

@@ -1,13 +1,15 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
+use super::identify::{named, record_at_rest};
+use super::machine::of_measurement;
+use super::output::claim;
 use super::plausibility::Records;
 use super::{Failure, Outcome, stdout};
 use crate::identify::{Identification, Reading, identify};
 use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::report::atomic::write_file;
 use crate::report::identification::{identification_json, plausibility_json};
-use crate::report::plot::picture;
+use crate::report::results::ResultsFolder;
 use crate::report::summary::number;
 use crate::report::tables::Table;
 use crate::report::updating::{error_table, figures, updating_json};
@@ -87,7 +89,18 @@ impl From<UpdateError> for Failure {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement)?;
-    let machine = measurement.machine(arguments.spindle.as_deref(), arguments.tool.as_deref())?;
+    let machine = of_measurement(
+        &measurement,
+        arguments.spindle.as_deref(),
+        arguments.tool.as_deref(),
+    )?;
+    let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
+    let read = given.chain([&arguments.measurement]);
+    claim(
+        &arguments.out,
+        &["summary.json", "spindle.yaml"],
+        read.map(String::as_str),
+    )?;
     let records = Records::of(&measurement, &machine)?;
     records.refuse_for_updating()?;
     records.say();
@@ -208,7 +221,7 @@ pub(super) fn targets(
 ) -> Result<(Targets, Option<Identification>), Failure> {
     let mut identification = None;
     let mut targets = if let Some((frf, _)) = records.standstill() {
-        let found = identify(frf, machine)?;
+        let found = identify(frf, machine).map_err(|e| named(e, &record_at_rest(measurement)))?;
         let list = |readings: &[Reading]| readings.iter().map(target).collect();
         let mut targets = front_and_rear(
             machine,
@@ -314,17 +327,13 @@ fn write_all(
     models: &[(&str, &Updated)],
     summary: &str,
 ) -> Result<(), Failure> {
-    let mut files = vec![
-        (
-            "spindle.yaml".to_owned(),
-            spindle_yaml(&delivered.machine.spindle),
-        ),
-        ("summary.json".to_owned(), summary.to_owned()),
-        ("errors.csv".to_owned(), error_table(models).to_csv()),
-    ];
+    let mut folder = ResultsFolder::new();
+    folder.add("spindle.yaml", spindle_yaml(&delivered.machine.spindle))?;
+    folder.add("summary.json", summary)?;
+    folder.add_table("errors.csv", &error_table(models))?;
     let tool = &delivered.machine.tool;
     if tool.sections.iter().any(|s| s.region.is_some()) {
-        files.push(("tool.yaml".to_owned(), tool_yaml(tool)));
+        folder.add("tool.yaml", tool_yaml(tool))?;
     }
     if !delivered.fit.shapes.is_empty() {
         let mut table = Table::with_columns(&["mode", "position_m", "measured_scaled", "model"]);
@@ -333,17 +342,11 @@ fn write_all(
                 table.push_numbers(&[shape.mode as f64, *z, *measured, *model]);
             }
         }
-        files.push(("mode_shapes.csv".to_owned(), table.to_csv()));
+        folder.add_table("mode_shapes.csv", &table)?;
     }
     for (stem, figure) in figures(before, models) {
-        let drawn = picture(&figure).map_err(|e| Failure::new(format!("plot {stem}: {e}")))?;
-        files.push((format!("plots/{stem}.svg"), drawn.svg));
-        files.push((format!("plots/{stem}.csv"), drawn.csv));
+        folder.add_plot(stem, &figure)?;
     }
-    for (name, text) in &files {
-        let path = Path::new(out).join(name);
-        write_file(&path, text.as_bytes())
-            .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
-    }
+    folder.write(Path::new(out))?;
     Ok(())
 }

@@ -34,6 +34,16 @@ impl InputError {
         self
     }
 
+    /// The same message about a missing key with all keys that are missing.
+    pub fn with_missing(mut self, paths: &[String]) -> Self {
+        if paths.len() > 1 {
+            self.line = None;
+            self.message = format!("missing fields: {}", paths.join(", "));
+            self.hint = Some("add the keys; spindles/ and weights/ hold complete files".to_owned());
+        }
+        self
+    }
+
     /// A rule of the domain that the file breaks.
     pub fn rule(file: &str, error: &SpindleError) -> Self {
         let hint = match error {

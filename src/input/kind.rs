@@ -1,7 +1,10 @@
 //! What a file is, from its keys.
 
 use super::error::InputError;
+use super::keys;
+use super::plausible::{self, Warning};
 use super::shipped::{self, FREQUENCIES, SPINDLES, Shipped, TOOLS, WEIGHTS};
+use super::yaml;
 use std::path::Path;
 
 /// Kinds of input.
@@ -15,12 +18,23 @@ pub enum FileKind {
     Weights,
     /// Controller JSON.
     Controller,
-    /// A measurement folder, or a YAML of frequencies.
+    /// A measurement folder, its `measurement.yaml`, or a YAML of frequencies.
     Measurement,
+    /// Sweep CSV.
+    Sweep,
+    /// Hammer CSV.
+    Hammer,
+    /// Mode shapes CSV.
+    ModeShapes,
+    /// Universal file.
+    Universal,
+    /// MATLAB file with a controller.
+    Mat,
 }
 
 /// Top-level keys that only one kind has.
-const TELLING: [(&str, FileKind); 8] = [
+const TELLING: [(&str, FileKind); 9] = [
+    ("records", FileKind::Measurement),
     ("rotor", FileKind::Spindle),
     ("bearings", FileKind::Spindle),
     ("tool_plane_m", FileKind::Tool),
@@ -40,6 +54,11 @@ impl FileKind {
             Self::Weights => "weights",
             Self::Controller => "controller",
             Self::Measurement => "measurement",
+            Self::Sweep => "sweep",
+            Self::Hammer => "hammer record",
+            Self::ModeShapes => "mode shapes",
+            Self::Universal => "universal file",
+            Self::Mat => "MATLAB file",
         }
     }
 
@@ -63,21 +82,55 @@ impl FileKind {
                 return Ok(kind);
             }
         }
-        let text = shipped::text(source, "input", &[])?;
-        if path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
-        {
-            return Ok(Self::Controller);
+        let extension = path.extension().and_then(|e| e.to_str());
+        match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("json") => return Ok(Self::Controller),
+            Some("csv") => return Self::of_table(source),
+            Some("uff" | "unv") => return Ok(Self::Universal),
+            Some("mat") => return Ok(Self::Mat),
+            _ => {}
         }
-        let value: serde_yaml::Value =
-            serde_yaml::from_str(&text).map_err(|e| InputError::yaml(source, &e))?;
+        let text = shipped::text(source, "input", &[])?;
+        let value = yaml::value(source, &text)?;
         let told = TELLING.iter().find(|(key, _)| value.get(key).is_some());
         told.map(|(_, kind)| *kind).ok_or_else(|| {
             InputError::new(source, "is not a file that muspin knows").with_hint(
                 "a spindle has `rotor:`, a tool `tool_plane_m:`, weights `mode_uncertainty:`, frequencies \
-                 `resonances_hz:`; a controller is JSON, a measurement a folder",
+                 `resonances_hz:`; a controller is JSON, a record CSV or a universal file, a measurement a folder",
             )
         })
+    }
+
+    /// The kind of a table, from its header.
+    fn of_table(source: &str) -> Result<Self, InputError> {
+        let text = shipped::text(source, "input", &[])?;
+        let header = text.lines().next().unwrap_or_default();
+        let known = [
+            ("experiment", Self::Sweep),
+            ("coherence", Self::Hammer),
+            ("amplitude", Self::ModeShapes),
+        ];
+        let told = known.iter().find(|(column, _)| header.contains(column));
+        told.map(|(_, kind)| *kind).ok_or_else(|| {
+            InputError::new(source, "is no table that muspin knows: no column experiment, coherence or amplitude")
+                .with_hint("the first line of a record names its columns, for example frequency_hz,h_re,h_im,coherence,averages")
+        })
+    }
+
+    /// What is odd about the values of a file that was read without an error.
+    ///
+    /// # Errors
+    /// [`InputError`] when the file cannot be read any more.
+    pub fn warnings(self, source: &str) -> Result<Vec<Warning>, InputError> {
+        let (groups, shipped) = match self {
+            Self::Spindle => (keys::SPINDLE, SPINDLES),
+            Self::Tool => (keys::TOOL, TOOLS),
+            Self::Weights => (keys::WEIGHTS, WEIGHTS),
+            Self::Measurement if !Path::new(source).is_dir() => (keys::FREQUENCIES, FREQUENCIES),
+            _ => return Ok(vec![]),
+        };
+        let text = shipped::text(source, self.name(), shipped)?;
+        let value = yaml::value(source, &text)?;
+        Ok(plausible::warnings(source, groups, &value))
     }
 }

@@ -5,10 +5,12 @@
 
 use super::error::{InputError, nearest};
 use super::hammer::{read_hammer, read_mode_shapes};
+use super::keys;
 use super::load_machine;
 use super::shipped;
 use super::spindle::load_spindle;
 use super::sweep::read_sweep;
+use super::yaml;
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::Machine;
 use crate::update::MeasuredShape;
@@ -137,8 +139,7 @@ pub fn load_measurement(folder: &str) -> Result<Measurement, InputError> {
         );
     }
     let text = shipped::text(&name, "measurement", &[])?;
-    let read: MeasurementFile =
-        serde_yaml::from_str(&text).map_err(|e| InputError::yaml(&name, &e))?;
+    let read: MeasurementFile = yaml::read(&name, &text, keys::MEASUREMENT)?;
     let mut measurement = Measurement {
         folder: path.to_owned(),
         spindle: resolve(path, &read.spindle, "spindle.yaml"),
@@ -159,6 +160,14 @@ pub fn load_measurement(folder: &str) -> Result<Measurement, InputError> {
         read_record(&mut measurement, &name, path, k, record)?;
     }
     Ok(measurement)
+}
+
+/// Reads the text of a `measurement.yaml` without the records that it lists.
+///
+/// # Errors
+/// [`InputError`] with line or key path.
+pub fn read_list(file: &str, text: &str) -> Result<(), InputError> {
+    yaml::read::<MeasurementFile>(file, text, keys::MEASUREMENT).map(drop)
 }
 
 fn frequencies_alone(source: &str) -> Result<Measurement, InputError> {
@@ -284,9 +293,7 @@ fn read_record(
             .mode_shapes
             .extend(read_mode_shapes(&name, &bytes()?)?),
         "frequencies" => {
-            let text = String::from_utf8(bytes()?).map_err(|_| {
-                InputError::new(&name, "is not UTF-8 text").with_hint("save the file as UTF-8")
-            })?;
+            let text = shipped::utf8(&name, bytes()?)?;
             measurement
                 .frequencies
                 .push(read_frequencies(&name, &text)?);
@@ -301,8 +308,7 @@ fn read_record(
 /// # Errors
 /// [`InputError`] with line or key path.
 pub fn read_frequencies(file: &str, text: &str) -> Result<ReadOff, InputError> {
-    let read: FrequenciesFile =
-        serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))?;
+    let read: FrequenciesFile = yaml::read(file, text, keys::FREQUENCIES)?;
     let lists = [
         ("resonances_hz", &read.resonances_hz),
         ("antiresonances_hz.front", &read.antiresonances_hz.front),

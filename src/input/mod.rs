@@ -7,8 +7,12 @@ pub mod controller;
 mod effect;
 pub mod error;
 pub mod hammer;
+pub mod keys;
 pub mod kind;
+pub mod mat;
 pub mod measurement;
+pub mod plausible;
+pub mod problem;
 pub mod shipped;
 pub mod spindle;
 pub mod sweep;
@@ -17,10 +21,12 @@ pub mod uff;
 pub mod uff_frf;
 pub mod weights;
 pub mod write;
+pub mod yaml;
 
 pub use controller::{load_controller, load_tagged_controller, read_controller};
 pub use error::InputError;
 pub use measurement::{Measurement, load_measurement};
+pub use plausible::Warning;
 pub use spindle::{load_spindle, read_spindle};
 pub use tool::{load_tool, read_tool};
 pub use weights::{load_weights, read_weights};
@@ -35,6 +41,6 @@ use crate::spindle::{Machine, SpindleError};
 pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, InputError> {
     let spindle_value = load_spindle(spindle)?;
     let tool_value = load_tool(tool, &spindle_value)?;
-    let in_spindle = |error: SpindleError| InputError::rule(spindle, &error);
-    Machine::new(spindle_value, tool_value).map_err(in_spindle)
+    let in_both = |error: SpindleError| InputError::rule(&format!("{spindle} with {tool}"), &error);
+    Machine::new(spindle_value, tool_value).map_err(in_both)
 }

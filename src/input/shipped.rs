@@ -3,6 +3,9 @@
 use super::error::{InputError, nearest};
 use std::path::Path;
 
+/// What some editors write in front of UTF-8 text.
+pub const BYTE_ORDER_MARK: char = '\u{feff}';
+
 /// A shipped file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shipped {
@@ -66,8 +69,37 @@ pub fn text(source: &str, what: &str, shipped: &[Shipped]) -> Result<String, Inp
         };
         return Err(InputError::new(source, rule).with_hint(hint));
     }
-    std::fs::read_to_string(path).map_err(|error| {
+    let bytes = std::fs::read(path).map_err(|error| {
         InputError::new(source, format!("cannot be read: {error}"))
-            .with_hint("the file must be readable UTF-8 text")
+            .with_hint("check the access rights of the file")
+    })?;
+    utf8(source, bytes)
+}
+
+/// The text of bytes, without the byte order mark that some editors write.
+///
+/// # Errors
+/// [`InputError`] with the line that is not UTF-8.
+pub fn utf8(file: &str, bytes: Vec<u8>) -> Result<String, InputError> {
+    let other = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..good]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count()
+            + 1;
+        let name = if other {
+            "is UTF-16 text"
+        } else {
+            "is not UTF-8 text"
+        };
+        let mut told = InputError::new(file, name);
+        told.line = Some(line);
+        told.with_hint("save the file as UTF-8")
+    })?;
+    Ok(match text.strip_prefix(BYTE_ORDER_MARK) {
+        Some(rest) => rest.to_owned(),
+        None => text,
     })
 }

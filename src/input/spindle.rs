@@ -2,7 +2,9 @@
 
 use super::effect::EffectFile;
 use super::error::{InputError, nearest};
+use super::keys;
 use super::shipped::{self, SPINDLES};
+use super::yaml;
 use crate::rotor::{Disc, Material, Section};
 use crate::spindle::{Bearing, Electronics, Planes, Spindle};
 use serde::Deserialize;
@@ -23,6 +25,9 @@ struct SpindleFile {
     #[serde(default)]
     effects: Option<Vec<EffectFile>>,
 }
+
+/// Most effects of a file: there are some twenty kinds and some ten places.
+const MOST_EFFECTS: usize = 500;
 
 fn yes() -> bool {
     true
@@ -136,7 +141,7 @@ pub fn load_spindle(source: &str) -> Result<Spindle, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
-    let read: SpindleFile = serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))?;
+    let read: SpindleFile = yaml::read(file, text, keys::SPINDLE)?;
     let materials = materials(file, "rotor.materials", read.rotor.materials)?;
     let bearing = |b: &BearingFile| Bearing {
         ki_n_per_a: b.ki_n_per_a,
@@ -148,6 +153,13 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
         sensor_gain: b.sensor_gain,
     };
     let effects = read.effects.unwrap_or_default();
+    if effects.len() > MOST_EFFECTS {
+        let rule = format!(
+            "effects: has {} entries, at most {MOST_EFFECTS} are read",
+            effects.len()
+        );
+        return Err(InputError::new(file, rule).with_hint("keep the effects that the records need"));
+    }
     let effects = effects
         .into_iter()
         .enumerate()

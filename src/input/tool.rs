@@ -1,8 +1,10 @@
 //! Tool YAML (formats.md, section 2) to [`Tool`]. Materials are those of the spindle, or the tool's own.
 
 use super::error::InputError;
+use super::keys;
 use super::shipped::{self, TOOLS};
 use super::spindle::{DiscFile, ElementFile, MaterialFile, discs, materials, sections};
+use super::yaml;
 use crate::spindle::{Spindle, Tool};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -32,7 +34,7 @@ pub fn load_tool(source: &str, spindle: &Spindle) -> Result<Tool, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_tool(file: &str, text: &str, spindle: &Spindle) -> Result<Tool, InputError> {
-    let read: ToolFile = serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))?;
+    let read: ToolFile = yaml::read(file, text, keys::TOOL)?;
     // The tool's own materials come first: they win over the spindle's of the same name.
     let mut known = materials(file, "materials", read.materials)?;
     known.extend(spindle.sections.iter().map(|s| s.material.clone()));

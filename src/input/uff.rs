@@ -6,6 +6,7 @@
 //! Limits: VAX and IBM floating point are refused; other datasets are skipped.
 
 use super::error::InputError;
+use super::shipped::BYTE_ORDER_MARK;
 pub use super::uff_frf::{UffFrf, coherence_for, frfs};
 use crate::linalg::c64;
 
@@ -59,8 +60,9 @@ pub struct UffFunction {
 /// # Errors
 /// [`InputError`] with the line of a dataset that is broken or in a number format that cannot be read.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Vec<UffFunction>, InputError> {
+    let mark = BYTE_ORDER_MARK.to_string();
     let mut cursor = Cursor {
-        bytes,
+        bytes: bytes.strip_prefix(mark.as_bytes()).unwrap_or(bytes),
         at: 0,
         line: 1,
     };

@@ -1,7 +1,9 @@
 //! Weights YAML (formats.md, section 3) to [`Weights`]. Optional keys and their defaults stand at [`Weights`].
 
 use super::error::InputError;
+use super::keys;
 use super::shipped::{self, WEIGHTS};
+use super::yaml;
 use crate::augment::weights::{Limits, Weights};
 use serde::Deserialize;
 
@@ -54,7 +56,7 @@ pub fn load_weights(source: &str) -> Result<Weights, InputError> {
 /// # Errors
 /// [`InputError`] that says what is wrong and where.
 pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
-    let read: WeightsFile = serde_yaml::from_str(text).map_err(|e| InputError::yaml(file, &e))?;
+    let read: WeightsFile = yaml::read(file, text, keys::WEIGHTS)?;
     let places = [
         ("tool", &read.tool),
         ("front", &read.front),

@@ -16,6 +16,7 @@ pub mod firmware_table;
 pub mod frequency_table;
 pub mod html;
 pub mod identification;
+pub mod manifest;
 pub mod mat;
 pub mod plot;
 pub mod readable;

@@ -1,12 +1,15 @@
-//! The results folder of a run, staged in memory and written whole or not at all.
+//! The output folder of a run, staged in memory and written whole or not at all.
 //!
-//! Files are written into a temporary folder beside the target; only when every file is there does the target give way and
-//! the new folder takes its name. An existing results folder is therefore replaced at the end of a run, never half-way.
-//! Files come in the order of their paths and hold no clock, machine or thread count: same run, same bytes.
+//! Rules: a file that exists is replaced only if the folder's manifest lists it and it is unchanged since; files of the run before
+//! that this run does not write are removed; everything else in the folder stays. A link given as folder is followed. A folder with a
+//! measurement in it is never an output folder. Files come in the order of their paths and hold no clock, machine or thread count:
+//! same run, same bytes.
 
+use super::atomic::Replacement;
+use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::plot::{Figure, PlotError, picture};
 use super::tables::Table;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -27,11 +30,49 @@ pub enum ResultsError {
         /// Reason.
         source: PlotError,
     },
-    /// The target exists and is something else than a folder muspin may replace.
-    #[error("'{}' exists and is not a results folder (no summary.json in it)", .path.display())]
-    NotResults {
+    /// The target exists and is no folder.
+    #[error("'{}' exists and is not a folder", .path.display())]
+    NotAFolder {
         /// The target.
         path: PathBuf,
+    },
+    /// The target is a link that leads nowhere.
+    #[error("'{}' is a link to a folder that does not exist", .path.display())]
+    BrokenLink {
+        /// The target.
+        path: PathBuf,
+    },
+    /// The target holds a measurement.
+    #[error("'{}' is a measurement folder (it holds measurement.yaml); nothing is written into it", .path.display())]
+    Measurement {
+        /// The target.
+        path: PathBuf,
+    },
+    /// A file stands where one would be written, and muspin did not write it.
+    #[error("'{}' exists and is not a file that muspin wrote there", .path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file that muspin wrote was changed since.
+    #[error("'{}' was changed since muspin wrote it", .path.display())]
+    Edited {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file that the run reads would be replaced or removed.
+    #[error("'{}' is read by this run and would be replaced by it", .path.display())]
+    Input {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The manifest of the folder cannot be read.
+    #[error("'{}' is not a manifest of muspin: {source}", .path.display())]
+    Manifest {
+        /// The manifest.
+        path: PathBuf,
+        /// Reason.
+        source: io::Error,
     },
     /// The file system refused.
     #[error("'{}': {source}", .path.display())]
@@ -60,11 +101,7 @@ impl ResultsFolder {
     /// # Errors
     /// [`ResultsError::Path`] for a path that would leave the folder.
     pub fn add(&mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Result<(), ResultsError> {
-        let inside = !path.contains('\\')
-            && path
-                .split('/')
-                .all(|part| !part.is_empty() && part != "." && part != "..");
-        if !inside {
+        if !is_inside(path) || path == MANIFEST {
             return Err(ResultsError::Path {
                 path: path.to_owned(),
             });
@@ -111,60 +148,174 @@ impl ResultsFolder {
             .collect()
     }
 
-    /// Writes all files to `target`, which is replaced if it is an earlier results folder or empty.
+    /// Writes all files and their manifest to `target`.
     ///
     /// # Errors
-    /// [`ResultsError::NotResults`] when the target holds something else; [`ResultsError::Io`] with the path.
-    /// In both cases the target is as it was.
+    /// [`ResultsError`] with the file or folder that must not be touched, or that the file system refused. The target is as it was.
     pub fn write(&self, target: &Path) -> Result<(), ResultsError> {
-        let failed = |path: &Path| {
-            let path = path.to_owned();
-            move |source| ResultsError::Io { path, source }
-        };
-        let replaced = replaceable(target)?;
-        let parent = match target.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p,
-            _ => Path::new("."),
-        };
-        std::fs::create_dir_all(parent).map_err(failed(parent))?;
-        let staging = tempfile::Builder::new()
-            .prefix(".muspin-")
-            .tempdir_in(parent)
-            .map_err(failed(parent))?;
-        let (new, old) = (staging.path().join("new"), staging.path().join("old"));
-        std::fs::create_dir(&new).map_err(failed(&new))?;
+        let target = resolved(target)?;
+        let earlier = manifest(&target)?;
+        let mut stale = BTreeSet::new();
+        for path in unchanged(&target, &earlier)? {
+            if !self.files.contains_key(path) {
+                stale.insert(path.to_owned());
+            }
+        }
         for (path, bytes) in &self.files {
-            let file = new.join(path);
-            if let Some(folder) = file.parent() {
-                std::fs::create_dir_all(folder).map_err(failed(folder))?;
+            is_free(&target, &earlier, path, Some(bytes))?;
+        }
+        self.replace(&target, &earlier, &stale, Manifest::of(self.files()))
+    }
+
+    /// Adds the files to a folder whose other files stay, as `muspin report` does with its page.
+    ///
+    /// # Errors
+    /// As [`Self::write`], for the files that are added.
+    pub fn write_into(&self, target: &Path) -> Result<(), ResultsError> {
+        let target = resolved(target)?;
+        let earlier = manifest(&target)?;
+        for (path, bytes) in &self.files {
+            let file = target.join(path);
+            if earlier.lists(path) && file.exists() && !is_unchanged(&file, path, &earlier)? {
+                return Err(ResultsError::Edited { path: file });
             }
-            std::fs::write(&file, bytes).map_err(failed(&file))?;
+            is_free(&target, &earlier, path, Some(bytes))?;
         }
-        if replaced {
-            std::fs::rename(target, &old).map_err(failed(target))?;
+        let mut listed = Manifest::of(self.files());
+        for (path, hash) in &earlier.files {
+            listed.files.entry(path.clone()).or_insert(hash.clone());
         }
-        if let Err(source) = std::fs::rename(&new, target) {
-            if replaced {
-                // Back to what was there; if even that fails the error below names the target.
-                let _ = std::fs::rename(&old, target);
-            }
-            return Err(failed(target)(source));
-        }
-        Ok(())
+        listed.replacing = earlier.replacing.clone();
+        listed
+            .replacing
+            .retain(|path, _| !self.files.contains_key(path));
+        self.replace(&target, &earlier, &BTreeSet::new(), listed)
+    }
+
+    fn replace(
+        &self,
+        target: &Path,
+        earlier: &Manifest,
+        stale: &BTreeSet<String>,
+        manifest: Manifest,
+    ) -> Result<(), ResultsError> {
+        let replacement = Replacement {
+            target,
+            files: &self.files,
+            earlier,
+            stale,
+            manifest: &manifest,
+        };
+        let done = replacement.carry_out();
+        done.map_err(|(path, source)| ResultsError::Io { path, source })
     }
 }
 
-/// Whether something stands at the target that a run may replace.
-fn replaceable(target: &Path) -> Result<bool, ResultsError> {
-    if !target.exists() {
+/// Checks before a run starts that its output folder can be written: `names` are files that it is sure to write, `inputs` the files
+/// and folders that it reads (names of shipped files and paths that do not exist are passed over).
+///
+/// # Errors
+/// [`ResultsError`] with what must not be touched.
+pub fn claim(target: &Path, names: &[&str], inputs: &[&str]) -> Result<(), ResultsError> {
+    let target = resolved(target)?;
+    let earlier = manifest(&target)?;
+    let written: Vec<PathBuf> = unchanged(&target, &earlier)?
+        .into_iter()
+        .map(|path| target.join(path))
+        .collect();
+    for input in inputs {
+        let Ok(read) = std::fs::canonicalize(input) else {
+            continue;
+        };
+        let hit = written
+            .iter()
+            .filter_map(|w| w.canonicalize().ok())
+            .find(|w| w.starts_with(&read));
+        if let Some(path) = hit {
+            return Err(ResultsError::Input { path });
+        }
+    }
+    for name in names {
+        is_free(&target, &earlier, name, None)?;
+    }
+    Ok(())
+}
+
+/// The folder itself, links followed.
+fn resolved(target: &Path) -> Result<PathBuf, ResultsError> {
+    let path = target.to_owned();
+    if std::fs::symlink_metadata(target).is_err() {
+        return Ok(path);
+    }
+    let Ok(found) = std::fs::canonicalize(target) else {
+        return Err(ResultsError::BrokenLink { path });
+    };
+    if !found.is_dir() {
+        return Err(ResultsError::NotAFolder { path });
+    }
+    if found.join("measurement.yaml").exists() {
+        return Err(ResultsError::Measurement { path });
+    }
+    Ok(found)
+}
+
+fn manifest(target: &Path) -> Result<Manifest, ResultsError> {
+    Manifest::read(target).map_err(|source| ResultsError::Manifest {
+        path: target.join(MANIFEST),
+        source,
+    })
+}
+
+/// Listed files that exist; all of them must be as muspin wrote them.
+fn unchanged<'a>(target: &Path, earlier: &'a Manifest) -> Result<Vec<&'a str>, ResultsError> {
+    let mut found = vec![];
+    for path in earlier.paths() {
+        let file = target.join(path);
+        if std::fs::symlink_metadata(&file).is_err() {
+            continue;
+        }
+        if !is_unchanged(&file, path, earlier)? {
+            return Err(ResultsError::Edited { path: file });
+        }
+        found.push(path);
+    }
+    Ok(found)
+}
+
+fn is_unchanged(file: &Path, path: &str, earlier: &Manifest) -> Result<bool, ResultsError> {
+    let failed = |source| ResultsError::Io {
+        path: file.to_owned(),
+        source,
+    };
+    if !std::fs::symlink_metadata(file).map_err(failed)?.is_file() {
         return Ok(false);
     }
-    let is_empty = || std::fs::read_dir(target).is_ok_and(|mut entries| entries.next().is_none());
-    if target.is_dir() && (target.join("summary.json").is_file() || is_empty()) {
-        Ok(true)
-    } else {
-        Err(ResultsError::NotResults {
-            path: target.to_owned(),
-        })
+    Ok(earlier.wrote(path, &std::fs::read(file).map_err(failed)?))
+}
+
+/// Whether a file may be written: nothing is there, a file of the run before, or the same bytes.
+fn is_free(
+    target: &Path,
+    earlier: &Manifest,
+    path: &str,
+    bytes: Option<&[u8]>,
+) -> Result<(), ResultsError> {
+    let parts: Vec<&str> = path.split('/').collect();
+    for k in 1..parts.len() {
+        let folder = target.join(parts[..k].join("/"));
+        let taken = std::fs::symlink_metadata(&folder).is_ok_and(|m| !m.is_dir());
+        // A file of the run before gives way to a folder of the same name only by hand.
+        if taken {
+            return Err(ResultsError::Foreign { path: folder });
+        }
     }
+    let file = target.join(path);
+    let Ok(found) = std::fs::symlink_metadata(&file) else {
+        return Ok(());
+    };
+    let same = || bytes.is_some_and(|b| std::fs::read(&file).is_ok_and(|there| there == b));
+    if found.is_file() && (earlier.lists(path) || same()) {
+        return Ok(());
+    }
+    Err(ResultsError::Foreign { path: file })
 }

@@ -1,9 +1,9 @@
 //! A shaft: elements in a row with discs, point masses and flexible joints, assembled into the matrices of one plane.
 //! Node i has the dofs 2i (w, m) and 2i+1 (ψ, rad). The joint of two shafts has two nodes at one position.
 
-use super::RotorError;
 use super::element::{self, ElementMatrices};
 use super::section::{Disc, Section};
+use super::{MOST_ELEMENTS, RotorError};
 use crate::linalg::Mat;
 
 /// A disc's position may differ from its node's by this much, m: positions are sums of printed lengths.
@@ -78,6 +78,11 @@ impl Rotor {
     pub fn new(origin_m: f64, sections: Vec<Section>, discs: &[Disc]) -> Result<Self, RotorError> {
         if sections.is_empty() {
             return Err(RotorError::NoElements);
+        }
+        for (list, count) in [("elements", sections.len()), ("discs", discs.len())] {
+            if count > MOST_ELEMENTS {
+                return Err(RotorError::TooMany { list, count });
+            }
         }
         let mut node_z_m = vec![origin_m];
         let mut z = origin_m;

@@ -24,6 +24,10 @@ pub use whirl::{Damping, Support, WhirlMode};
 use crate::linalg::NumericError;
 use thiserror::Error;
 
+/// Most elements of a shaft. The eigenvalue problems are dense: time grows with the cube, and at this number the modes at one speed
+/// take about a minute. Elements of a tenth of the shortest wavelength of interest are ample.
+pub const MOST_ELEMENTS: usize = 300;
+
 /// What can be wrong with a shaft.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RotorError {
@@ -54,6 +58,14 @@ pub enum RotorError {
     /// A shaft without elements.
     #[error("elements: the list is empty, a shaft needs at least one element")]
     NoElements,
+    /// More elements than the dense eigenvalue problems can take.
+    #[error("{list}: has {count} entries, at most {MOST_ELEMENTS} are computed")]
+    TooMany {
+        /// The list.
+        list: &'static str,
+        /// Its length.
+        count: usize,
+    },
     /// A position that is not on the shaft.
     #[error(
         "{what}: {position_m} m is not on the shaft, which reaches from {from_m} m to {to_m} m"

@@ -4,6 +4,7 @@
 use super::SpindleError;
 use super::effective::{Effective, EffectiveBearing};
 use super::effects::{Effect, EffectKind, Location, action};
+use super::rules::{MOST_DELAY_SAMPLES, rule};
 use crate::rotor::{Disc, Rotor, RotorError, Section};
 
 /// A bearing of the spindle.
@@ -127,100 +128,6 @@ impl Spindle {
         let mut spindle = self.clone();
         spindle.effects.push(effect);
         spindle
-    }
-
-    /// Checks every rule that concerns the spindle alone.
-    ///
-    /// # Errors
-    /// [`SpindleError`] with the key path of the first rule that is broken.
-    pub fn validate(&self) -> Result<(), SpindleError> {
-        let rotor =
-            Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
-        let positive =
-            |path: String, value: f64| rule(value > 0.0, path, value, "must be a positive number");
-        for side in Side::BOTH {
-            let (b, name) = (self.bearing(side), side.name());
-            let path = |key: &str| format!("bearings.{name}.{key}");
-            positive(path("ki_n_per_a"), b.ki_n_per_a)?;
-            let ks = "must be zero or a positive number: negative stiffness is given as a positive number";
-            rule(b.ks_n_per_m >= 0.0, path("ks_n_per_m"), b.ks_n_per_m, ks)?;
-            positive(path("max_force_n"), b.max_force_n)?;
-            positive(path("bias_current_a"), b.bias_current_a)?;
-            positive(path("max_current_a"), b.max_current_a)?;
-            positive(path("gap_m"), b.gap_m)?;
-            positive(path("sensor_gain"), b.sensor_gain)?;
-        }
-        let e = &self.electronics;
-        positive(
-            "electronics.amplifier_bandwidth_hz".into(),
-            e.amplifier_bandwidth_hz,
-        )?;
-        positive(
-            "electronics.sensor_bandwidth_hz".into(),
-            e.sensor_bandwidth_hz,
-        )?;
-        positive("electronics.sample_rate_hz".into(), e.sample_rate_hz)?;
-        let zero = "must be zero or a positive number";
-        let noise = e.sensor_noise_m;
-        rule(
-            noise >= 0.0,
-            "electronics.sensor_noise_m".into(),
-            noise,
-            zero,
-        )?;
-        rule(
-            e.delay_s >= 0.0,
-            "electronics.delay_s".into(),
-            e.delay_s,
-            zero,
-        )?;
-        rule(
-            // A rounding step below half a sample is still half a sample.
-            e.delay_s >= 0.5 * e.sample_period_s() * (1.0 - 1e-9),
-            "electronics.delay_s".into(),
-            e.delay_s,
-            "must be at least half a sample period: the hold alone delays that much",
-        )?;
-        positive("speed.max_rpm".into(), self.max_rpm)?;
-        positive("backup_clearance_m".into(), self.backup_clearance_m)?;
-        if self.damping_ratio.is_empty() {
-            return Err(SpindleError::Name {
-                path: "rotor.damping_ratio".into(),
-                name: "[]".into(),
-                rule: "needs at least one value".into(),
-            });
-        }
-        for (i, zeta) in self.damping_ratio.iter().enumerate() {
-            let ok = (0.0..1.0).contains(zeta);
-            let path = format!("rotor.damping_ratio[{i}]");
-            rule(ok, path, *zeta, "must be at least 0 and below 1")?;
-        }
-        let most = rotor.dofs() - 2;
-        rule(
-            self.flexible_modes >= 1 && self.flexible_modes <= most,
-            "rotor.flexible_modes".into(),
-            self.flexible_modes as f64,
-            &format!("must lie between 1 and the {most} flexible modes of the rotor model"),
-        )?;
-        let p = &self.planes;
-        let planes = [
-            ("planes.front_sensor_m", p.front_sensor_m),
-            ("planes.front_actuator_m", p.front_actuator_m),
-            ("planes.rear_actuator_m", p.rear_actuator_m),
-            ("planes.rear_sensor_m", p.rear_sensor_m),
-        ];
-        for (path, value) in planes {
-            rule(
-                value >= 0.0 && value <= rotor.to_m() + 1e-6,
-                path.into(),
-                value,
-                &format!("must lie on the rotor, between 0 and {:.6}", rotor.to_m()),
-            )?;
-        }
-        for (i, effect) in self.effects.iter().enumerate() {
-            effect.validate().map_err(|error| at_effect(i, error))?;
-        }
-        Ok(())
     }
 }
 
@@ -423,38 +330,13 @@ impl Machine {
         let total = effective.delay_s;
         let least = 0.5 * self.spindle.electronics.sample_period_s();
         rule(
-            total >= least * (1.0 - 1e-9),
+            total >= least * (1.0 - 1e-9) && total <= 2.0 * MOST_DELAY_SAMPLES * least,
             format!("effects[{i}]"),
             total,
-            "is the total delay in s, which must be at least half a sample period",
+            &format!(
+                "is the total delay in s, which must be at least half a sample period and at most {MOST_DELAY_SAMPLES}"
+            ),
         )
-    }
-}
-
-fn rule(holds: bool, path: String, value: f64, text: &str) -> Result<(), SpindleError> {
-    if holds && value.is_finite() {
-        return Ok(());
-    }
-    Err(SpindleError::Value {
-        path,
-        value,
-        rule: text.to_owned(),
-    })
-}
-
-fn at_effect(i: usize, error: SpindleError) -> SpindleError {
-    match error {
-        SpindleError::Value { path, value, rule } => SpindleError::Value {
-            path: format!("effects[{i}].{path}"),
-            value,
-            rule,
-        },
-        SpindleError::Name { path, name, rule } => SpindleError::Name {
-            path: format!("effects[{i}].{path}"),
-            name,
-            rule,
-        },
-        other => other,
     }
 }
 

@@ -4,8 +4,10 @@ pub mod effective;
 pub mod effects;
 pub mod machine;
 pub mod mechanics;
+pub mod mesh_quality;
 pub mod plant;
 pub mod realise;
+mod rules;
 pub mod whirl_form;
 
 pub use effective::{Effective, EffectiveBearing, Housing};

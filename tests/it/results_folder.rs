@@ -2,11 +2,13 @@
 
 use assert_cmd::Command;
 use muspin::report::html;
+use muspin::report::manifest::{MANIFEST, Manifest};
 use muspin::report::plot::{Axis, Color, Dash, Figure, Look, Panel, Series};
-use muspin::report::results::{ResultsError, ResultsFolder};
+use muspin::report::results::{ResultsError, ResultsFolder, claim};
 use muspin::report::summary::Summary;
 use muspin::report::tables::Table;
 use serde_json::json;
+use std::path::Path;
 
 fn figure() -> Figure {
     let mut panel = Panel::new(
@@ -50,38 +52,245 @@ fn folder() -> ResultsFolder {
     folder
 }
 
-#[test]
-fn a_folder_is_written_whole_and_replaced_only_at_the_end() {
-    let place = tempfile::tempdir().unwrap();
-    let target = place.path().join("results/reference");
-    folder().write(&target).unwrap();
-    let first = std::fs::read(target.join("report.html")).unwrap();
-    assert!(target.join("plots/stiffness.csv").is_file());
-    std::fs::write(target.join("stale.txt"), "left over").unwrap();
-    folder().write(&target).unwrap();
-    assert!(
-        !target.join("stale.txt").exists(),
-        "the earlier folder is replaced, not mixed"
-    );
-    assert_eq!(first, std::fs::read(target.join("report.html")).unwrap());
-    let beside: Vec<_> = std::fs::read_dir(place.path().join("results"))
-        .unwrap()
-        .collect();
-    assert_eq!(beside.len(), 1, "no temporary folder is left");
+fn text(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// A folder with the given files.
+fn staged(files: &[(&str, &str)]) -> ResultsFolder {
+    let mut folder = ResultsFolder::new();
+    for (path, text) in files {
+        folder.add(path, *text).unwrap();
+    }
+    folder
 }
 
 #[test]
-fn a_folder_that_is_not_ours_is_never_replaced() {
+fn a_later_run_replaces_its_files_removes_stale_ones_and_leaves_the_rest() {
     let place = tempfile::tempdir().unwrap();
-    std::fs::write(place.path().join("thesis.tex"), "years of work").unwrap();
-    let error = folder().write(place.path()).unwrap_err();
-    assert!(matches!(error, ResultsError::NotResults { .. }), "{error}");
-    assert!(place.path().join("thesis.tex").is_file());
-    let file = place.path().join("thesis.tex");
-    assert!(matches!(
-        folder().write(&file),
-        Err(ResultsError::NotResults { .. })
-    ));
+    let target = place.path().join("results/reference");
+    let first = staged(&[("a.txt", "1"), ("plots/old.svg", "o"), ("deep/er/x", "x")]);
+    first.write(&target).unwrap();
+    // Twice without and twice with a file of the user beside ours: the whole folder and file by file.
+    for (run, own) in [("2", false), ("3", false), ("4", true), ("5", true)] {
+        if own {
+            std::fs::create_dir_all(target.join("src")).unwrap();
+            std::fs::write(target.join("src/main.c"), "code").unwrap();
+            staged(&[("a.txt", "1"), ("plots/old.svg", "o")])
+                .write(&target)
+                .unwrap();
+        }
+        staged(&[("a.txt", run), ("b.txt", run)])
+            .write(&target)
+            .unwrap();
+        assert_eq!(text(&target.join("a.txt")), run);
+        assert_eq!(text(&target.join("b.txt")), run);
+        assert!(!target.join("plots").exists() && !target.join("deep").exists());
+        assert_eq!(target.join("src/main.c").exists(), own);
+    }
+    assert_eq!(text(&target.join("src/main.c")), "code");
+    let listed = Manifest::read(&target).unwrap();
+    assert_eq!(listed.paths().collect::<Vec<_>>(), ["a.txt", "b.txt"]);
+    assert!(listed.replacing.is_empty());
+    let beside = std::fs::read_dir(place.path().join("results")).unwrap();
+    assert_eq!(beside.count(), 1, "no temporary folder is left");
+    assert_eq!(std::fs::read_dir(&target).unwrap().count(), 4);
+}
+
+#[test]
+fn the_same_run_writes_the_same_bytes_manifest_included() {
+    let place = tempfile::tempdir().unwrap();
+    let targets = ["a", "b"].map(|name| place.path().join(name));
+    targets.iter().for_each(|t| folder().write(t).unwrap());
+    for file in [MANIFEST, "report.html", "summary.json"] {
+        let [a, b] = targets.each_ref().map(|t| text(&t.join(file)));
+        assert_eq!(a, b, "{file}");
+    }
+    let listed = Manifest::read(&targets[0]).unwrap();
+    let report = std::fs::read(targets[0].join("report.html")).unwrap();
+    assert!(listed.wrote("report.html", &report) && !listed.wrote("report.html", b"x"));
+}
+
+#[test]
+fn a_file_that_muspin_did_not_write_is_never_replaced() {
+    let place = tempfile::tempdir().unwrap();
+    std::fs::create_dir(place.path().join("src")).unwrap();
+    std::fs::write(place.path().join("src/main.c"), "years of work").unwrap();
+    std::fs::write(place.path().join("summary.json"), "{}").unwrap();
+    let refused = folder().write(place.path()).unwrap_err();
+    assert!(matches!(refused, ResultsError::Foreign { .. }), "{refused}");
+    assert!(refused.to_string().contains("summary.json"), "{refused}");
+    let early = claim(place.path(), &["summary.json"], &[]);
+    assert!(matches!(early, Err(ResultsError::Foreign { .. })));
+    assert_eq!(text(&place.path().join("summary.json")), "{}");
+    assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 2);
+    // A folder where a file would stand, a file where a folder would, and a file as the target.
+    for path in ["src", "summary.json/x"] {
+        let refused = staged(&[(path, "x")]).write(place.path());
+        assert!(
+            matches!(refused, Err(ResultsError::Foreign { .. })),
+            "{path}"
+        );
+    }
+    let refused = folder().write(&place.path().join("src/main.c"));
+    assert!(matches!(refused, Err(ResultsError::NotAFolder { .. })));
+    // The same bytes are no loss.
+    staged(&[("summary.json", "{}")])
+        .write(place.path())
+        .unwrap();
+    assert_eq!(text(&place.path().join("src/main.c")), "years of work");
+}
+
+#[test]
+fn a_file_that_was_edited_since_is_never_replaced_or_removed() {
+    let place = tempfile::tempdir().unwrap();
+    let target = place.path().join("run");
+    let run = || staged(&[("spindle.yaml", "k: 1"), ("b", "b")]).write(&target);
+    run().unwrap();
+    std::fs::write(target.join("spindle.yaml"), "k: 2 # tuned by hand").unwrap();
+    let other = staged(&[("c", "c")]).write(&target);
+    for refused in [run(), other, claim(&target, &[], &[])] {
+        let message = refused.unwrap_err().to_string();
+        assert!(message.contains("spindle.yaml' was changed"), "{message}");
+    }
+    assert_eq!(text(&target.join("spindle.yaml")), "k: 2 # tuned by hand");
+    assert!(target.join("b").exists() && !target.join("c").exists());
+    std::fs::remove_file(target.join("spindle.yaml")).unwrap();
+    run().unwrap();
+    assert_eq!(text(&target.join("spindle.yaml")), "k: 1");
+}
+
+#[test]
+fn an_interrupted_replacement_is_completed_by_the_next_run() {
+    let place = tempfile::tempdir().unwrap();
+    let run = |text: &'static str| staged(&[("a", text), ("b", text), ("c", text)]);
+    run("old").write(place.path()).unwrap();
+    let old = Manifest::read(place.path()).unwrap();
+    // As a kill between two renames leaves it: one file new, one old, one lost with the power, both hashes in the list.
+    let mut both = Manifest::of(run("new").files());
+    both.replacing = old.files;
+    std::fs::write(place.path().join(MANIFEST), both.to_json()).unwrap();
+    std::fs::write(place.path().join("a"), "new").unwrap();
+    std::fs::remove_file(place.path().join("c")).unwrap();
+    run("third").write(place.path()).unwrap();
+    for name in ["a", "b", "c"] {
+        assert_eq!(text(&place.path().join(name)), "third");
+    }
+    assert!(Manifest::read(place.path()).unwrap().replacing.is_empty());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_is_followed_and_one_that_leads_nowhere_is_said() {
+    let place = tempfile::tempdir().unwrap();
+    let (real, link) = (place.path().join("real"), place.path().join("link"));
+    std::fs::create_dir(&real).unwrap();
+    std::os::unix::fs::symlink(&real, &link).unwrap();
+    for run in ["1", "2"] {
+        staged(&[("a", run)]).write(&link).unwrap();
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(text(&real.join("a")), run);
+    }
+    std::fs::remove_dir_all(&real).unwrap();
+    let refused = staged(&[("a", "3")]).write(&link);
+    assert!(matches!(refused, Err(ResultsError::BrokenLink { .. })));
+}
+
+#[test]
+fn measurements_and_inputs_are_never_written_over() {
+    let place = tempfile::tempdir().unwrap();
+    let target = place.path().join("run");
+    staged(&[("spindle.yaml", "s"), ("measurement/sweep-0.csv", "m")])
+        .write(&target)
+        .unwrap();
+    let input = |path: &str| {
+        claim(
+            &target,
+            &[],
+            &["reference", target.join(path).to_str().unwrap()],
+        )
+    };
+    for path in [
+        "spindle.yaml",
+        "measurement",
+        "./measurement/../spindle.yaml",
+    ] {
+        let refused = input(path);
+        assert!(matches!(refused, Err(ResultsError::Input { .. })), "{path}");
+    }
+    input("absent").unwrap();
+    std::fs::write(target.join("measurement.yaml"), "records: []").unwrap();
+    for refused in [
+        claim(&target, &[], &[]),
+        staged(&[("a", "a")]).write(&target),
+    ] {
+        assert!(matches!(refused, Err(ResultsError::Measurement { .. })));
+    }
+}
+
+#[test]
+fn a_manifest_cannot_lead_out_of_its_folder() {
+    let place = tempfile::tempdir().unwrap();
+    let target = place.path().join("run");
+    std::fs::create_dir(&target).unwrap();
+    for text in ["{\"files\": {\"../thesis.tex\": \"00\"}}", "[]", "{"] {
+        std::fs::write(target.join(MANIFEST), text).unwrap();
+        let refused = staged(&[("a", "a")]).write(&target);
+        assert!(
+            matches!(refused, Err(ResultsError::Manifest { .. })),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn commands_refuse_before_they_compute() {
+    let place = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis/c01");
+    let copy = place.path().join("m");
+    std::fs::create_dir(&copy).unwrap();
+    for entry in std::fs::read_dir(&data).unwrap() {
+        let path = entry.unwrap().path();
+        std::fs::copy(&path, copy.join(path.file_name().unwrap())).unwrap();
+    }
+    let listed = || std::fs::read_dir(&copy).unwrap().count();
+    let before = (text(&copy.join("hammer-0.csv")), listed());
+    for command in ["identify", "update", "diagnose"] {
+        let mut run = Command::new(env!("CARGO_BIN_EXE_muspin"));
+        let run = run.arg(command).arg("--measurement").arg(&copy);
+        let failed = run.arg("--out").arg(&copy).assert().code(2).stdout("");
+        let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+        assert!(
+            message.contains("measurement folder"),
+            "{command}: {message}"
+        );
+    }
+    assert_eq!(before, (text(&copy.join("hammer-0.csv")), listed()));
+    let tool = include_str!("../../spindles/tools/endmill-10.yaml");
+    let (a, b) = (place.path().join("a.yaml"), place.path().join("b.yaml"));
+    std::fs::write(&a, tool).unwrap();
+    for (other, part) in [
+        ("endmill-10", "already"),
+        ("Plots", "batch itself"),
+        ("x/y", "folder"),
+    ] {
+        std::fs::write(
+            &b,
+            tool.replace("name: endmill-10", &format!("name: {other}")),
+        )
+        .unwrap();
+        let both = format!("{},{}", a.display(), b.display());
+        let mut run = Command::new(env!("CARGO_BIN_EXE_muspin"));
+        let out = place.path().join("batch");
+        let run = run.args(["batch", "--tools", &both, "--out"]).arg(&out);
+        let failed = run.assert().code(2).stdout("");
+        let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+        assert!(
+            message.contains("b.yaml: name") && message.contains(part),
+            "{message}"
+        );
+        assert!(!out.exists());
+    }
 }
 
 #[test]
@@ -171,12 +380,16 @@ fn report_rebuilds_the_page_and_refuses_what_is_no_results_folder() {
     let page = target.join("report.html");
     let written = std::fs::read(&page).unwrap();
     std::fs::remove_file(&page).unwrap();
-    let report = |folder: &std::path::Path| {
+    assert!(Manifest::read(&target).unwrap().lists("report.html"));
+    let report = |folder: &Path| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_muspin"));
         command.arg("report").arg(folder).assert()
     };
     report(&target).success().stdout("");
     assert_eq!(std::fs::read(&page).unwrap(), written);
+    std::fs::write(&page, "notes of mine").unwrap();
+    report(&target).code(2).stdout("");
+    assert_eq!(text(&page), "notes of mine");
 
     let failed = report(&place.path().join("nowhere")).code(2);
     let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();

@@ -12,11 +12,13 @@ const MAX_ORDER: usize = 20;
 pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let orders = problem.counts("orders")?;
     let Some(highest) = orders.iter().copied().max() else {
-        return Err(problem.failure("orders", "expected at least one order"));
+        return Err(problem
+            .failure("orders", "expected at least one order")
+            .into());
     };
     if highest > MAX_ORDER {
         let message = format!("order {highest} is above {MAX_ORDER}");
-        return Err(problem.failure("orders", message));
+        return Err(problem.failure("orders", message).into());
     }
     let omega = problem.numbers("omega")?;
     let weight = if problem.has("weight") {

@@ -9,7 +9,9 @@ pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let continuous = problem.system()?;
     let period = problem.number("Ts")?;
     if period <= 0.0 {
-        return Err(problem.failure("Ts", format!("must be positive, found {period}")));
+        return Err(problem
+            .failure("Ts", format!("must be positive, found {period}"))
+            .into());
     }
     let answer = Answer::new()
         .with("zoh", system(&zoh(&continuous, period)?))
@@ -20,10 +22,12 @@ pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let omega = problem.number("w_prewarp")?;
     let limit = std::f64::consts::PI / period;
     if !(omega > 0.0 && omega < limit) {
-        return Err(problem.failure(
-            "w_prewarp",
-            format!("must lie between 0 and pi/Ts = {limit} rad/s, found {omega}"),
-        ));
+        return Err(problem
+            .failure(
+                "w_prewarp",
+                format!("must lie between 0 and pi/Ts = {limit} rad/s, found {omega}"),
+            )
+            .into());
     }
     Ok(answer.with(
         "tustin_prewarp",

@@ -10,12 +10,11 @@ mod hinfnorm;
 mod hinfsyn;
 mod mu;
 mod musys;
-mod problem;
 mod reduce;
 
 use super::{Failure, Outcome};
+use crate::input::problem::Problem;
 use answer::Answer;
-use problem::Problem;
 use std::path::PathBuf;
 
 /// Arguments of `muspin solve`.

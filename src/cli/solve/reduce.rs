@@ -15,10 +15,12 @@ pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
         .enumerate()
         .find(|(_, order)| **order > full.order())
     {
-        return Err(problem.failure(
-            &format!("orders[{k}]"),
-            format!("is {order}, but the system has {} states", full.order()),
-        ));
+        return Err(problem
+            .failure(
+                &format!("orders[{k}]"),
+                format!("is {order}, but the system has {} states", full.order()),
+            )
+            .into());
     }
     let balancing = Balancing::new(&full)?;
     let mut answers = Answer::new();
@@ -32,7 +34,8 @@ pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
                         balancing.kept()
                     ),
                 )
-                .with_hint("poles that are not stable are kept: ask for a larger order"));
+                .with_hint("poles that are not stable are kept: ask for a larger order")
+                .into());
         }
         let reductions = balancing.reductions(*order)?;
         let Some(best) = reductions.first() else {

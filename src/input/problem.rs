@@ -1,8 +1,9 @@
 //! The problem file of `muspin solve`: JSON fields in `data` (or at the top level), read with shape checks.
 //! Real matrices are lists of rows; complex ones `{"re": rows, "im": rows}`. Every error names file and field.
 
+use super::error::InputError;
+use super::shipped::utf8;
 use crate::augment::{Block, GeneralizedPlant};
-use crate::cli::Failure;
 use crate::linalg::{Mat, c64};
 use crate::lti::{Continuous, StateSpace};
 use serde_json::{Map, Value};
@@ -19,20 +20,24 @@ impl Problem {
     ///
     /// # Errors
     /// A file that cannot be read, is not JSON, or is not an object.
-    pub fn read(file: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|e| Failure::new(format!("{}: {e}", file.display())))?;
-        Self::parse(file, &text)
+    pub fn read(file: &Path) -> Result<Self, InputError> {
+        let bytes = std::fs::read(file)
+            .map_err(|e| InputError::new(&file.display().to_string(), e.to_string()))?;
+        Self::parse(file, &utf8(&file.display().to_string(), bytes)?)
     }
 
-    fn parse(file: &Path, text: &str) -> Result<Self, Failure> {
+    /// Reads the text of a file; `file` names it in messages.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn parse(file: &Path, text: &str) -> Result<Self, InputError> {
         let value: Value = serde_json::from_str(text).map_err(|e| {
-            Failure::new(format!("{}: not valid JSON: {e}", file.display()))
+            InputError::new(&file.display().to_string(), format!("not valid JSON: {e}"))
                 .with_hint("JSON has no NaN and no Infinity; every number must be finite")
         })?;
         let Value::Object(mut top) = value else {
             return Err(
-                Failure::new(format!("{}: expected a JSON object", file.display()))
+                InputError::new(&file.display().to_string(), "expected a JSON object")
                     .with_hint("put the matrices into {\"data\": {\"A\": [[..]], ..}}"),
             );
         };
@@ -40,11 +45,10 @@ impl Problem {
             None => top,
             Some(Value::Object(data)) => data,
             Some(other) => {
-                return Err(Failure::new(format!(
-                    "{}: data: expected an object, found {}",
-                    file.display(),
-                    kind(&other)
-                )));
+                return Err(InputError::new(
+                    &file.display().to_string(),
+                    format!("data: expected an object, found {}", kind(&other)),
+                ));
             }
         };
         Ok(Self {
@@ -54,8 +58,11 @@ impl Problem {
     }
 
     /// An error about a field of this file.
-    pub fn failure(&self, field: &str, message: impl std::fmt::Display) -> Failure {
-        Failure::new(format!("{}: {field}: {message}", self.file.display()))
+    pub fn failure(&self, field: &str, message: impl std::fmt::Display) -> InputError {
+        InputError::new(
+            &self.file.display().to_string(),
+            format!("{field}: {message}"),
+        )
     }
 
     /// True when the field is there and not `null`.
@@ -67,7 +74,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field.
-    pub fn value(&self, field: &str) -> Result<&Value, Failure> {
+    pub fn value(&self, field: &str) -> Result<&Value, InputError> {
         self.fields.get(field).ok_or_else(|| {
             let known: Vec<&str> = self.fields.keys().map(String::as_str).collect();
             self.failure(field, "missing")
@@ -79,7 +86,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field or something else than a finite number.
-    pub fn number(&self, field: &str) -> Result<f64, Failure> {
+    pub fn number(&self, field: &str) -> Result<f64, InputError> {
         self.finite(self.value(field)?, field)
     }
 
@@ -87,7 +94,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field or something else.
-    pub fn count(&self, field: &str) -> Result<usize, Failure> {
+    pub fn count(&self, field: &str) -> Result<usize, InputError> {
         let value = self.value(field)?;
         self.whole(value, field)
     }
@@ -96,7 +103,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field or something else.
-    pub fn counts(&self, field: &str) -> Result<Vec<usize>, Failure> {
+    pub fn counts(&self, field: &str) -> Result<Vec<usize>, InputError> {
         self.list(field)?
             .iter()
             .enumerate()
@@ -108,7 +115,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field or something else.
-    pub fn numbers(&self, field: &str) -> Result<Vec<f64>, Failure> {
+    pub fn numbers(&self, field: &str) -> Result<Vec<f64>, InputError> {
         self.list(field)?
             .iter()
             .enumerate()
@@ -120,7 +127,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field, ragged rows, or an entry that is not a finite number.
-    pub fn matrix(&self, field: &str) -> Result<Mat<f64>, Failure> {
+    pub fn matrix(&self, field: &str) -> Result<Mat<f64>, InputError> {
         self.rows(self.value(field)?, field)
     }
 
@@ -128,7 +135,7 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::matrix`], and another shape.
-    pub fn matrix_of(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<f64>, Failure> {
+    pub fn matrix_of(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<f64>, InputError> {
         let m = self.matrix(field)?;
         // An empty list of rows carries no column count.
         if m.nrows() == 0 && rows == 0 {
@@ -151,7 +158,7 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::matrix`], and a matrix that is not square.
-    pub fn square(&self, field: &str) -> Result<Mat<f64>, Failure> {
+    pub fn square(&self, field: &str) -> Result<Mat<f64>, InputError> {
         let m = self.matrix(field)?;
         if m.nrows() == m.ncols() {
             return Ok(m);
@@ -170,7 +177,7 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::matrix`], and parts of different shape.
-    pub fn complex_matrix(&self, field: &str) -> Result<Mat<c64>, Failure> {
+    pub fn complex_matrix(&self, field: &str) -> Result<Mat<c64>, InputError> {
         let value = self.value(field)?;
         let Value::Object(parts) = value else {
             let re = self.rows(value, field)?;
@@ -195,7 +202,7 @@ impl Problem {
     ///
     /// # Errors
     /// Missing fields and shapes that do not fit.
-    pub fn system(&self) -> Result<StateSpace<Continuous>, Failure> {
+    pub fn system(&self) -> Result<StateSpace<Continuous>, InputError> {
         let a = self.square("A")?;
         let n = a.nrows();
         let d = self.matrix("D")?;
@@ -205,14 +212,14 @@ impl Problem {
         for (field, expected) in [("n", n), ("m", m), ("p", p)] {
             self.agrees(field, expected)?;
         }
-        Ok(StateSpace::new(a, b, c, d, Continuous)?)
+        StateSpace::new(a, b, c, d, Continuous).map_err(|e| self.failure("A, B, C, D", e))
     }
 
     /// The generalized plant A, B = [B1 B2], C = [C1; C2], D with m1, m2, p1, p2, and its blocks if given.
     ///
     /// # Errors
     /// Missing fields, shapes and block sizes that do not fit.
-    pub fn generalized_plant(&self) -> Result<GeneralizedPlant, Failure> {
+    pub fn generalized_plant(&self) -> Result<GeneralizedPlant, InputError> {
         let (m1, m2) = (self.count("m1")?, self.count("m2")?);
         let (p1, p2) = (self.count("p1")?, self.count("p2")?);
         for (field, value) in [("m2", m2), ("p2", p2)] {
@@ -243,7 +250,8 @@ impl Problem {
             vec![]
         };
         Ok(GeneralizedPlant {
-            system: StateSpace::new(a, b, c, d, Continuous)?,
+            system: StateSpace::new(a, b, c, d, Continuous)
+                .map_err(|e| self.failure("A, B, C, D", e))?,
             controls: m2,
             measurements: p2,
             blocks,
@@ -254,7 +262,7 @@ impl Problem {
     ///
     /// # Errors
     /// An unknown type, a missing or zero size, an empty list.
-    pub fn blocks(&self) -> Result<Vec<Block>, Failure> {
+    pub fn blocks(&self) -> Result<Vec<Block>, InputError> {
         let list = self.list("blocks")?;
         if list.is_empty() {
             return Err(self.failure("blocks", "expected at least one block"));
@@ -265,7 +273,7 @@ impl Problem {
             .collect()
     }
 
-    fn block(&self, value: &Value, path: &str) -> Result<Block, Failure> {
+    fn block(&self, value: &Value, path: &str) -> Result<Block, InputError> {
         let size = |name: &str| {
             let path = format!("{path}.{name}");
             match value.get(name) {
@@ -295,7 +303,7 @@ impl Problem {
     }
 
     /// Checks an optional count of the file against the matrices.
-    fn agrees(&self, field: &str, expected: usize) -> Result<(), Failure> {
+    fn agrees(&self, field: &str, expected: usize) -> Result<(), InputError> {
         if !self.has(field) {
             return Ok(());
         }
@@ -308,14 +316,14 @@ impl Problem {
         }
     }
 
-    fn list(&self, field: &str) -> Result<&Vec<Value>, Failure> {
+    fn list(&self, field: &str) -> Result<&Vec<Value>, InputError> {
         match self.value(field)? {
             Value::Array(list) => Ok(list),
             other => Err(self.failure(field, format!("expected a list, found {}", kind(other)))),
         }
     }
 
-    fn rows(&self, value: &Value, path: &str) -> Result<Mat<f64>, Failure> {
+    fn rows(&self, value: &Value, path: &str) -> Result<Mat<f64>, InputError> {
         let Value::Array(rows) = value else {
             return Err(self.failure(
                 path,
@@ -355,7 +363,7 @@ impl Problem {
         Ok(Mat::from_fn(entries.len(), cols, |i, j| entries[i][j]))
     }
 
-    fn finite(&self, value: &Value, path: &str) -> Result<f64, Failure> {
+    fn finite(&self, value: &Value, path: &str) -> Result<f64, InputError> {
         match value.as_f64() {
             Some(x) if x.is_finite() => Ok(x),
             _ => Err(self.failure(
@@ -365,7 +373,7 @@ impl Problem {
         }
     }
 
-    fn whole(&self, value: &Value, path: &str) -> Result<usize, Failure> {
+    fn whole(&self, value: &Value, path: &str) -> Result<usize, InputError> {
         // 2^53: beyond it a JSON number is no longer a whole number everywhere; no dimension comes near.
         match value.as_f64() {
             Some(x) if x >= 0.0 && x.fract() == 0.0 && x < 9.0e15 => Ok(x as usize),

@@ -1,0 +1,68 @@
+//! The machine of a command, and on standard error what looks wrong in its files.
+
+use super::Failure;
+use crate::input::kind::FileKind;
+use crate::input::{self, Measurement, Warning};
+use crate::spindle::Machine;
+use crate::spindle::mesh_quality::coarse_mesh;
+
+/// The machine of a spindle and a tool file.
+///
+/// # Errors
+/// [`Failure`] of whichever file is wrong.
+pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, Failure> {
+    let machine = input::load_machine(spindle, tool)?;
+    for (kind, file) in [(FileKind::Spindle, spindle), (FileKind::Tool, tool)] {
+        kind.warnings(file)?.iter().for_each(say);
+    }
+    mesh_warning(&machine, spindle, tool)?.iter().for_each(say);
+    Ok(machine)
+}
+
+/// The machine of a measurement; a spindle or tool given on the command line wins.
+///
+/// # Errors
+/// [`Failure`] of whichever file is wrong.
+pub fn of_measurement(
+    measurement: &Measurement,
+    spindle: Option<&str>,
+    tool: Option<&str>,
+) -> Result<Machine, Failure> {
+    load_machine(
+        spindle.unwrap_or(&measurement.spindle),
+        tool.unwrap_or(&measurement.tool),
+    )
+}
+
+/// Says a warning on standard error.
+pub fn say(warning: &Warning) {
+    eprintln!("{warning}");
+}
+
+/// What the mesh does not resolve.
+///
+/// # Errors
+/// [`Failure`] when the modes of the shaft cannot be computed.
+pub fn mesh_warning(
+    machine: &Machine,
+    spindle: &str,
+    tool: &str,
+) -> Result<Option<Warning>, Failure> {
+    let Some(coarse) = coarse_mesh(machine)? else {
+        return Ok(None);
+    };
+    let (file, list) = match coarse.in_tool {
+        true => (tool, "elements"),
+        false => (spindle, "rotor.elements"),
+    };
+    Ok(Some(Warning {
+        file: file.to_owned(),
+        message: format!(
+            "{list}[{}]: an element of {} m is too long for mode {}, whose frequency is {:.1} % off; split it",
+            coarse.element,
+            coarse.length_m,
+            coarse.mode,
+            100.0 * coarse.relative_error
+        ),
+    }))
+}

@@ -1,0 +1,467 @@
+//! Every number that a file holds: unit, the range that real machines keep to, the range outside which it is
+//! refused, and why.
+//!
+//! Outside the plausible range a value is said and used; outside the possible one it is an error. Both name the unit
+//! that it looks like. The ranges are those of rotors on active magnetic bearings, from small turbo spindles to compressors.
+
+/// One key of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Key {
+    /// Its name inside its group; `[]` behind it for each entry of a list.
+    pub name: &'static str,
+    /// Unit; empty for a plain number, `text` for what is no number.
+    pub unit: &'static str,
+    /// Whether the file must have it.
+    pub required: bool,
+    /// Range of the size that real machines keep to. Zero is accepted without a word where it is possible.
+    pub plausible: [f64; 2],
+    /// Range of the size outside which the value is refused.
+    pub possible: [f64; 2],
+    /// Where the ranges come from.
+    pub reason: &'static str,
+}
+
+/// Keys that stand together: `at` is their path, `*` any name, `[]` any entry of a list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// Path from the top of the file; empty at the top.
+    pub at: &'static str,
+    /// Its keys.
+    pub keys: &'static [Key],
+}
+
+type Range = [f64; 2];
+
+const fn needed(
+    name: &'static str,
+    unit: &'static str,
+    ranges: [Range; 2],
+    reason: &'static str,
+) -> Key {
+    let [plausible, possible] = ranges;
+    Key {
+        name,
+        unit,
+        required: true,
+        plausible,
+        possible,
+        reason,
+    }
+}
+
+const fn open(
+    name: &'static str,
+    unit: &'static str,
+    ranges: [Range; 2],
+    reason: &'static str,
+) -> Key {
+    Key {
+        required: false,
+        ..needed(name, unit, ranges, reason)
+    }
+}
+
+const fn words(name: &'static str) -> Key {
+    needed(name, "text", [[0.0, f64::INFINITY]; 2], "")
+}
+
+const fn group(at: &'static str, keys: &'static [Key]) -> Group {
+    Group { at, keys }
+}
+
+const LENGTH: &str = "elements of a shaft are fractions of a millimetre to some decimetres long";
+const DIAMETER: &str = "shafts on magnetic bearings are a few millimetres to some decimetres thick";
+
+/// Keys of a material.
+pub const MATERIAL: &[Key] = &[
+    needed(
+        "youngs_modulus_pa",
+        "Pa",
+        [[1e10, 8e11], [1e9, 2e12]],
+        "magnesium has 45 GPa, steel 206 GPa, cemented carbide 650 GPa",
+    ),
+    needed(
+        "density_kg_m3",
+        "kg/m³",
+        [[1000.0, 2e4], [500.0, 2.5e4]],
+        "carbon fibre has 1 600 kg/m³, steel 7 850 kg/m³, tungsten 19 300 kg/m³",
+    ),
+    needed(
+        "poisson_ratio",
+        "",
+        [[0.05, 0.46], [0.0, 1.0]],
+        "metals lie between 0.2 and 0.45",
+    ),
+];
+
+/// Keys of an element.
+pub const ELEMENT: &[Key] = &[
+    needed("length_m", "m", [[2e-4, 0.3], [1e-5, 5.0]], LENGTH),
+    needed(
+        "outer_diameter_m",
+        "m",
+        [[2e-4, 0.5], [5e-5, 3.0]],
+        DIAMETER,
+    ),
+    words("material"),
+    open("inner_diameter_m", "m", [[1e-4, 0.4], [0.0, 3.0]], DIAMETER),
+    open(
+        "mass_outer_diameter_m",
+        "m",
+        [[2e-4, 0.6], [0.0, 3.0]],
+        DIAMETER,
+    ),
+    open(
+        "mass_inner_diameter_m",
+        "m",
+        [[1e-4, 0.5], [0.0, 3.0]],
+        DIAMETER,
+    ),
+    open(
+        "modulus_scale",
+        "",
+        [[0.05, 5.0], [1e-3, 1e3]],
+        "laminations and joints take a shaft to a tenth of its modulus at least",
+    ),
+];
+
+/// Keys of a disc.
+pub const DISC: &[Key] = &[
+    needed(
+        "position_m",
+        "m",
+        [[0.0, 3.0], [0.0, 10.0]],
+        "shafts on magnetic bearings are shorter than 3 m",
+    ),
+    needed(
+        "mass_kg",
+        "kg",
+        [[1e-5, 200.0], [0.0, 1e4]],
+        "discs of a spindle have grams to some kilograms",
+    ),
+    needed(
+        "polar_inertia_kg_m2",
+        "kg m²",
+        [[1e-11, 10.0], [0.0, 1e3]],
+        "m r²/2 of a disc of 100 kg and 0.4 m radius is 8 kg m²",
+    ),
+    needed(
+        "diametral_inertia_kg_m2",
+        "kg m²",
+        [[1e-11, 10.0], [0.0, 1e3]],
+        "m r²/4 of a disc of 100 kg and 0.4 m radius is 4 kg m²",
+    ),
+];
+
+const BEARING: &[Key] = &[
+    needed(
+        "ki_n_per_a",
+        "N/A",
+        [[1.0, 5e3], [1e-2, 1e6]],
+        "bearings of 50 N to 5 kN have 10 to 1000 N/A",
+    ),
+    needed(
+        "ks_n_per_m",
+        "N/m",
+        [[1e3, 1e8], [0.0, 1e10]],
+        "bearings of 50 N to 5 kN have 10⁴ to 10⁷ N/m",
+    ),
+    needed(
+        "max_force_n",
+        "N",
+        [[1.0, 1e5], [1e-2, 1e7]],
+        "radial bearings carry some newtons to some ten kilonewtons",
+    ),
+    needed(
+        "bias_current_a",
+        "A",
+        [[0.05, 50.0], [1e-3, 1e3]],
+        "coils are biased with some tenths to some ten amperes",
+    ),
+    needed(
+        "max_current_a",
+        "A",
+        [[0.1, 200.0], [1e-3, 1e4]],
+        "switching amplifiers give some to some ten amperes",
+    ),
+    needed(
+        "gap_m",
+        "m",
+        [[5e-5, 3e-3], [1e-5, 2e-2]],
+        "air gaps are 0.2 to 1 mm",
+    ),
+    open(
+        "sensor_gain",
+        "",
+        [[0.5, 2.0], [1e-2, 1e2]],
+        "a factor near 1 on the calibrated signal",
+    ),
+];
+
+const ELECTRONICS: &[Key] = &[
+    needed(
+        "amplifier_bandwidth_hz",
+        "Hz",
+        [[50.0, 1e5], [1.0, 1e7]],
+        "current loops reach 500 Hz to 5 kHz",
+    ),
+    needed(
+        "sensor_bandwidth_hz",
+        "Hz",
+        [[200.0, 1e6], [10.0, 1e8]],
+        "position sensors reach some kilohertz to some ten kilohertz",
+    ),
+    needed(
+        "sensor_noise_m",
+        "m",
+        [[1e-11, 5e-6], [0.0, 1e-4]],
+        "position sensors have 10 nm to 1 µm of noise",
+    ),
+    needed(
+        "delay_s",
+        "s",
+        [[1e-7, 2e-3], [0.0, 1e-2]],
+        "one and a half samples at 1 to 100 kHz are 15 µs to 1.5 ms",
+    ),
+    needed(
+        "sample_rate_hz",
+        "Hz",
+        [[1e3, 5e5], [100.0, 1e7]],
+        "magnetic bearings are sampled at 5 to 100 kHz",
+    ),
+];
+
+const PLANES: &[Key] = {
+    const WHERE: [Range; 2] = [[0.0, 3.0], [0.0, 10.0]];
+    const WHY: &str = "shafts on magnetic bearings are shorter than 3 m";
+    &[
+        needed("front_sensor_m", "m", WHERE, WHY),
+        needed("front_actuator_m", "m", WHERE, WHY),
+        needed("rear_actuator_m", "m", WHERE, WHY),
+        needed("rear_sensor_m", "m", WHERE, WHY),
+    ]
+};
+
+const EFFECT: &[Key] = &[
+    words("effect"),
+    open(
+        "delay_s",
+        "s",
+        [[1e-8, 1e-3], [0.0, 1e-2]],
+        "delays between controller and coil are microseconds to a few samples",
+    ),
+    open(
+        "bandwidth_hz",
+        "Hz",
+        [[50.0, 1e6], [1.0, 1e9]],
+        "amplifiers and sensors reach 500 Hz to 100 kHz",
+    ),
+    open(
+        "corner_hz",
+        "Hz",
+        [[1.0, 1e7], [1e-3, 1e12]],
+        "eddy currents begin at some hertz in solid and some kilohertz in laminated cores",
+    ),
+    open(
+        "offset_m",
+        "m",
+        [[1e-6, 0.1], [0.0, 1.0]],
+        "planes are known to some millimetres",
+    ),
+    open(
+        "mass_kg",
+        "kg",
+        [[1e-5, 1e4], [0.0, 1e6]],
+        "parts of a spindle and its housing have grams to tonnes",
+    ),
+];
+
+/// A spindle file.
+pub const SPINDLE: &[Group] = &[
+    group("", &[words("name")]),
+    group("rotor.materials.*", MATERIAL),
+    group("rotor.elements[]", ELEMENT),
+    group("rotor.discs[]", DISC),
+    group(
+        "rotor",
+        &[
+            words("materials"),
+            words("elements"),
+            needed(
+                "damping_ratio[]",
+                "",
+                [[1e-5, 0.1], [0.0, 1.0]],
+                "steel shafts with shrink fits have 0.001 to 0.02 of critical damping",
+            ),
+            needed(
+                "flexible_modes",
+                "",
+                [[1.0, 10.0], [0.0, 1e4]],
+                "a controller acts on the first few bending modes",
+            ),
+        ],
+    ),
+    group("planes", PLANES),
+    group("bearings.front", BEARING),
+    group("bearings.rear", BEARING),
+    group("electronics", ELECTRONICS),
+    group(
+        "speed",
+        &[needed(
+            "max_rpm",
+            "rpm",
+            [[100.0, 3e5], [1.0, 2e6]],
+            "the surface of a steel rotor bursts near 300 m/s: 300 000 rpm at 20 mm",
+        )],
+    ),
+    group(
+        "",
+        &[needed(
+            "backup_clearance_m",
+            "m",
+            [[1e-5, 1.5e-3], [2e-6, 1e-2]],
+            "backup bearings have about half the air gap, 0.1 to 0.5 mm",
+        )],
+    ),
+    group("effects[]", EFFECT),
+];
+
+/// A tool file.
+pub const TOOL: &[Group] = &[
+    group("", &[words("name"), words("elements")]),
+    group("materials.*", MATERIAL),
+    group("elements[]", ELEMENT),
+    group("discs[]", DISC),
+    group(
+        "",
+        &[needed(
+            "tool_plane_m",
+            "m",
+            [[1e-3, 0.5], [0.0, 3.0]],
+            "tools stand out of the nose by some millimetres to some decimetres",
+        )],
+    ),
+];
+
+const LIMITS: &[Key] = {
+    const FORCE: [Range; 2] = [[1e-2, 1e5], [1e-6, 1e7]];
+    const PATH: [Range; 2] = [[1e-8, 2e-3], [1e-12, 0.1]];
+    const CUT: &str = "cutting forces are some newtons to some kilonewtons";
+    const MOVE: &str = "a rotor may move some micrometres in an air gap below a millimetre";
+    const CROSS: &str = "loads change from static to dynamic between 1 Hz and some hundred hertz";
+    &[
+        needed("max_dc_load_n", "N", FORCE, CUT),
+        needed("max_hf_load_n", "N", FORCE, CUT),
+        needed("max_dc_displacement_m", "m", PATH, MOVE),
+        needed("max_hf_displacement_m", "m", PATH, MOVE),
+        open("load_crossover_hz", "Hz", [[0.1, 1e4], [1e-4, 1e7]], CROSS),
+        open(
+            "displacement_crossover_hz",
+            "Hz",
+            [[0.1, 1e4], [1e-4, 1e7]],
+            CROSS,
+        ),
+    ]
+};
+
+/// A weights file.
+pub const WEIGHTS: &[Group] = &[
+    group("", &[words("name")]),
+    group("tool", LIMITS),
+    group("front", LIMITS),
+    group("rear", LIMITS),
+    group(
+        "",
+        &[
+            needed(
+                "mode_uncertainty[]",
+                "",
+                [[1e-4, 0.3], [0.0, 1.0]],
+                "natural frequencies are known to some per cent",
+            ),
+            open(
+                "current_limit_a",
+                "A",
+                [[0.01, 100.0], [1e-6, 1e6]],
+                "control currents are below the bias current of some amperes",
+            ),
+            open(
+                "current_rolloff_hz",
+                "Hz",
+                [[50.0, 1e5], [0.1, 1e9]],
+                "current loops reach 500 Hz to 5 kHz",
+            ),
+            open(
+                "sensor_noise_m",
+                "m",
+                [[1e-11, 5e-6], [1e-15, 1e-3]],
+                "position sensors have 10 nm to 1 µm of noise",
+            ),
+            open(
+                "complementary_sensitivity_limit",
+                "",
+                [[0.5, 50.0], [1e-3, 1e6]],
+                "ISO 14839-3 rates peaks of 3 to 5",
+            ),
+            open(
+                "integral_corner_hz",
+                "Hz",
+                [[1e-3, 100.0], [1e-9, 1e6]],
+                "integral action ends below the first resonance",
+            ),
+        ],
+    ),
+];
+
+/// A file of frequencies.
+pub const FREQUENCIES: &[Group] = {
+    const RANGE: [Range; 2] = [[10.0, 5e4], [1e-3, 1e8]];
+    const WHY: &str = "bending modes of a spindle lie between 50 Hz and 20 kHz";
+    &[
+        group("", &[needed("resonances_hz[]", "Hz", RANGE, WHY)]),
+        group(
+            "antiresonances_hz",
+            &[
+                open("front[]", "Hz", RANGE, WHY),
+                open("rear[]", "Hz", RANGE, WHY),
+            ],
+        ),
+    ]
+};
+
+/// The list of a measurement folder.
+pub const MEASUREMENT: &[Group] = &[
+    group("", &[words("spindle"), words("tool"), words("records")]),
+    group(
+        "records[]",
+        &[
+            words("kind"),
+            words("file"),
+            open(
+                "speed_rpm",
+                "rpm",
+                [[10.0, 3e5], [0.0, 2e6]],
+                "the surface of a steel rotor bursts near 300 m/s: 300 000 rpm at 20 mm",
+            ),
+        ],
+    ),
+];
+
+/// Other units that a number in a unit is written in by mistake, with their size.
+pub fn other_units(unit: &str) -> &'static [(&'static str, f64)] {
+    match unit {
+        "m" => &[("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("inches", 0.0254)],
+        "Pa" => &[("GPa", 1e9), ("MPa", 1e6)],
+        "kg/m³" => &[("g/cm³", 1e3), ("t/mm³", 1e12)],
+        "kg" => &[("g", 1e-3), ("t", 1e3)],
+        "kg m²" => &[("kg mm²", 1e-6), ("g mm²", 1e-9)],
+        "s" => &[("ms", 1e-3), ("µs", 1e-6)],
+        "Hz" => &[("kHz", 1e3), ("MHz", 1e6), ("rpm", 1.0 / 60.0)],
+        "N/m" => &[("N/µm", 1e6), ("N/mm", 1e3)],
+        "N" => &[("kN", 1e3), ("mN", 1e-3)],
+        "A" => &[("mA", 1e-3)],
+        "rpm" => &[("krpm", 1e3), ("Hz", 60.0)],
+        "" => &[("per cent", 1e-2)],
+        _ => &[],
+    }
+}

@@ -1,0 +1,181 @@
+//! Rules that the numbers of a spindle keep: signs, finite sizes, and values that must not contradict each other.
+
+use super::{Side, Spindle, SpindleError};
+use crate::rotor::Rotor;
+
+/// Longest delay of the loop in sample periods. One and a half are usual; the sampled model has four states for each, and no
+/// rotor on negative stiffness is held through twenty.
+pub(super) const MOST_DELAY_SAMPLES: f64 = 20.0;
+
+impl Spindle {
+    /// Checks every rule that concerns the spindle alone.
+    ///
+    /// # Errors
+    /// [`SpindleError`] with the key path of the first rule that is broken.
+    pub fn validate(&self) -> Result<(), SpindleError> {
+        let rotor =
+            Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
+        for side in Side::BOTH {
+            self.check_bearing(side)?;
+        }
+        self.check_electronics()?;
+        positive("speed.max_rpm", self.max_rpm)?;
+        positive("backup_clearance_m", self.backup_clearance_m)?;
+        for side in Side::BOTH {
+            let gap_m = self.bearing(side).gap_m;
+            rule(
+                self.backup_clearance_m < gap_m,
+                "backup_clearance_m".into(),
+                self.backup_clearance_m,
+                &format!(
+                    "must be smaller than bearings.{}.gap_m ({gap_m}): the rotor must land before it touches a magnet",
+                    side.name()
+                ),
+            )?;
+        }
+        self.check_modes(&rotor)?;
+        self.check_planes(&rotor)?;
+        for (i, effect) in self.effects.iter().enumerate() {
+            effect.validate().map_err(|error| at_effect(i, error))?;
+        }
+        Ok(())
+    }
+
+    fn check_bearing(&self, side: Side) -> Result<(), SpindleError> {
+        let (b, name) = (self.bearing(side), side.name());
+        let path = |key: &str| format!("bearings.{name}.{key}");
+        positive(&path("ki_n_per_a"), b.ki_n_per_a)?;
+        let ks =
+            "must be zero or a positive number: negative stiffness is given as a positive number";
+        rule(b.ks_n_per_m >= 0.0, path("ks_n_per_m"), b.ks_n_per_m, ks)?;
+        positive(&path("max_force_n"), b.max_force_n)?;
+        positive(&path("bias_current_a"), b.bias_current_a)?;
+        positive(&path("max_current_a"), b.max_current_a)?;
+        rule(
+            b.bias_current_a < b.max_current_a,
+            path("bias_current_a"),
+            b.bias_current_a,
+            &format!(
+                "must be smaller than max_current_a ({}): the control current moves round the bias",
+                b.max_current_a
+            ),
+        )?;
+        positive(&path("gap_m"), b.gap_m)?;
+        positive(&path("sensor_gain"), b.sensor_gain)
+    }
+
+    fn check_electronics(&self) -> Result<(), SpindleError> {
+        let e = &self.electronics;
+        let path = |key: &str| format!("electronics.{key}");
+        positive(&path("amplifier_bandwidth_hz"), e.amplifier_bandwidth_hz)?;
+        positive(&path("sensor_bandwidth_hz"), e.sensor_bandwidth_hz)?;
+        positive(&path("sample_rate_hz"), e.sample_rate_hz)?;
+        let zero = "must be zero or a positive number";
+        let noise = e.sensor_noise_m;
+        rule(noise >= 0.0, path("sensor_noise_m"), noise, zero)?;
+        rule(e.delay_s >= 0.0, path("delay_s"), e.delay_s, zero)?;
+        rule(
+            // A rounding step below half a sample is still half a sample.
+            e.delay_s >= 0.5 * e.sample_period_s() * (1.0 - 1e-9),
+            path("delay_s"),
+            e.delay_s,
+            "must be at least half a sample period: the hold alone delays that much",
+        )?;
+        let samples = e.delay_s / e.sample_period_s();
+        rule(
+            samples <= MOST_DELAY_SAMPLES,
+            path("delay_s"),
+            e.delay_s,
+            &format!(
+                "is {samples:.0} sample periods of {:e} s, must be {MOST_DELAY_SAMPLES} at most",
+                e.sample_period_s()
+            ),
+        )
+    }
+
+    fn check_modes(&self, rotor: &Rotor) -> Result<(), SpindleError> {
+        if self.damping_ratio.is_empty() {
+            return Err(SpindleError::Name {
+                path: "rotor.damping_ratio".into(),
+                name: "[]".into(),
+                rule: "needs at least one value".into(),
+            });
+        }
+        for (i, zeta) in self.damping_ratio.iter().enumerate() {
+            let ok = (0.0..1.0).contains(zeta);
+            let path = format!("rotor.damping_ratio[{i}]");
+            rule(ok, path, *zeta, "must be at least 0 and below 1")?;
+        }
+        let most = rotor.dofs() - 2;
+        rule(
+            self.flexible_modes >= 1 && self.flexible_modes <= most,
+            "rotor.flexible_modes".into(),
+            self.flexible_modes as f64,
+            &format!("must lie between 1 and the {most} flexible modes of the rotor model"),
+        )
+    }
+
+    fn check_planes(&self, rotor: &Rotor) -> Result<(), SpindleError> {
+        let p = &self.planes;
+        let planes = [
+            ("planes.front_sensor_m", p.front_sensor_m),
+            ("planes.front_actuator_m", p.front_actuator_m),
+            ("planes.rear_actuator_m", p.rear_actuator_m),
+            ("planes.rear_sensor_m", p.rear_sensor_m),
+        ];
+        for (path, value) in planes {
+            rule(
+                value >= 0.0 && value <= rotor.to_m() + 1e-6,
+                path.into(),
+                value,
+                &format!("must lie on the rotor, between 0 and {:.6}", rotor.to_m()),
+            )?;
+        }
+        for (name, front, rear) in [
+            ("sensor", p.front_sensor_m, p.rear_sensor_m),
+            ("actuator", p.front_actuator_m, p.rear_actuator_m),
+        ] {
+            rule(
+                rear > front,
+                format!("planes.rear_{name}_m"),
+                rear,
+                &format!(
+                    "must lie behind front_{name}_m ({front}): z grows from the nose face to the tail"
+                ),
+            )?;
+        }
+        Ok(())
+    }
+}
+
+fn positive(path: &str, value: f64) -> Result<(), SpindleError> {
+    rule(value > 0.0, path.into(), value, "must be a positive number")
+}
+
+/// An error unless the rule holds and the value is finite.
+pub(super) fn rule(holds: bool, path: String, value: f64, text: &str) -> Result<(), SpindleError> {
+    if holds && value.is_finite() {
+        return Ok(());
+    }
+    Err(SpindleError::Value {
+        path,
+        value,
+        rule: text.to_owned(),
+    })
+}
+
+fn at_effect(i: usize, error: SpindleError) -> SpindleError {
+    match error {
+        SpindleError::Value { path, value, rule } => SpindleError::Value {
+            path: format!("effects[{i}].{path}"),
+            value,
+            rule,
+        },
+        SpindleError::Name { path, name, rule } => SpindleError::Name {
+            path: format!("effects[{i}].{path}"),
+            name,
+            rule,
+        },
+        other => other,
+    }
+}
