@@ -194,66 +194,7 @@ fn no_option_of_the_compiler_brings_in_a_fused_multiply_add() {
     assert!(refused.unwrap_err().contains("-ffast-math"));
 }
 
-const INVALID_SAMPLES: &str = r#"
-#include "controller.h"
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-
-static int finite4(const float *u)
-{
-    int i, good = 1;
-    for (i = 0; i < 4; ++i) {
-        good = good && u[i] >= -3.0f && u[i] <= 3.0f;
-    }
-    return good;
-}
-
-int main(void)
-{
-    const float bad[3] = {NAN, INFINITY, -INFINITY};
-    int k, i, j, wrong = 0;
-    /* Replaced by the last valid sample of the channel, which a second instance is given. */
-    for (k = 0; k < 3; ++k) {
-        muspin_f32 a, b;
-        muspin_f32_init(&a);
-        muspin_f32_init(&b);
-        for (i = 0; i < 300; ++i) {
-            float y[4], z[4], u[4], w[4];
-            for (j = 0; j < 4; ++j) {
-                y[j] = z[j] = 1e-7f * (float)((i * 7 + j * 3) % 11 - 5);
-            }
-            if (i % 40 == 13) {
-                y[i % 4] = bad[k];
-                z[i % 4] = 1e-7f * (float)(((i - 1) * 7 + (i % 4) * 3) % 11 - 5);
-            }
-            muspin_f32_step(&a, y, u);
-            muspin_f32_step(&b, z, w);
-            wrong += !finite4(u) || memcmp(u, w, sizeof u) != 0;
-        }
-        wrong += muspin_f32_bad_samples(&a) != 8 || muspin_f32_bad_samples(&b) != 0 || muspin_f32_restarts(&a) != 0;
-    }
-    /* Memory that was never set: from the second sample on the instance does what a fresh one does. */
-    for (k = 0; k < 3; ++k) {
-        muspin_f32 a, b;
-        const float y[4] = {1e-6f, -1e-6f, 2e-6f, 0.0f}, value = k == 2 ? 1e30f : bad[k];
-        float u[4], w[4];
-        muspin_f32_init(&a);
-        muspin_f32_init(&b);
-        for (i = 0; i < MUSPIN_STATES; ++i) {
-            a.state[i] = value;
-        }
-        for (i = 0; i < 100; ++i) {
-            muspin_f32_step(&a, y, u);
-            muspin_f32_step(&b, y, w);
-            wrong += !finite4(u) || memcmp(u, w, sizeof u) != 0;
-        }
-        wrong += muspin_f32_restarts(&a) != 1;
-    }
-    printf("%d\n", wrong);
-    return 0;
-}
-"#;
+const INVALID_SAMPLES: &str = include_str!("../firmware/invalid_samples.c");
 
 #[test]
 fn an_invalid_sample_is_held_counted_and_leaves_nothing_behind() {
@@ -328,75 +269,7 @@ fn names_become_c_identifiers() {
 }
 
 /// Both library structures as their manuals define them, on the tables of sections.h and the vectors before any limit.
-const LIBRARIES: &str = r#"
-#include "sections.h"
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-/* CMSIS-DSP, arm_biquad_cascade_df2T_f32: y = b0 x + d1, d1 = b1 x + a1 y + d2, d2 = b2 x + a2 y. */
-static float cmsis(const float *table, int sections, float *d, float x)
-{
-    int k;
-    for (k = 0; k < sections; ++k, table += 5, d += 2) {
-        const float y = table[0] * x + d[0];
-        d[0] = table[1] * x + table[3] * y + d[1];
-        d[1] = table[2] * x + table[4] * y;
-        x = y;
-    }
-    return x;
-}
-
-/* TI Digital Control Library, DCL_runDF22: u = b0 e + x1, x1 = b1 e + x2 - a1 u, x2 = b2 e - a2 u. */
-static float dcl(const float (*table)[5], int sections, float *x, float e)
-{
-    int k;
-    for (k = 0; k < sections; ++k, x += 2) {
-        const float u = e * table[k][0] + x[0];
-        x[0] = e * table[k][1] + x[1] - u * table[k][3];
-        x[1] = e * table[k][2] - u * table[k][4];
-        e = u;
-    }
-    return e;
-}
-
-int main(void)
-{
-    static char line[4096];
-    static float states[2][4][64];
-    FILE *file = fopen("test_vectors.csv", "r");
-    float largest = 0, worst = 0;
-    int sample, j;
-    if (!file || !fgets(line, sizeof line, file)) {
-        return 1;
-    }
-    for (sample = 0; sample < 176 && fgets(line, sizeof line, file); ++sample) {
-        float y[4], u[4];
-        char *at = strchr(line, ',');
-        for (j = 0; j < 4; ++j) {
-            y[j] = strtof(at + 1, &at);
-        }
-        for (j = 0; j < 4; ++j) {
-            const float expected = strtof(at + 1, &at);
-            if (j == 0) {
-                u[0] = cmsis(sections_cmsis_front_x, SECTIONS_SECTIONS_FRONT_X, states[0][j], y[j]);
-                u[1] = dcl(sections_dcl_front_x, SECTIONS_SECTIONS_FRONT_X, states[1][j], y[j]);
-            } else {
-                u[0] = cmsis(sections_cmsis_rear_y, SECTIONS_SECTIONS_REAR_Y, states[0][j], y[j]);
-                u[1] = dcl(sections_dcl_rear_y, SECTIONS_SECTIONS_REAR_Y, states[1][j], y[j]);
-            }
-            if (j == 0 || j == 3) {
-                largest = fmaxf(largest, fabsf(expected));
-                worst = fmaxf(worst, fmaxf(fabsf(u[0] - expected), fabsf(u[1] - expected)));
-            }
-        }
-    }
-    fclose(file);
-    printf("%d %.9f %.9f\n", sample, (double)largest, (double)worst);
-    return 0;
-}
-"#;
+const LIBRARIES: &str = include_str!("../firmware/libraries.c");
 
 #[test]
 fn library_tables_of_sections_reproduce_the_vectors() {
@@ -448,84 +321,7 @@ fn levitation(integral: f64) -> StateSpace<Discrete> {
 }
 
 /// Four rigid axes on magnets with negative stiffness under a static load; changes the controller twice.
-const CHANGE: &str = r#"
-#include "controllers.h"
-#include <math.h>
-#include <stdio.h>
-
-#define TS 5e-5
-#define FULL 2147483648.0
-
-static double position[4], speed[4];
-
-static void advance(const double *u)
-{
-    int j;
-    for (j = 0; j < 4; ++j) {
-        const double load = j % 2 ? -60.0 : 30.0;
-        speed[j] += TS * (200.0 * u[j] + 1e6 * position[j] + load) / 2.0;
-        position[j] += TS * speed[j];
-    }
-}
-
-int main(void)
-{
-    int kind;
-    for (kind = 0; kind < 2; ++kind) {
-        controllers_f32 f;
-        controllers_q31 q;
-        double last[4] = {0}, u[4] = {0}, jump = 0, later = 0, worst = 0;
-        int k, j;
-        for (j = 0; j < 4; ++j) {
-            position[j] = 1e-4;
-            speed[j] = 0;
-        }
-        controllers_f32_init(&f, CONTROLLERS_LIFT);
-        controllers_q31_init(&q, CONTROLLERS_LIFT);
-        for (k = 0; k < 12000; ++k) {
-            float y[4], uf[4];
-            int32_t yq[4], uq[4];
-            for (j = 0; j < 4; ++j) {
-                y[j] = (float)position[j];
-                yq[j] = (int32_t)(position[j] / LIFT_INPUT_LIMIT_M * FULL);
-            }
-            if (k == 4000 || k == 8000) {
-                const int next = k == 4000 ? CONTROLLERS_WORK : CONTROLLERS_LIFT;
-                if (controllers_f32_change(&f, next, y) != 0 || controllers_q31_change(&q, next, yq) != 0) {
-                    return 1;
-                }
-            }
-            controllers_f32_output(&f, y, uf);
-            controllers_q31_output(&q, yq, uq);
-            for (j = 0; j < 4; ++j) {
-                last[j] = u[j];
-                u[j] = kind == 0 ? (double)uf[j] : uq[j] / FULL * LIFT_OUTPUT_LIMIT_A;
-                if (k == 4000 || k == 8000) {
-                    jump = fmax(jump, fabs(u[j] - last[j]));
-                } else if (k > 4000 && k < 8000) {
-                    later = fmax(later, fabs(u[j] - last[j]));
-                }
-            }
-            controllers_f32_update(&f);
-            controllers_q31_update(&q);
-            advance(u);
-            /* Before the way back the integrator has brought the position to zero; at the end the PD rests at its own. */
-            if (k == 7999 || k == 11999) {
-                for (j = 0; j < 4; ++j) {
-                    const double load = j % 2 ? -60.0 : 30.0;
-                    const double rest = k == 7999 ? 0.0 : load / (200.0 * 12000.0 - 1e6);
-                    worst = fmax(worst, fabs(position[j] - rest));
-                }
-            }
-        }
-        if (controllers_f32_change(&f, CONTROLLERS_COUNT, (const float[4]){0}) != -1 || f.active != CONTROLLERS_LIFT) {
-            return 1;
-        }
-        printf("%.9f %.9f %.9f\n", jump, later, worst * 1e6);
-    }
-    return 0;
-}
-"#;
+const CHANGE: &str = include_str!("../firmware/change.c");
 
 #[test]
 fn a_change_of_controller_continues_the_currents_and_the_loop_settles() {
