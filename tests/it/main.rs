@@ -43,4 +43,5 @@ mod tools;
 mod uff;
 mod update_commands;
 mod update_reference;
+mod whole_machine_mu;
 mod worst_case;
