@@ -100,8 +100,7 @@ pub fn input_weights(
         all = append(&all, &plane.unheld(&gain, Some(mode.omega_rad_s))?);
     }
     for (limit, crossover) in limits.iter().zip(weights.load_crossover_hz) {
-        let load =
-            Section::level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?;
+        let load = Section::level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?;
         all = append(&all, &plane.unheld(&plane.realise(&load)?.system, None)?);
     }
     let noise = Mat::from_fn(LOOPS, LOOPS, |i, j| {

@@ -48,9 +48,9 @@ const APPROXIMANTS: [Approximant; 3] = [
     },
 ];
 
-/// Points X per decade, and decades, at which a fit is compared with its weight: θ from 1e-5 to π/2 − 1e-4.
+/// Points X per decade, and decades, at which a fit is compared with its weight: θ from 1e-5 to π/2 − 1e-8.
 const POINTS_PER_DECADE: i32 = 100;
-const DECADES: (i32, i32) = (-10, 8);
+const DECADES: (i32, i32) = (-10, 16);
 /// What a ratio may exceed those at the points by: at an extremum it bends by less than its range, 2 %, per decade squared.
 const BETWEEN_POINTS: f64 = 1e-5;
 
@@ -169,9 +169,9 @@ fn ratio_range(fit: &dyn Fn(f64) -> f64, written: &dyn Fn(f64) -> f64) -> (f64, 
         fit(x) / written(x.sqrt().atan())
     };
     let points = DECADES.0 * POINTS_PER_DECADE..=DECADES.1 * POINTS_PER_DECADE;
-    let (least, most) = points.map(ratio).fold((f64::INFINITY, 0.0f64), |(a, b), r| {
-        (a.min(r), b.max(r))
-    });
+    let (least, most) = points
+        .map(ratio)
+        .fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r), b.max(r)));
     let least = least * (1.0 - BETWEEN_POINTS);
     (least, most * (1.0 + BETWEEN_POINTS) / least - 1.0)
 }

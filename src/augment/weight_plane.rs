@@ -110,7 +110,10 @@ pub fn fit_errors(weights: &Weights, period_s: f64) -> Result<FitErrors, Numeric
         )?);
     }
     if let Some(corner) = weights.integral_corner_hz {
-        single.push(integral_section(weights.front.max_dc_displacement_m, corner)?);
+        single.push(integral_section(
+            weights.front.max_dc_displacement_m,
+            corner,
+        )?);
     }
     let stage = Section::roll_on_stage(weights.current_rolloff_hz, weights.current_rolloff_ratio)?;
     let largest = |plane: WeightPlane| -> Result<f64, NumericError> {

@@ -219,8 +219,9 @@ pub fn whole_machine(
     let weight_plane = WeightPlane::Analysis {
         period_s: machine.spindle.electronics.sample_period_s(),
     };
-    generalized_plane(&plane, modes, &weights, weight_plane)
-        .map_err(PipelineError::numeric("generalized plant of the whole machine"))
+    generalized_plane(&plane, modes, &weights, weight_plane).map_err(PipelineError::numeric(
+        "generalized plant of the whole machine",
+    ))
 }
 
 /// Optimal γ with constant scales of the covered problem without a bound on T, the tool's specification tightened by

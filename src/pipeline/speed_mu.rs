@@ -60,7 +60,15 @@ pub fn mu_over_speed(
 ) -> Result<Vec<SpeedMu>, PipelineError> {
     SPEEDS
         .iter()
-        .map(|share| mu_at_speed(machine, weights, modes, law, share * machine.spindle.max_rpm))
+        .map(|share| {
+            mu_at_speed(
+                machine,
+                weights,
+                modes,
+                law,
+                share * machine.spindle.max_rpm,
+            )
+        })
         .collect()
 }
 
@@ -110,7 +118,11 @@ pub fn mu_at_speed(
         let response = opened.at(omega);
         [&x, &y].map(|rows| {
             Mat::from_fn(rows.len(), x.len(), |i, j| {
-                let held = if j < commands { c64::new(1.0, 0.0) } else { hold };
+                let held = if j < commands {
+                    c64::new(1.0, 0.0)
+                } else {
+                    hold
+                };
                 held * response[(rows[i], x[j])]
             })
         })
@@ -224,7 +236,12 @@ struct Frame {
 
 impl Frame {
     /// The weighted loop z ← w at a frequency for a plane (v, loads, u) → (q, x, y) and a controller y → u.
-    fn closed(&self, omega: f64, plane: &Mat<c64>, controller: &Mat<c64>) -> (Mat<c64>, Vec<Block>) {
+    fn closed(
+        &self,
+        omega: f64,
+        plane: &Mat<c64>,
+        controller: &Mat<c64>,
+    ) -> (Mat<c64>, Vec<Block>) {
         let nv = self.modes;
         let (errors, wide) = (nv + LOADS, nv + LOADS + 2 * LOOPS);
         let (zero, one) = (c64::new(0.0, 0.0), c64::new(1.0, 0.0));

@@ -77,7 +77,8 @@ pub(super) fn synthesise_for_machine(
         let round = Round {
             synthesis_modes: problems.synthesis_modes,
             gamma_target: settings.gamma_target,
-            synthesis: attained_at(&problems.synthesis, &found.full)?.map_or(f64::INFINITY, |p| p.0),
+            synthesis: attained_at(&problems.synthesis, &found.full)?
+                .map_or(f64::INFINITY, |p| p.0),
             whole_machine: mu,
             frequency_hz: true_frequency_hz(omega, problems.period_s),
         };
@@ -155,7 +156,14 @@ fn synthesise_once(
         looser,
         &|limit| {
             let (flexible, modes) = (problems.synthesis_modes, &problems.covered_modes);
-            generalized(machine, weights, flexible, modes, Some(limit), settings.route)
+            generalized(
+                machine,
+                weights,
+                flexible,
+                modes,
+                Some(limit),
+                settings.route,
+            )
         },
     )?;
     let (full, emulated) = match settings.route {

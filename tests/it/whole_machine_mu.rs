@@ -53,7 +53,10 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
                     let written = section.magnitude(share * PI * rate_hz);
                     let ratio = at_share(&fit.system, share, period_s) / written;
                     let most = 1.0 + fit.largest_excess;
-                    assert!((1.0..most).contains(&ratio), "{section:?} {rate_hz} {share} {ratio}");
+                    assert!(
+                        (1.0..most).contains(&ratio),
+                        "{section:?} {rate_hz} {share} {ratio}"
+                    );
                 }
             }
         }
@@ -62,7 +65,10 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
         for share in shares() {
             let theta = 0.5 * PI * share;
             let ratio = at_share(&hold.system, share, period_s) * theta.sin() / theta;
-            assert!((1.0..1.0 + hold.largest_excess).contains(&ratio), "{share} {ratio}");
+            assert!(
+                (1.0..1.0 + hold.largest_excess).contains(&ratio),
+                "{share} {ratio}"
+            );
         }
     }
     // Without the fit the control weight of 3 kHz is three times too large at 8 kHz of 20 kHz.
@@ -70,7 +76,10 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
     let plain = at_share(&stage.system().unwrap(), 0.8, 5e-5).powi(2);
     assert!(plain / stage.magnitude(TAU * 8e3).powi(2) > 3.0);
     let errors = fit_errors(&load_weights("benchmark").unwrap(), 5e-5).unwrap();
-    assert!(errors.analysis < 0.011 && errors.synthesis < 0.041, "{errors:?}");
+    assert!(
+        errors.analysis < 0.011 && errors.synthesis < 0.041,
+        "{errors:?}"
+    );
 }
 
 fn uncertain(machine: &Machine, weights: &Weights) -> Vec<UncertainMode> {
@@ -105,7 +114,9 @@ fn controller(
     };
     let mut plant = scaled(&posed, &scales);
     plant.blocks = plant.blocks.iter().map(full).collect();
-    let found = synthesise(&plant, &HinfSettings::default()).unwrap().controller;
+    let found = synthesise(&plant, &HinfSettings::default())
+        .unwrap()
+        .controller;
     let law = tustin(&unscale_controller(&found), period_s).unwrap();
     (found, both_planes(&law))
 }
@@ -132,7 +143,13 @@ fn second_road(
     let hold = theta.sin() / theta;
     let k = law.at(omega);
     let m = modes.len();
-    let place = |i: usize| if i < m { CHANNELS + 2 * i } else { 4 + 2 * (i - m) };
+    let place = |i: usize| {
+        if i < m {
+            CHANNELS + 2 * i
+        } else {
+            4 + 2 * (i - m)
+        }
+    };
     let axis = [0, 2];
     // L = G_yu K; R = K (I − L)⁻¹ by Cramer.
     let g_yu = |i: usize, j: usize| h[(axis[i], axis[j])] * hold;
@@ -163,7 +180,11 @@ fn second_road(
         if i >= n {
             return u_from(i - n);
         }
-        let open = if j < n { h[(place(i), place(j))] } else { c64::new(0.0, 0.0) };
+        let open = if j < n {
+            h[(place(i), place(j))]
+        } else {
+            c64::new(0.0, 0.0)
+        };
         open + to_from_u(i, 0) * u_from(0) + to_from_u(i, 1) * u_from(1)
     };
     let limits = [&weights.tool, &weights.front, &weights.rear];
@@ -172,11 +193,19 @@ fn second_road(
         j if j < m => modal(j),
         j if j < n => {
             let l = limits[j - m];
-            level(omega, l.max_dc_load_n, l.max_hf_load_n, weights.load_crossover_hz[j - m])
+            level(
+                omega,
+                l.max_dc_load_n,
+                l.max_hf_load_n,
+                weights.load_crossover_hz[j - m],
+            )
         }
         _ => weights.sensor_noise_m,
     };
-    let (w1, ratio) = (TAU * weights.current_rolloff_hz, weights.current_rolloff_ratio);
+    let (w1, ratio) = (
+        TAU * weights.current_rolloff_hz,
+        weights.current_rolloff_ratio,
+    );
     let output = |i: usize| match i {
         i if i < m => modal(i),
         i if i < n => {
@@ -215,18 +244,28 @@ fn the_certified_mu_is_not_below_that_of_the_exact_responses() {
         // What the fits add: weights at both ends of the loop, the inverse hold; a thousandth for the certificate.
         let most = (1.0 + fits.analysis).powi(2) * (1.0 + fits.hold) * (1.0 + 1e-3);
         let ratio = certified.upper / exact.mu;
-        assert!((1.0..most).contains(&ratio), "{spindle}: {ratio} {most} {exact:?}");
+        assert!(
+            (1.0..most).contains(&ratio),
+            "{spindle}: {ratio} {most} {exact:?}"
+        );
         assert!(certified.bounds.lower <= certified.upper);
         let by_hand = second_road(&machine, &weights, &modes, &law, exact.frequency_hz.abs());
-        assert!((by_hand / exact.mu - 1.0).abs() < 1e-6, "{by_hand} {exact:?}");
+        assert!(
+            (by_hand / exact.mu - 1.0).abs() < 1e-6,
+            "{by_hand} {exact:?}"
+        );
         // No line is above: not at the certified peak, nor on a grid of its own.
-        let at_peak = (certified.omega_rad_s * 0.5 * whole_period(&machine)).atan() / PI
+        let at_peak = (certified.omega_rad_s * 0.5 * whole_period(&machine)).atan()
+            / PI
             / whole_period(&machine);
         let nyquist_hz = 0.5 / whole_period(&machine);
         let grid = (0..120).map(|k| nyquist_hz * 10f64.powf(-4.0 * (f64::from(k) + 0.5) / 120.0));
         for f in grid.chain([at_peak.min(0.999 * nyquist_hz)]) {
             let here = second_road(&machine, &weights, &modes, &law, f);
-            assert!(here <= exact.mu * (1.0 + 1e-6), "{here} at {f} Hz, {exact:?}");
+            assert!(
+                here <= exact.mu * (1.0 + 1e-6),
+                "{here} at {f} Hz, {exact:?}"
+            );
         }
     }
 }
