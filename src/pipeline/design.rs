@@ -35,8 +35,8 @@ use crate::spindle::{Machine, ModelDetail, Plant};
 pub struct DesignSettings {
     /// Flexible modes in the design model beyond the spindle's `flexible_modes`.
     pub guard_modes: usize,
-    /// Flexible modes that the synthesis sees beyond the guard modes, without uncertainty of their own. The design adds more
-    /// of the machine's when μ of the whole machine exceeds one.
+    /// Flexible modes that the synthesis sees beyond the guard modes, without uncertainty of their own, at most those below
+    /// half the sample rate. With fewer, the design adds some when μ of the whole machine exceeds one.
     pub extra_modes: usize,
     /// Shares of the gyroscopic split of the guard modes to cover, the first with which the target can be reached; none of
     /// it when all fail. The whole split as a complex uncertainty asks for more damping than a mode beyond the band can
@@ -61,7 +61,8 @@ impl Default for DesignSettings {
     fn default() -> Self {
         Self {
             guard_modes: 1,
-            extra_modes: 0,
+            // All of the machine: a second synthesis costs more than their states.
+            extra_modes: usize::MAX,
             guard_cover: vec![0.4, 0.2],
             route: Route::Direct,
             sensitivity_limits: vec![3.5, 4.0, 4.5, 5.0, 6.0, 8.0, 12.0],

@@ -71,7 +71,9 @@ pub(super) fn pose(
     let machine_modes = flexible_rad_s.len();
     let kept = machine.spindle.flexible_modes.min(machine_modes);
     let covered = (kept + settings.guard_modes).min(machine_modes);
-    let synthesis_modes = (covered + settings.extra_modes).min(machine_modes);
+    let synthesis_modes = covered
+        .saturating_add(settings.extra_modes)
+        .min(machine_modes);
     let split = gyroscopic_split(machine, top_speed, covered)?;
     let table = |k: usize| weights.mode_uncertainty.get(k).copied().unwrap_or(0.0);
     // Uncertainty as written, or widened by the split, that of the guard modes by a share of it.

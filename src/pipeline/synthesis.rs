@@ -1,9 +1,9 @@
 //! From the machine to the controller of full order, with as many modes in the synthesis as the whole machine needs.
 //!
-//! The synthesis sees the modes of the spindle file and one beyond; each state of its plant is a state of the controller. A
-//! mode that it does not see may still meet the loop. So μ of the covered problem is computed on the whole machine, and where it
-//! exceeds one the synthesis is repeated with the modes up to that peak, or, where it has them, at a level lower by what was
-//! missed. The controller with the lowest μ of the whole machine is taken.
+//! A mode that the synthesis does not see may still meet the loop, so by default it sees all of the machine. μ of the
+//! covered problem is computed on the whole machine in any case, and where it exceeds one the synthesis is repeated with the
+//! modes up to that peak, or, where it has them, at a level lower by what was missed. The controller with the lowest μ of the
+//! whole machine is taken.
 
 use super::PipelineError;
 use super::certificates::{attained_at, true_frequency_hz};
