@@ -9,6 +9,7 @@ pub mod problems;
 mod reduction;
 pub mod speed_mu;
 pub mod stable;
+pub mod synthesis;
 pub mod worst;
 
 use crate::controller::ControllerError;

@@ -8,12 +8,14 @@
 //! below the corner ω_c as with an integrator, to a thousandth of the displacement allowed at DC. It asks it of the signals,
 //! since two bearings cannot hold the tool itself against loads at three places; noise takes part, since S n falls too.
 //! Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … − √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at 4 %).
+//! The weights are written over true frequency; [`WeightPlane`] says how they enter the plane of the plant.
 //! Measurements and commands are scaled to order one: y/σ_y with σ_y = [`SIGNAL_SCALE_M`], u in A.
 
 use super::generalized::GeneralizedPlant;
 use super::plane::{LOADS, LOOPS};
 use super::uncertainty::Block;
-use super::weighting::{leaky_integrator, level_change, roll_on};
+use super::weight_plane::WeightPlane;
+use super::weighting::Section;
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, block2, series, stack_rows};
@@ -45,10 +47,11 @@ pub fn generalized_plane(
     plane: &StateSpace<Continuous>,
     modes: &[UncertainMode],
     weights: &Weights,
+    weight_plane: WeightPlane,
 ) -> Result<GeneralizedPlant, NumericError> {
     let nv = modes.len();
-    let input = input_weights(modes, weights)?;
-    let output = output_weights(modes, weights)?;
+    let input = input_weights(modes, weights, weight_plane)?;
+    let output = output_weights(modes, weights, weight_plane)?;
     let with_errors = expose_errors(plane, nv, weights)?;
     let weighted = series(&series(&input, &with_errors)?, &output)?;
     let performance = Block::ComplexFull {
@@ -88,14 +91,17 @@ pub fn scale_controller<T: crate::lti::TimeBase>(physical: &StateSpace<T>) -> St
 pub fn input_weights(
     modes: &[UncertainMode],
     weights: &Weights,
+    plane: WeightPlane,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let limits = [&weights.tool, &weights.front, &weights.rear];
-    let mut all = StateSpace::gain(modal_gain(modes), Continuous);
+    let mut all = StateSpace::gain(Mat::zeros(0, 0), Continuous);
+    for mode in modes {
+        let gain = StateSpace::gain(Mat::from_fn(1, 1, |_, _| modal_gain(mode)), Continuous);
+        all = append(&all, &plane.unheld(&gain, Some(mode.omega_rad_s))?);
+    }
     for (limit, crossover) in limits.iter().zip(weights.load_crossover_hz) {
-        all = append(
-            &all,
-            &level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?,
-        );
+        let load = Section::level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?;
+        all = append(&all, &plane.unheld(&plane.realise(&load)?.system, None)?);
     }
     let noise = Mat::from_fn(LOOPS, LOOPS, |i, j| {
         if i == j { weights.sensor_noise_m } else { 0.0 }
@@ -114,28 +120,31 @@ pub fn input_weights(
 pub fn output_weights(
     modes: &[UncertainMode],
     weights: &Weights,
+    plane: WeightPlane,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let limits = [&weights.tool, &weights.front, &weights.rear];
     let tightening = [weights.tool_tightening, 1.0, 1.0];
-    let mut all = StateSpace::gain(modal_gain(modes), Continuous);
+    let modal = Mat::from_fn(modes.len(), modes.len(), |i, j| {
+        if i == j { modal_gain(&modes[i]) } else { 0.0 }
+    });
+    let mut all = StateSpace::gain(modal, Continuous);
     let places = limits
         .iter()
         .zip(tightening)
         .zip(weights.displacement_crossover_hz);
     for ((limit, factor), crossover) in places {
-        let displacement = level_change(
+        let displacement = Section::level_change(
             factor / limit.max_dc_displacement_m,
             factor / limit.max_hf_displacement_m,
             crossover,
         )?;
-        all = append(&all, &displacement);
+        all = append(&all, &plane.realise(&displacement)?.system);
     }
+    let stage = Section::roll_on_stage(weights.current_rolloff_hz, weights.current_rolloff_ratio)?;
+    let stage = plane.realise(&stage)?.system;
+    let current = series(&stage, &stage)?
+        .scale_outputs(&Mat::from_fn(1, 1, |_, _| weights.current_limit_a.recip()));
     for _ in 0..LOOPS {
-        let current = roll_on(
-            weights.current_limit_a,
-            weights.current_rolloff_hz,
-            weights.current_rolloff_ratio,
-        )?;
         all = append(&all, &current);
     }
     if let Some(limit) = weights.complementary_sensitivity_limit {
@@ -144,8 +153,8 @@ pub fn output_weights(
     }
     if let Some(corner) = weights.integral_corner_hz {
         for limit in [&weights.front, &weights.rear] {
-            let dc = INTEGRAL_RISE / limit.max_dc_displacement_m;
-            all = append(&all, &leaky_integrator(dc, corner / INTEGRAL_RISE)?);
+            let integral = integral_section(limit.max_dc_displacement_m, corner)?;
+            all = append(&all, &plane.realise(&integral)?.system);
         }
     }
     Ok(append(
@@ -213,14 +222,17 @@ fn expose_errors(
     StateSpace::new(plane.a.clone(), b, c, d, Continuous)
 }
 
-fn modal_gain(modes: &[UncertainMode]) -> Mat<f64> {
-    Mat::from_fn(modes.len(), modes.len(), |i, j| {
-        if i == j {
-            (2.0 * modes[i].relative).sqrt() * modes[i].omega_rad_s
-        } else {
-            0.0
-        }
-    })
+/// Integral weight of a signal that may be displaced by `allowed_m` at DC.
+///
+/// # Errors
+/// As [`input_weights`].
+pub fn integral_section(allowed_m: f64, corner_hz: f64) -> Result<Section, NumericError> {
+    Section::leaky_integrator(INTEGRAL_RISE / allowed_m, corner_hz / INTEGRAL_RISE)
+}
+
+/// √(2r) ω₀.
+fn modal_gain(mode: &UncertainMode) -> f64 {
+    (2.0 * mode.relative).sqrt() * mode.omega_rad_s
 }
 
 fn diagonal(value: f64) -> Mat<f64> {

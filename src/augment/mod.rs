@@ -5,6 +5,8 @@ pub mod generalized;
 pub mod plane;
 pub mod split;
 pub mod uncertainty;
+pub mod warp;
+pub mod weight_plane;
 pub mod weighting;
 pub mod weights;
 

@@ -9,8 +9,10 @@
 use crate::lti::sample::inverse_tustin;
 use crate::lti::structure;
 use crate::lti::{Continuous, StateSpace, TimeBase};
+use crate::rotor::modes::{PlanarModes, RIGID};
 use crate::spindle::plant::CHANNELS;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use std::f64::consts::PI;
 
 /// Places where forces act and displacements are predicted: tool, front actuator, rear actuator.
 pub const LOADS: usize = 3;
@@ -35,6 +37,18 @@ pub fn isotropic(machine: &Machine) -> Machine {
     let effects = &mut isotropic.spindle.effects;
     effects.retain(|e| !e.kind.entry().couples_planes);
     isotropic
+}
+
+/// Natural frequencies of the flexible modes of the free shaft with its tool below half the sample rate, rad/s.
+///
+/// # Errors
+/// [`SpindleError`] when the rotor or its eigenvalues fail.
+pub fn modes_below_nyquist(machine: &Machine) -> Result<Vec<f64>, SpindleError> {
+    let modes = PlanarModes::new(&machine.rotor()?).map_err(SpindleError::Shaft)?;
+    let nyquist_rad_s = PI / machine.spindle.electronics.sample_period_s();
+    let mut flexible = modes.omega_rad_s;
+    flexible.retain(|w| *w < nyquist_rad_s);
+    Ok(flexible.split_off(RIGID.min(flexible.len())))
 }
 
 /// One plane of the machine at rest with `flexible` modes, those numbered in `uncertain` (from 0) with modal ports.

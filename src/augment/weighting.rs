@@ -1,14 +1,103 @@
-//! Weighting functions of the generalized plant as state-space systems.
+//! Weighting functions of the generalized plant, written in s = jω of true frequency.
 //! First order between two levels: W(s) = (h s + d p)/(s + p), p = 2π f_c √(h/d), so that W(0) = d, W(∞) = h and
 //! |W(j2πf_c)| = √(h d) exactly, for d > h and for d < h.
 //! Roll-on of the control weight: W(s) = (1/limit)·((1 + s/ω₁)/(1 + s/(r ω₁)))², flat in band, r² times steeper above.
+//! How they enter the w plane of the sampled loop: [`super::warp`].
 
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::series;
 use crate::lti::{Continuous, StateSpace};
 use std::f64::consts::TAU;
 
-/// First-order weight with DC value `dc`, high-frequency value `hf` and geometric-mean crossing at `crossover_hz`.
+/// W(s) = (b₁ s + b₀)/(a₁ s + a₀); b₀, a₀, a₁ positive, b₁ not negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Section {
+    /// Numerator at s = 0.
+    pub b0: f64,
+    /// Coefficient of s in the numerator.
+    pub b1: f64,
+    /// Denominator at s = 0.
+    pub a0: f64,
+    /// Coefficient of s in the denominator.
+    pub a1: f64,
+}
+
+impl Section {
+    /// Section with DC value `dc`, high-frequency value `hf` and geometric-mean crossing at `crossover_hz`.
+    ///
+    /// # Errors
+    /// [`NumericError::NotFinite`] when a value is not finite or not positive.
+    pub fn level_change(dc: f64, hf: f64, crossover_hz: f64) -> Result<Self, NumericError> {
+        if ![dc, hf, crossover_hz]
+            .iter()
+            .all(|v| v.is_finite() && *v > 0.0)
+        {
+            return Err(NumericError::NotFinite {
+                what: "first-order weight (levels and crossover must be positive)",
+            });
+        }
+        let pole = TAU * crossover_hz * (hf / dc).sqrt();
+        Ok(Self {
+            b0: dc * pole,
+            b1: hf,
+            a0: pole,
+            a1: 1.0,
+        })
+    }
+
+    /// Leaky integrator: DC value `dc`, falling with 1/s above `leak_hz`.
+    ///
+    /// # Errors
+    /// As [`Section::level_change`].
+    pub fn leaky_integrator(dc: f64, leak_hz: f64) -> Result<Self, NumericError> {
+        if ![dc, leak_hz].iter().all(|v| v.is_finite() && *v > 0.0) {
+            return Err(NumericError::NotFinite {
+                what: "integral weight (gain and corner must be positive)",
+            });
+        }
+        let pole = TAU * leak_hz;
+        Ok(Self {
+            b0: dc * pole,
+            b1: 0.0,
+            a0: pole,
+            a1: 1.0,
+        })
+    }
+
+    /// One of the two equal stages of the control weight, without the limit.
+    ///
+    /// # Errors
+    /// As [`Section::level_change`].
+    pub fn roll_on_stage(corner_hz: f64, ratio: f64) -> Result<Self, NumericError> {
+        Self::level_change(1.0, ratio, corner_hz * ratio.sqrt())
+    }
+
+    /// |W(jω)|.
+    pub fn magnitude(&self, omega_rad_s: f64) -> f64 {
+        self.b0.hypot(self.b1 * omega_rad_s) / self.a0.hypot(self.a1 * omega_rad_s)
+    }
+
+    /// State space; a positive constant when zero and pole coincide.
+    ///
+    /// # Errors
+    /// [`NumericError`] when a coefficient is not finite.
+    pub fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
+        let (direct, pole) = (self.b1 / self.a1, self.a0 / self.a1);
+        // h + r/(s + p); the state carries √|r| on both sides.
+        let residue = self.b0 / self.a1 - direct * pole;
+        let split = residue.abs().sqrt();
+        let one = |x: f64| Mat::from_fn(1, 1, |_, _| x);
+        StateSpace::new(
+            one(-pole),
+            one(split),
+            one(residue.signum() * split),
+            one(direct),
+            Continuous,
+        )
+    }
+}
+
+/// First-order weight in s with DC value `dc`, high-frequency value `hf` and geometric-mean crossing at `crossover_hz`.
 ///
 /// # Errors
 /// [`NumericError::NotFinite`] when a value is not finite or not positive.
@@ -17,37 +106,10 @@ pub fn level_change(
     hf: f64,
     crossover_hz: f64,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    if ![dc, hf, crossover_hz]
-        .iter()
-        .all(|v| v.is_finite() && *v > 0.0)
-    {
-        return Err(NumericError::NotFinite {
-            what: "first-order weight (levels and crossover must be positive)",
-        });
-    }
-    let pole = TAU * crossover_hz * (hf / dc).sqrt();
-    // (h s + d p)/(s + p) = h + (d − h) p/(s + p); the state carries √|…| on both sides.
-    let residue = (dc - hf) * pole;
-    let split = residue.abs().sqrt();
-    first_order(pole, split, residue.signum() * split, hf)
+    Section::level_change(dc, hf, crossover_hz)?.system()
 }
 
-/// Leaky integrator: DC value `dc`, falling with 1/s above `leak_hz`.
-///
-/// # Errors
-/// As [`level_change`].
-pub fn leaky_integrator(dc: f64, leak_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
-    if ![dc, leak_hz].iter().all(|v| v.is_finite() && *v > 0.0) {
-        return Err(NumericError::NotFinite {
-            what: "integral weight (gain and corner must be positive)",
-        });
-    }
-    let pole = TAU * leak_hz;
-    let split = (dc * pole).sqrt();
-    first_order(pole, split, split, 0.0)
-}
-
-/// Control weight: 1/`limit` in band, second-order rise from `corner_hz`, flat again at `ratio` times the corner.
+/// Control weight in s: 1/`limit` in band, second-order rise from `corner_hz`, flat again at `ratio` times the corner.
 ///
 /// # Errors
 /// As [`level_change`].
@@ -56,17 +118,7 @@ pub fn roll_on(
     corner_hz: f64,
     ratio: f64,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    let stage = level_change(1.0, ratio, corner_hz * ratio.sqrt())?;
+    let stage = Section::roll_on_stage(corner_hz, ratio)?.system()?;
     let both = series(&stage, &stage)?;
     Ok(both.scale_outputs(&Mat::from_fn(1, 1, |_, _| 1.0 / limit)))
-}
-
-fn first_order(
-    pole: f64,
-    input: f64,
-    output: f64,
-    direct: f64,
-) -> Result<StateSpace<Continuous>, NumericError> {
-    let one = |x: f64| Mat::from_fn(1, 1, |_, _| x);
-    StateSpace::new(one(-pole), one(input), one(output), one(direct), Continuous)
 }

@@ -118,8 +118,8 @@ pub fn tightening_json(
     let gain = |now: f64, then: f64| number(now / then);
     let percent = |now: f64, then: f64| 100.0 * (now / then - 1.0);
     let sentence = format!(
-        "The tool's displacement limits divided by {factor:.2} give µ {:.3}; against the design as written the softest point changes by {:+.0} % (now at {:.0} Hz), the stiffness at 10 Hz by {:+.0} %, at the frequency of the top speed by {:+.0} %.",
-        tightened.rounded.specification.upper,
+        "The tool's displacement limits divided by {factor:.2} give µ {}; against the design as written the softest point changes by {:+.0} % (now at {:.0} Hz), the stiffness at 10 Hz by {:+.0} %, at the frequency of the top speed by {:+.0} %.",
+        tightened.rounded.specification.words(),
         percent(rest.minimum.0, before_rest.minimum.0),
         rest.minimum.1,
         percent(rest.at_10_hz_n_per_m, before_rest.at_10_hz_n_per_m),

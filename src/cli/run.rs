@@ -112,9 +112,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let design = run_design(machine, &weights, &progress)?;
     progress.line(format!(
-        "controller: μ {:.3} as specified, {:.3} with the gyroscopic split covered, order {}",
-        design.rounded.specification.upper,
-        design.rounded.covered.upper,
+        "controller: μ {} as specified, {} with the gyroscopic split covered, order {}",
+        design.rounded.specification.words(),
+        design.rounded.covered.words(),
         2 * design.rounded.order
     ));
     progress.stage("PID");
@@ -320,13 +320,13 @@ fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Predic
         ),
     };
     format!(
-        "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {:.3} for the specification as \
-         written and {:.3} with the gyroscopic split covered, is {stable}, zone {}. {stiffness}",
+        "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {} for the specification as \
+         written and {} with the gyroscopic split covered, is {stable}, zone {}. {stiffness}",
         machine.spindle.name,
         machine.tool.name,
         2 * design.rounded.order,
-        design.rounded.specification.upper,
-        design.rounded.covered.upper,
+        design.rounded.specification.words(),
+        design.rounded.covered.words(),
         mu.zone_word(),
     )
 }

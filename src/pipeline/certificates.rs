@@ -1,7 +1,8 @@
-//! μ of the problems closed with a controller: certified peaks, curves over frequency, D-scales asked and used.
+//! μ of the whole machine closed with a controller: certified peaks, curves over frequency, D-scales asked and used.
 
 use super::PipelineError;
 use super::problems::Problems;
+use super::speed_mu::SpeedMu;
 use crate::augment::plane::Route;
 use crate::augment::{Block, GeneralizedPlant};
 use crate::lti::connect::lower_lft;
@@ -13,15 +14,47 @@ use crate::robust::prescale::scaled;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Certified peak of μ of one loop.
+/// Peak of μ of one loop of the whole machine.
 #[derive(Clone, Copy, Debug)]
 pub struct PeakFigures {
-    /// No frequency has a larger μ.
+    /// No frequency of the sampled problem in the w plane has a larger μ (certified), nor any line of the exact frequency
+    /// responses where those were asked; infinite for an unstable loop, which has no μ.
     pub upper: f64,
-    /// Lower bound at the peak, with a perturbation behind it.
+    /// Lower bound at the certified peak, with a perturbation behind it.
     pub lower: f64,
     /// Frequency of the peak, Hz, in the w plane mapped back to true frequency.
     pub frequency_hz: f64,
+}
+
+impl PeakFigures {
+    /// Of an unstable loop.
+    const UNSTABLE: Self = Self {
+        upper: f64::INFINITY,
+        lower: f64::NAN,
+        frequency_hz: f64::NAN,
+    };
+
+    /// The larger of this peak and that of the exact frequency responses.
+    #[must_use]
+    pub(super) fn at_least(&self, exact: &SpeedMu) -> Self {
+        if exact.mu > self.upper {
+            return Self {
+                upper: exact.mu,
+                frequency_hz: exact.frequency_hz.abs(),
+                ..*self
+            };
+        }
+        *self
+    }
+
+    /// The figure to three digits, or that there is none.
+    pub fn words(&self) -> String {
+        if self.upper.is_finite() {
+            format!("{:.3}", self.upper)
+        } else {
+            "none (unstable loop)".to_owned()
+        }
+    }
 }
 
 /// A controller on its way: order and μ of the three problems.
@@ -55,14 +88,8 @@ pub(super) fn stage(
 ) -> Result<Stage, PipelineError> {
     Ok(Stage {
         order: controller.order(),
-        specification: figures(
-            &peak(name, &problems.specification, controller)?,
-            problems.period_s,
-        ),
-        covered: figures(
-            &peak(name, &problems.covered, controller)?,
-            problems.period_s,
-        ),
+        specification: certified(name, &problems.specification, controller, problems.period_s)?,
+        covered: certified(name, &problems.covered, controller, problems.period_s)?,
         synthesis: attained(&problems.synthesis, controller)?.unwrap_or(f64::INFINITY),
     })
 }
@@ -92,11 +119,23 @@ pub(super) fn closed(
     MuSystem::new(&loop_system, blocks).map_err(PipelineError::mu(name))
 }
 
-pub(super) fn figures(peak: &MuPeak, period_s: f64) -> PeakFigures {
-    PeakFigures {
-        upper: peak.upper,
-        lower: peak.bounds.lower,
-        frequency_hz: true_frequency_hz(peak.omega_rad_s, period_s),
+fn certified(
+    name: &'static str,
+    plant: &GeneralizedPlant,
+    controller: &StateSpace<Continuous>,
+    period_s: f64,
+) -> Result<PeakFigures, PipelineError> {
+    match peak(name, plant, controller) {
+        Ok(peak) => Ok(PeakFigures {
+            upper: peak.upper,
+            lower: peak.bounds.lower,
+            frequency_hz: true_frequency_hz(peak.omega_rad_s, period_s),
+        }),
+        Err(PipelineError::Mu {
+            source: MuError::Unstable { .. },
+            ..
+        }) => Ok(PeakFigures::UNSTABLE),
+        Err(error) => Err(error),
     }
 }
 
@@ -105,11 +144,20 @@ pub(super) fn attained(
     plant: &GeneralizedPlant,
     controller: &StateSpace<Continuous>,
 ) -> Result<Option<f64>, PipelineError> {
-    const STAGE: &str = "reduction";
+    Ok(attained_at(plant, controller)?.map(|(mu, _)| mu))
+}
+
+/// As [`attained`], with its frequency in rad/s.
+pub(super) fn attained_at(
+    plant: &GeneralizedPlant,
+    controller: &StateSpace<Continuous>,
+) -> Result<Option<(f64, f64)>, PipelineError> {
+    const STAGE: &str = "largest bound of μ";
     match closed(STAGE, plant, controller) {
-        Ok(system) => Ok(Some(
-            system.search().map_err(PipelineError::mu(STAGE))?.0.upper,
-        )),
+        Ok(system) => {
+            let (top, _) = system.search().map_err(PipelineError::mu(STAGE))?;
+            Ok(Some((top.upper, top.omega_rad_s)))
+        }
         Err(PipelineError::Mu {
             source: MuError::Unstable { .. },
             ..
@@ -183,6 +231,10 @@ pub(super) fn mu_curve(
     period_s: f64,
 ) -> Result<Vec<(f64, f64, f64)>, PipelineError> {
     const STAGE: &str = "μ over frequency";
+    // An unstable loop has no μ.
+    if !peak.upper.is_finite() {
+        return Ok(vec![]);
+    }
     let system = closed(STAGE, plant, controller)?;
     let nyquist_hz = 0.5 / period_s;
     let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, CURVE_POINTS);

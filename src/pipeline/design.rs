@@ -8,14 +8,15 @@
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, PeakFigures, Stage, attained, d_scales, mu_curve, stage};
-use super::emulation::{Emulated, sampled_by_tustin};
-use super::problems::{Problems, generalized, pose};
+use super::emulation::Emulated;
+use super::problems::Problems;
 use super::reduction::reduce;
-use super::speed_mu::{SpeedMu, mu_over_speed};
-use super::stable::{OwnStability, prefer_stable};
+use super::speed_mu::{SpeedMu, mu_at_speed, mu_over_speed};
+use super::stable::OwnStability;
+use super::synthesis::{Round, Synthesised, synthesise_for_machine};
 use crate::augment::GeneralizedPlant;
-use crate::augment::assembly::{scale_controller, unscale_controller};
-use crate::augment::plane::{LOADS, LOOPS, Route, connected_part};
+use crate::augment::assembly::{UncertainMode, scale_controller, unscale_controller};
+use crate::augment::plane::{LOADS, Route, connected_part};
 use crate::augment::weights::Weights;
 use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::q31;
@@ -27,8 +28,7 @@ use crate::controller::{ControlLaw, Controller};
 use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::predict::closed_loop::{both_planes, compliance};
-use crate::robust::dk::{DkSettings, DkStep, iterate};
-use crate::robust::prescale::scaled;
+use crate::robust::dk::{DkSettings, DkStep};
 use crate::spindle::{Machine, ModelDetail, Plant};
 
 /// What a designer may turn, with the defaults of the reference run.
@@ -36,6 +36,9 @@ use crate::spindle::{Machine, ModelDetail, Plant};
 pub struct DesignSettings {
     /// Flexible modes in the design model beyond the spindle's `flexible_modes`.
     pub guard_modes: usize,
+    /// Flexible modes that the synthesis sees beyond the guard modes, without uncertainty of their own, at most those below
+    /// half the sample rate. With fewer, the design adds some when μ of the whole machine exceeds one.
+    pub extra_modes: usize,
     /// Shares of the gyroscopic split of the guard modes to cover, the first with which the target can be reached; none of
     /// it when all fail. The whole split as a complex uncertainty asks for more damping than a mode beyond the band can
     /// get, none leaves μ of the rotating plant above one there (1.3 at 4.6 kHz on the reference spindle): 0.4 brings
@@ -59,10 +62,12 @@ impl Default for DesignSettings {
     fn default() -> Self {
         Self {
             guard_modes: 1,
+            extra_modes: 0,
             guard_cover: vec![0.4, 0.2],
             route: Route::Direct,
             sensitivity_limits: vec![3.5, 4.0, 4.5, 5.0, 6.0, 8.0, 12.0],
-            gamma_target: 1.0,
+            // What reduction may cost is kept free.
+            gamma_target: 1.0 / 1.02,
             reduction_budget: 0.02,
             // Constant scales come first, so the iteration starts close: two steps with low-order scales settle it.
             dk: DkSettings {
@@ -98,6 +103,8 @@ pub struct Design {
     pub problems: Problems,
     /// Records of the D-K iteration on the synthesis problem.
     pub steps: Vec<DkStep>,
+    /// Syntheses with more modes or a lower level that μ of the whole machine asked for; the last is the first within target.
+    pub rounds: Vec<Round>,
     /// D-scales of the best step beside what the pointwise bound of its loop asks for.
     pub d_scales: Vec<DScaleCurve>,
     /// γ of the best step.
@@ -172,39 +179,16 @@ pub fn design(
     settings: &DesignSettings,
     progress: &mut dyn FnMut(&DkStep),
 ) -> Result<Design, PipelineError> {
-    let (problems, scales, _) = pose(machine, weights, settings)?;
-    let outcome = iterate(&scaled(&problems.posed, &scales), &settings.dk, progress)?;
+    let Synthesised {
+        problems,
+        scales,
+        outcome,
+        own_stability,
+        full,
+        emulated,
+        rounds,
+    } = synthesise_for_machine(machine, weights, settings, progress)?;
     let d_scales = d_scales(&problems, &scales, &outcome)?;
-    let noise = problems.covered_modes.len() + LOADS;
-    let looser: &[f64] = match problems.sensitivity_limit {
-        Some(_) => &[],
-        None => &T_BOUNDS,
-    };
-    let (synthesised, own_stability) = prefer_stable(
-        &problems.posed,
-        &scales,
-        &outcome,
-        noise..noise + LOOPS,
-        looser,
-        &|limit| {
-            let modes = &problems.covered_modes;
-            generalized(
-                machine,
-                weights,
-                settings,
-                modes,
-                Some(limit),
-                settings.route,
-            )
-        },
-    )?;
-    let (full, emulated) = match settings.route {
-        Route::Direct => (synthesised, None),
-        Route::Emulation { .. } => {
-            let (sampled, emulated) = sampled_by_tustin(&problems, &synthesised)?;
-            (sampled, Some(emulated))
-        }
-    };
     let full_stage = stage("full order", &problems, &full)?;
     let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
     let (reduced, orders_tried) = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
@@ -228,11 +212,21 @@ pub fn design(
     // design plane.
     let rounded = realisation.rows.rounded_f32()?;
     let rounded_plane = plane_of(&rounded)?;
-    let rounded_stage = stage("rounded", &problems, &rounded_plane)?;
+    let certified = stage("rounded", &problems, &rounded_plane)?;
+    let at_rest = |modes: &[UncertainMode]| mu_at_speed(machine, weights, modes, &rounded, 0.0);
+    let rounded_stage = Stage {
+        specification: certified
+            .specification
+            .at_least(&at_rest(&problems.written_modes)?),
+        covered: certified
+            .covered
+            .at_least(&at_rest(&problems.covered_modes)?),
+        ..certified
+    };
     let top = machine.spindle.max_rpm;
     let speed_proof = prove(machine, &rounded, OVERSPEED * top)?;
     let verification = Verification {
-        mu_peak: Some(rounded_stage.specification.upper),
+        mu_peak: Some(rounded_stage.specification.upper).filter(|mu| mu.is_finite()),
         proof: Some(speed_proof.clone()),
         ..verify(
             machine,
@@ -271,10 +265,11 @@ pub fn design(
         mu_curve(plant, &rounded_plane, peak, period_s)
     };
     Ok(Design {
+        rounds,
         own_stability,
         emulated,
         speed_proof,
-        speed_mu: mu_over_speed(machine, weights, settings, &rounded)?,
+        speed_mu: mu_over_speed(machine, weights, &problems.written_modes, &rounded)?,
         arithmetic: arithmetic?,
         static_stiffness_n_per_m: [0, 2, 4].map(|k| compliance_at_rest[(k, k)].norm().recip()),
         specification_curve: curve(&problems.specification, &rounded_stage.specification)?,
@@ -309,9 +304,6 @@ fn plane_of(law: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, Pipeli
     let back = inverse_tustin(&plane).map_err(PipelineError::numeric("rounded loop"))?;
     Ok(scale_controller(&back))
 }
-
-/// Bounds on T tried for a stable controller when there is none, loosest first.
-const T_BOUNDS: [f64; 4] = [20.0, 12.0, 8.0, 5.0];
 
 /// Margin over the top speed that the loop should survive.
 pub const OVERSPEED: f64 = 1.2;

@@ -1,14 +1,16 @@
 //! The generalized plants that share one plane model, and how far the tool's specification can be tightened.
 //!
-//! Every loop is judged on the sampled plant mapped to the w plane, whatever the route; the route decides which plant the
-//! synthesis sees: the same one, or the continuous plant with a Padé approximant of the total delay (hold included).
+//! Every loop is judged on the whole machine: all flexible modes below half the sample rate and the static flexibility of the
+//! others, sampled with hold and exact delay, mapped to the w plane, weights of true frequency. The synthesis sees fewer modes;
+//! the route decides which plant: the sampled one, or the continuous one with a Padé approximant of the total delay.
 
 use super::PipelineError;
 use super::design::DesignSettings;
 use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::{UncertainMode, generalized_plane};
-use crate::augment::plane::{Route, design_plane};
+use crate::augment::plane::{Route, design_plane, modes_below_nyquist};
 use crate::augment::split::{ModeSplit, gyroscopic_split};
+use crate::augment::weight_plane::{FitErrors, WeightPlane, fit_errors};
 use crate::augment::weights::Weights;
 use crate::robust::SynthesisError;
 use crate::robust::prescale::constant_scales;
@@ -24,11 +26,11 @@ pub struct Problems {
     pub covered_modes: Vec<UncertainMode>,
     /// Share of the guard modes' split that is covered.
     pub guard_share: f64,
-    /// Table 2 as written.
+    /// Table 2 as written, of the whole machine.
     pub specification: GeneralizedPlant,
-    /// Mode uncertainty widened by the split.
+    /// Mode uncertainty widened by the split, of the whole machine.
     pub covered: GeneralizedPlant,
-    /// Covered, with the bound on T.
+    /// Covered, with the bound on T, of the modes that the synthesis sees.
     pub synthesis: GeneralizedPlant,
     /// What the synthesis sees: `synthesis` on the direct route, its continuous counterpart in emulation.
     pub posed: GeneralizedPlant,
@@ -38,6 +40,16 @@ pub struct Problems {
     pub sensitivity_limit: Option<f64>,
     /// Sample period, s.
     pub period_s: f64,
+    /// Uncertainty of the specification as written.
+    pub written_modes: Vec<UncertainMode>,
+    /// Flexible modes that the synthesis sees.
+    pub synthesis_modes: usize,
+    /// Flexible modes of the whole machine: those below half the sample rate.
+    pub machine_modes: usize,
+    /// Their natural frequencies, rad/s.
+    pub flexible_rad_s: Vec<f64>,
+    /// How far the fitted weights lie above the written ones.
+    pub fit_errors: FitErrors,
 }
 
 /// A problem with its constant scales.
@@ -55,8 +67,14 @@ pub(super) fn pose(
     settings: &DesignSettings,
 ) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
     let top_speed = machine.spindle.max_rpm * TAU / 60.0;
-    let kept = machine.spindle.flexible_modes;
-    let split = gyroscopic_split(machine, top_speed, kept + settings.guard_modes)?;
+    let flexible_rad_s = modes_below_nyquist(machine)?;
+    let machine_modes = flexible_rad_s.len();
+    let kept = machine.spindle.flexible_modes.min(machine_modes);
+    let covered = (kept + settings.guard_modes).min(machine_modes);
+    let synthesis_modes = covered
+        .saturating_add(settings.extra_modes)
+        .min(machine_modes);
+    let split = gyroscopic_split(machine, top_speed, covered)?;
     let table = |k: usize| weights.mode_uncertainty.get(k).copied().unwrap_or(0.0);
     // Uncertainty as written, or widened by the split, that of the guard modes by a share of it.
     let modes = |guard_share: Option<f64>| -> Vec<UncertainMode> {
@@ -77,7 +95,7 @@ pub(super) fn pose(
             .collect()
     };
     let build = |modes: &[UncertainMode], limit: Option<f64>, route: Route| {
-        generalized(machine, weights, settings, modes, limit, route)
+        generalized(machine, weights, synthesis_modes, modes, limit, route)
     };
     let given = weights.complementary_sensitivity_limit;
     let tighter: Vec<f64> = match given {
@@ -132,9 +150,11 @@ pub(super) fn pose(
     };
     let (sensitivity_limit, scales, gamma) = (posed.limit, posed.scales, posed.gamma);
     let (posed, written) = (posed.plant, modes(None));
+    let period_s = machine.spindle.electronics.sample_period_s();
+    let whole = |modes: &[UncertainMode]| whole_machine(machine, weights, machine_modes, modes);
     let problems = Problems {
-        specification: build(&written, None, Route::Direct)?,
-        covered: build(&covered_modes, None, Route::Direct)?,
+        specification: whole(&written)?,
+        covered: whole(&covered_modes)?,
         synthesis: match settings.route {
             Route::Direct => posed.clone(),
             Route::Emulation { .. } => build(&covered_modes, sensitivity_limit, Route::Direct)?,
@@ -142,7 +162,13 @@ pub(super) fn pose(
         posed,
         route: settings.route,
         sensitivity_limit,
-        period_s: machine.spindle.electronics.sample_period_s(),
+        period_s,
+        written_modes: written,
+        synthesis_modes,
+        machine_modes,
+        flexible_rad_s,
+        fit_errors: fit_errors(weights, period_s)
+            .map_err(PipelineError::numeric("weights in the w plane"))?,
         covered_modes,
         guard_share,
         split,
@@ -150,40 +176,54 @@ pub(super) fn pose(
     Ok((problems, scales, gamma))
 }
 
-/// The uncertain modes of the specification as written.
-pub(super) fn uncertain_modes(
-    machine: &Machine,
-    weights: &Weights,
-) -> Result<Vec<UncertainMode>, PipelineError> {
-    let split = gyroscopic_split(machine, 0.0, machine.spindle.flexible_modes)?;
-    let listed = split.iter().zip(&weights.mode_uncertainty).enumerate();
-    Ok(listed
-        .map(|(number, (s, relative))| UncertainMode {
-            number,
-            omega_rad_s: s.omega_rad_s,
-            relative: *relative,
-        })
-        .filter(|m| m.relative > 0.0)
-        .collect())
-}
-
-/// The generalized plant of one plane for a list of uncertain modes and a bound on T.
+/// The generalized plant of one plane that the synthesis sees, for a list of uncertain modes and a bound on T.
 pub(super) fn generalized(
     machine: &Machine,
     weights: &Weights,
-    settings: &DesignSettings,
+    flexible: usize,
     modes: &[UncertainMode],
     sensitivity_limit: Option<f64>,
     route: Route,
 ) -> Result<GeneralizedPlant, PipelineError> {
-    let flexible = machine.spindle.flexible_modes + settings.guard_modes;
     let numbers: Vec<usize> = modes.iter().map(|m| m.number).collect();
     let plane = design_plane(machine, flexible, &numbers, route)?;
     let weights = Weights {
         complementary_sensitivity_limit: sensitivity_limit,
         ..weights.clone()
     };
-    generalized_plane(&plane, modes, &weights).map_err(PipelineError::numeric("generalized plant"))
+    let weight_plane = match route {
+        Route::Direct => WeightPlane::Synthesis {
+            period_s: machine.spindle.electronics.sample_period_s(),
+        },
+        Route::Emulation { .. } => WeightPlane::Laplace,
+    };
+    generalized_plane(&plane, modes, &weights, weight_plane)
+        .map_err(PipelineError::numeric("generalized plant"))
+}
+
+/// The generalized plant of one plane of the whole machine, sampled, in the w plane: what a loop is judged on. The bound on
+/// T is a means of the design and no part of it.
+///
+/// # Errors
+/// [`PipelineError`] when the plant or a weight fails.
+pub fn whole_machine(
+    machine: &Machine,
+    weights: &Weights,
+    flexible: usize,
+    modes: &[UncertainMode],
+) -> Result<GeneralizedPlant, PipelineError> {
+    let numbers: Vec<usize> = modes.iter().map(|m| m.number).collect();
+    let plane = design_plane(machine, flexible, &numbers, Route::Direct)?;
+    let weights = Weights {
+        complementary_sensitivity_limit: None,
+        ..weights.clone()
+    };
+    let weight_plane = WeightPlane::Analysis {
+        period_s: machine.spindle.electronics.sample_period_s(),
+    };
+    generalized_plane(&plane, modes, &weights, weight_plane).map_err(PipelineError::numeric(
+        "generalized plant of the whole machine",
+    ))
 }
 
 /// Optimal γ with constant scales of the covered problem without a bound on T, the tool's specification tightened by

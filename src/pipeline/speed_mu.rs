@@ -1,18 +1,19 @@
-//! μ of the specification over speed, with the true gyroscopics in the plant instead of a wider uncertainty.
+//! μ of the whole machine on its exact frequency responses, at rest and over speed.
 //!
-//! The design covers the gyroscopic split by mode uncertainty at rest. Here the same specification is asked of the rotating
-//! plant with the controller as it runs. Two equal planes that gyroscopics couple are one plane in r = x + jy, with responses
-//! H(ω) at positive (forward) and negative (backward) frequencies: with a the x→x and b the x→y response, H(ω) = a + jb and
-//! conj H(−ω) = a − jb. In these coordinates the 4×4 loop is block diagonal, so its μ, with the same δ for both planes and
-//! any load in both, is the larger of the two. Weights act in the w plane as in the design; both are isotropic.
-//! The values are upper bounds on a grid that is dense round the closed-loop poles, not certified between its lines.
+//! The plant is the full finite-element model with the true gyroscopics; currents reach it through the hold, sinc(ωT/2) and
+//! half a sample, and the rest of the delay; loads and modal forces act between the samples and are not held; the weights are
+//! those written, at true frequency; the controller is the one that runs. Two equal planes that gyroscopics couple are one
+//! plane in r = x + jy, with responses H(ω) at positive (forward) and negative (backward) frequencies: with a the x→x and
+//! b the x→y response, H(ω) = a + jb and conj H(−ω) = a − jb. In these coordinates the 4×4 loop is block diagonal, so its
+//! μ, with the same δ for both planes and any load in both, is the larger of the two. Both are isotropic.
+//! The values are upper bounds on a grid that is dense round the closed-loop poles, not certified between its lines. An
+//! unstable loop has no μ.
 
 use super::PipelineError;
-use super::design::DesignSettings;
-use super::problems::uncertain_modes;
 use crate::augment::Block;
 use crate::augment::assembly::{SIGNAL_SCALE_M, UncertainMode, input_weights, output_weights};
 use crate::augment::plane::{LOADS, LOOPS, isotropic};
+use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::responder::FrequencyResponder;
@@ -54,40 +55,43 @@ const LINES_A_SIDE: usize = 3;
 pub fn mu_over_speed(
     machine: &Machine,
     weights: &Weights,
-    settings: &DesignSettings,
+    modes: &[UncertainMode],
     law: &StateSpace<Discrete>,
 ) -> Result<Vec<SpeedMu>, PipelineError> {
-    let machine = isotropic(machine);
-    // The bound on T is a means of the design, not part of the specification.
-    let weights = Weights {
-        complementary_sensitivity_limit: None,
-        ..weights.clone()
-    };
-    let modes = uncertain_modes(&machine, &weights)?;
     SPEEDS
         .iter()
         .map(|share| {
-            let rpm = share * machine.spindle.max_rpm;
-            at_speed(&machine, &weights, settings, &modes, law, rpm)
+            mu_at_speed(
+                machine,
+                weights,
+                modes,
+                law,
+                share * machine.spindle.max_rpm,
+            )
         })
         .collect()
 }
 
-fn at_speed(
+/// μ of a specification with a four-axis law at one speed; `modes` are the uncertain ones.
+///
+/// # Errors
+/// As [`mu_over_speed`].
+pub fn mu_at_speed(
     machine: &Machine,
     weights: &Weights,
-    settings: &DesignSettings,
     modes: &[UncertainMode],
     law: &StateSpace<Discrete>,
     speed_rpm: f64,
 ) -> Result<SpeedMu, PipelineError> {
     const STAGE: &str = "μ over speed";
     let numeric = || PipelineError::numeric(STAGE);
-    let detail = ModelDetail::Modes {
-        flexible: machine.spindle.flexible_modes + settings.guard_modes,
-        static_residual: true,
+    let machine = isotropic(machine);
+    // The bound on T is a means of the design, not part of the specification.
+    let weights = &Weights {
+        complementary_sensitivity_limit: None,
+        ..weights.clone()
     };
-    let plant = Plant::new(machine, speed_rpm * TAU / 60.0, detail)?;
+    let plant = Plant::new(&machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     let period = plant.sample_period_s();
     let closed = close(&plant.sampled()?, law).map_err(numeric())?;
     if closed.growth_rate().map_err(numeric())? >= 0.0 {
@@ -98,15 +102,31 @@ fn at_speed(
         });
     }
     let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
-    let sampled = plant.sampled_with_modal_ports(ports)?;
+    let opened = plant.with_modal_ports(ports);
     let x: Vec<usize> = modes
         .iter()
         .map(|m| CHANNELS + 2 * m.number)
         .chain([4, 6, 8, 0, 2])
         .collect();
     let y: Vec<usize> = x.iter().map(|k| k + 1).collect();
-    let to = |rows: &[usize]| FrequencyResponder::new(&sampled.select(rows, &x));
-    let (along, across) = (to(&x), to(&y));
+    // A delay below half a sample counts as half a sample, as in the sampled plant.
+    let late_s = (0.5 * period - plant.delay_s()).max(0.0);
+    let commands = x.len() - LOOPS;
+    let plane = |omega: f64| {
+        let theta = 0.5 * omega * period;
+        let hold = c64::new(0.0, -omega * late_s).exp() * (theta.sin() / theta);
+        let response = opened.at(omega);
+        [&x, &y].map(|rows| {
+            Mat::from_fn(rows.len(), x.len(), |i, j| {
+                let held = if j < commands {
+                    c64::new(1.0, 0.0)
+                } else {
+                    hold
+                };
+                held * response[(rows[i], x[j])]
+            })
+        })
+    };
     let (own, other) = (law.select(&[0, 2], &[0, 2]), law.select(&[1, 3], &[0, 2]));
     let (own, other) = (
         FrequencyResponder::new(&own),
@@ -115,23 +135,22 @@ fn at_speed(
     let frame = Frame {
         modes: modes.len(),
         integral: weights.integral_corner_hz.is_some(),
-        input: input_weights(modes, weights).map_err(numeric())?,
-        output: output_weights(modes, weights).map_err(numeric())?,
+        input: input_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
+        output: output_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
     };
     let poles = equivalent_poles(&closed).map_err(numeric())?;
     let nyquist_hz = 0.5 / period;
     let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES)
         .refine_round_poles(&poles, LINES_A_SIDE);
     let loops = |omega: f64| {
-        let (a, b) = (along.at(omega), across.at(omega));
+        let [a, b] = plane(omega);
         let (ka, kb) = (own.at(omega), other.at(omega));
-        let v = 2.0 / period * (0.5 * omega * period).tan();
         [1.0, -1.0].map(|sign| {
             let turn = c64::new(0.0, sign);
             let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
                 Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
             };
-            let (m, blocks) = frame.closed(v, &whirl(&a, &b), &whirl(&ka, &kb));
+            let (m, blocks) = frame.closed(omega, &whirl(&a, &b), &whirl(&ka, &kb));
             (sign * omega, m, blocks)
         })
     };
@@ -216,8 +235,13 @@ struct Frame {
 }
 
 impl Frame {
-    /// The weighted loop z ← w at the w-plane frequency `v` for a plane (v, loads, u) → (q, x, y) and a controller y → u.
-    fn closed(&self, v: f64, plane: &Mat<c64>, controller: &Mat<c64>) -> (Mat<c64>, Vec<Block>) {
+    /// The weighted loop z ← w at a frequency for a plane (v, loads, u) → (q, x, y) and a controller y → u.
+    fn closed(
+        &self,
+        omega: f64,
+        plane: &Mat<c64>,
+        controller: &Mat<c64>,
+    ) -> (Mat<c64>, Vec<Block>) {
         let nv = self.modes;
         let (errors, wide) = (nv + LOADS, nv + LOADS + 2 * LOOPS);
         let (zero, one) = (c64::new(0.0, 0.0), c64::new(1.0, 0.0));
@@ -243,7 +267,7 @@ impl Frame {
                 signal((i - errors) % LOOPS, j)
             }
         });
-        let weighted = self.output.at(v) * exposed * self.input.at(v);
+        let weighted = self.output.at(omega) * exposed * self.input.at(omega);
         let (nz, nw) = (rows - LOOPS, wide - LOOPS);
         let part = |r, c, h, w| weighted.submatrix(r, c, h, w).to_owned();
         let k = Mat::from_fn(LOOPS, LOOPS, |i, j| controller[(i, j)] * SIGNAL_SCALE_M);

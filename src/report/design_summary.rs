@@ -53,9 +53,41 @@ pub fn speed_intervals_json(proof: &SpeedProof) -> Value {
     Value::Array(rows.collect())
 }
 
-/// μ of the specification over speed.
+/// The model that every μ of a design is of, what is proven of it, and the syntheses that it asked for.
+pub fn mu_model_json(design: &Design) -> Value {
+    let problems = &design.problems;
+    let rounds = design.rounds.iter().map(|r| {
+        json!({
+            "synthesis_modes": r.synthesis_modes,
+            "gamma_target": number(r.gamma_target),
+            "mu_synthesis_model": number(r.synthesis),
+            "mu_whole_machine": number(r.whole_machine),
+            "frequency_hz": number(r.frequency_hz),
+        })
+    });
+    json!({
+        "sentence": format!(
+            "µ is of the whole machine: {} flexible modes below half the sample rate and the static flexibility of the others, sampled with hold and exact delay, weights of true frequency, loads and modal forces not held. The upper bound is certified over all frequencies for the rational realisation of this model, and is not below any line of the exact frequency responses at rest; over speed it is the largest of the exact responses on a grid.",
+            problems.machine_modes
+        ),
+        "machine_modes": problems.machine_modes,
+        "synthesis_modes": problems.synthesis_modes,
+        "weights_fit_error_synthesis": number(problems.fit_errors.synthesis),
+        "inverse_hold_fit_error": number(problems.fit_errors.hold),
+        "rounds": Value::Array(rounds.collect()),
+    })
+}
+
+/// μ of the specification over speed; an unstable loop has none.
 pub fn speed_mu_json(design: &Design) -> Value {
     let rows = design.speed_mu.iter().map(|s| {
+        if !s.mu.is_finite() {
+            return json!({
+                "speed_rpm": number(s.speed_rpm),
+                "mu": null,
+                "reason": "the loop is unstable at this speed",
+            });
+        }
         json!({
             "speed_rpm": number(s.speed_rpm),
             "mu": number(s.mu),

@@ -1,7 +1,8 @@
 //! Figures of a run as JSON: design with its certificates, stiffness, sensitivity. Keys as the format contract names them.
 
 use super::design_summary::{
-    alternatives_json, route_word, speed_intervals_json, speed_mu_json, speed_proof_json,
+    alternatives_json, mu_model_json, route_word, speed_intervals_json, speed_mu_json,
+    speed_proof_json,
 };
 use super::summary::{number, numbers};
 use crate::controller::verification::Verification;
@@ -47,6 +48,8 @@ pub fn design_json(design: &Design) -> Value {
         "mu_peak_reduced": number(design.reduced.covered.upper),
         "mu_peak_discrete": number(design.rounded.covered.upper),
         "mu_peak_discrete_lower": number(design.rounded.covered.lower),
+        "mu_model": mu_model_json(design),
+        "weights_fit_error": number(design.problems.fit_errors.analysis),
         "stable": design.is_stable(),
         "route": route_word(design.problems.route),
         "emulation": design.emulated.map(|e| json!({

@@ -52,5 +52,6 @@ mod unstable_loops;
 mod update_commands;
 mod update_reference;
 mod whole_machine;
+mod whole_machine_mu;
 mod whole_machine_run;
 mod worst_case;
