@@ -14,6 +14,7 @@ pub mod pid_certificate;
 pub mod pid_objective;
 mod pid_tables;
 pub mod pid_tune;
+pub mod polish;
 pub mod realise;
 pub mod scaling;
 pub mod sections;
