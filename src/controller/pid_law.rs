@@ -33,7 +33,8 @@ impl PidLaw {
     }
 
     fn axes(&self, x: &[f64]) -> [Option<AxisParameters>; 2] {
-        self.parameters_of(x).map_or([None, None], |p| [Some(p.front), Some(p.rear)])
+        self.parameters_of(x)
+            .map_or([None, None], |p| [Some(p.front), Some(p.rear)])
     }
 }
 

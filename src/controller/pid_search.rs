@@ -25,6 +25,8 @@ pub(super) struct PidSearch {
     pub mode_shift: f64,
     /// Starts drawn.
     pub starts: usize,
+    /// Seed of the starts.
+    pub seed: u64,
     /// Basins descended.
     pub basins: usize,
     /// Steps of the last descent; a basin gets a third.
@@ -69,7 +71,12 @@ pub(super) fn search(
         &shifts(&[asked.mode_shift; SHIFTED_MODES]),
     )?;
     let nyquist = std::f64::consts::PI / plants.period_s();
-    let bending = plants.at_rest().flexible_rad_s().first().copied().unwrap_or(0.1 * nyquist);
+    let bending = plants
+        .at_rest()
+        .flexible_rad_s()
+        .first()
+        .copied()
+        .unwrap_or(0.1 * nyquist);
     let plain = lines(&plants, FROM_HZ, &[], APART);
     let rotors = plants.on(&plain);
     let nominal: Vec<_> = rotors
@@ -83,7 +90,14 @@ pub(super) fn search(
         .filter_map(|p| shape(*p))
         .map(|p| screen(p, &plain, &nominal, unstable_poles))
         .collect();
-    all.extend(starts(&rule, asked.starts, (&plain, &nominal), unstable_poles, shape));
+    let drawn = (asked.starts, asked.seed);
+    all.extend(starts(
+        &rule,
+        drawn,
+        (&plain, &nominal),
+        unstable_poles,
+        shape,
+    ));
     let fewest = all.iter().map(|s| s.unstable).min().unwrap_or(i64::MAX);
     if fewest > 0 {
         return Err(infeasible(all.len(), fewest).into());
@@ -138,7 +152,9 @@ pub(super) fn search(
         let found = descend(&mut loss, &law, &mut x, &effort(asked.steps / 2 + part))?;
         evaluations += found;
     }
-    let parameters = law.parameters_of(&x).ok_or_else(|| infeasible(evaluations, 0))?;
+    let parameters = law
+        .parameters_of(&x)
+        .ok_or_else(|| infeasible(evaluations, 0))?;
     Ok(FoundPid {
         parameters,
         evaluations,
@@ -176,7 +192,9 @@ fn loop_poles(plant: &Plant, law: &PidLaw, x: &[f64]) -> Result<Vec<c64>, Verifi
     let numeric = in_step("poles of the PID loop");
     let plane = connected_part(&plant.sampled()?.select(&[0, 2], &[0, 2]));
     let own = connected_part(&sampled.select(&[0, 2], &[0, 2]));
-    let poles = lower_lft(&plane, &own).and_then(|l| l.poles()).map_err(&numeric)?;
+    let poles = lower_lft(&plane, &own)
+        .and_then(|l| l.poles())
+        .map_err(&numeric)?;
     Ok(poles
         .into_iter()
         .filter(|z| z.norm() > 1e-6)

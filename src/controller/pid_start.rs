@@ -121,11 +121,11 @@ pub(super) struct Start {
     pub sensitivity: f64,
 }
 
-/// `count` starts drawn and screened on `rotors`, best first: fewest unstable poles, then smallest sensitivity. `shape` puts each
+/// `count` starts drawn from `seed` and screened on `rotors`, best first: fewest unstable poles, then smallest sensitivity. `shape` puts each
 /// into the form searched for; `unstable_poles` is P of one plane.
 pub(super) fn starts(
     rule: &StartRule,
-    count: usize,
+    (count, seed): (usize, u64),
     (lines, rotors): (&[Line], &[&Rotor]),
     unstable_poles: i64,
     shape: &(dyn Fn(PidParameters) -> Option<PidParameters> + Sync),
@@ -133,15 +133,15 @@ pub(super) fn starts(
     let mut found: Vec<Start> = (0..count)
         .into_par_iter()
         .filter_map(|k| {
-            let mut random = ChaCha8Rng::seed_from_u64(k as u64);
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            random.set_stream(k as u64);
             let parameters = shape(rule.draw(&mut random, k % 2 == 0))?;
             Some(screen(parameters, lines, rotors, unstable_poles))
         })
         .collect();
-    // The sort is stable: equal starts stay in the order of their seeds.
+    // The sort is stable: equal starts stay in the order drawn.
     found.sort_by(|a, b| {
-        (a.unstable, 0.0f64)
-            .0
+        a.unstable
             .cmp(&b.unstable)
             .then(a.sensitivity.total_cmp(&b.sensitivity))
     });
@@ -172,7 +172,11 @@ pub(super) fn screen(
     for rotor in rotors {
         let mut phase = 0.0;
         for side in &rotor.directions {
-            let share = if rotor.directions.len() == 1 { 2.0 } else { 1.0 };
+            let share = if rotor.directions.len() == 1 {
+                2.0
+            } else {
+                1.0
+            };
             let mut last: Option<c64> = None;
             for (g, (k, free)) in side.iter().zip(&gains) {
                 let (determinant, largest) = loop_at(g, k);
@@ -185,13 +189,21 @@ pub(super) fn screen(
             }
         }
         let turns = (phase / (2.0 * PI)).round();
-        let right = if turns.is_finite() { turns as i64 } else { i64::MIN / 4 };
+        let right = if turns.is_finite() {
+            turns as i64
+        } else {
+            i64::MIN / 4
+        };
         unstable += (unstable_poles - right).abs();
     }
     Start {
         parameters,
         unstable,
-        sensitivity: if sensitivity.is_nan() { f64::INFINITY } else { sensitivity },
+        sensitivity: if sensitivity.is_nan() {
+            f64::INFINITY
+        } else {
+            sensitivity
+        },
     }
 }
 
