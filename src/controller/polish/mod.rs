@@ -7,6 +7,7 @@
 //! current from sensor noise, and the D-scaled μ bound of the specification itself. All of it on the sampled machine with every
 //! mode below Nyquist and the static flexibility of the rest, with hold and delay, weights in true Hz.
 
+mod derivatives;
 pub(crate) mod descent;
 pub(crate) mod limits;
 pub(crate) mod loss;
@@ -17,5 +18,6 @@ mod specification_bound;
 mod stage;
 pub(crate) mod structure;
 
+pub use derivatives::derivative_errors;
 pub use limits::LoopLimits;
 pub use stage::{Polish, PolishRound, PolishSettings, polish};

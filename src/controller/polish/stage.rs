@@ -95,18 +95,6 @@ pub fn polish(
     let sampled = sampled?;
     let (law, mut x) = ModalLaw::of(start)?;
     let mut limits = settings.limits;
-    let mut blocks = vec![Block::ComplexScalar { n: 1 }; modes.len()];
-    let integral = if weights.integral_corner_hz.is_some() {
-        LOOPS
-    } else {
-        0
-    };
-    blocks.push(Block::ComplexFull {
-        rows: LOADS + LOOPS,
-        cols: LOADS + LOOPS + integral,
-    });
-    let blocks =
-        Blocks::new(&blocks).map_err(|_| infeasible("the specification has no channels"))?;
     let mut best: Option<(f64, Vec<f64>)> = None;
     let mut report = Polish {
         plane: start.clone(),
@@ -130,7 +118,15 @@ pub fn polish(
             FINE
         };
         let lines = lines(&plants, 1.0, &poles, apart);
-        let mut loss = make_loss(&plants, lines, (modes, weights, &blocks), limits)?;
+        let specification = specification_of(&plants, &lines, (modes, weights))?;
+        let rotors = plants.on(&lines);
+        let mut loss = Loss::new(
+            lines,
+            rotors,
+            Some(specification),
+            limits,
+            plants.period_s(),
+        );
         let found = loss.evaluate(&law, &x);
         for r in 0..loss.active.len() {
             loss.active[r] = found.turns[r] == found.turns[0];
@@ -181,30 +177,31 @@ pub fn polish(
     Ok(report)
 }
 
-/// The loss on lines, scales of the modal channels balanced.
-fn make_loss(
+/// The specification on lines, modal channels not scaled yet.
+pub(super) fn specification_of(
     plants: &Plants,
-    lines: Vec<Line>,
-    (modes, weights, blocks): (&[UncertainMode], &Weights, &Blocks),
-    limits: LoopLimits,
-) -> Result<Loss, VerificationError> {
-    let numeric = in_step("weights of the polish");
-    let rows = plants
-        .specification(&lines, modes, weights)
-        .map_err(&numeric)?;
-    let specification = Specification {
-        scales: rows.iter().map(|_| vec![1.0; modes.len() + 1]).collect(),
-        lines: rows,
-        blocks: blocks.clone(),
+    lines: &[Line],
+    (modes, weights): (&[UncertainMode], &Weights),
+) -> Result<Specification, VerificationError> {
+    let integral = if weights.integral_corner_hz.is_some() {
+        LOOPS
+    } else {
+        0
     };
-    let rotors = plants.on(&lines);
-    Ok(Loss::new(
-        lines,
-        rotors,
-        Some(specification),
-        limits,
-        plants.period_s(),
-    ))
+    let mut blocks = vec![Block::ComplexScalar { n: 1 }; modes.len()];
+    blocks.push(Block::ComplexFull {
+        rows: LOADS + LOOPS,
+        cols: LOADS + LOOPS + integral,
+    });
+    let rows = plants
+        .specification(lines, modes, weights)
+        .map_err(in_step("weights of the polish"))?;
+    Ok(Specification {
+        scales: rows.iter().map(|_| vec![1.0; blocks.len()]).collect(),
+        lines: rows,
+        blocks: Blocks::new(&blocks)
+            .map_err(|_| infeasible("the specification has no channels"))?,
+    })
 }
 
 fn figures(loss: &Loss, found: &super::loss::Evaluation, steps: usize) -> PolishRound {
