@@ -163,7 +163,7 @@ fn show(c: &PidCertificate, clock: std::time::Instant) {
 #[test]
 fn the_search_depends_on_the_seed_and_not_on_the_threads() {
     let settings = TuneSettings {
-        starts: 300,
+        starts: 800,
         basins: 1,
         steps: 12,
         speeds: 2,

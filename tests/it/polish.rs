@@ -5,7 +5,7 @@ use muspin::augment::plane::connected_part;
 use muspin::augment::split::gyroscopic_split;
 use muspin::controller::ControlLaw;
 use muspin::controller::Controller;
-use muspin::controller::pid::{PidParameters, pid_controller, reference_start};
+use muspin::controller::pid_tune::{TuneSettings, tune};
 use muspin::controller::polish::{LoopLimits, PolishSettings, derivative_errors, polish};
 use muspin::controller::verification::growth_rate;
 use muspin::input::{load_machine, load_weights};
@@ -39,12 +39,17 @@ fn modes(machine: &Machine) -> Vec<UncertainMode> {
         .collect()
 }
 
-/// A stable PID of one plane; a slow real pole in place of each integrator is the polish's own doing.
+/// A quickly found PID of one plane; a slow real pole in place of each integrator is the polish's own doing.
 fn start(machine: &Machine) -> StateSpace<Discrete> {
-    let parameters: PidParameters = reference_start(machine);
-    let period = machine.spindle.electronics.sample_period_s();
-    let ControlLaw::Discrete(law) = pid_controller(&parameters, period, "start").unwrap().law
-    else {
+    let settings = TuneSettings {
+        starts: 400,
+        basins: 1,
+        steps: 12,
+        speeds: 2,
+        ..TuneSettings::quick()
+    };
+    let found = tune(machine, &settings, &mut |_, _| {}).unwrap();
+    let ControlLaw::Discrete(law) = found.controller.law else {
         panic!("sampled")
     };
     connected_part(&law.select(&[0, 2], &[0, 2]))
