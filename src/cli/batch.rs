@@ -9,7 +9,7 @@ use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
 use crate::controller::MachineTag;
-use crate::controller::pid_tune::tune;
+use crate::controller::pid_tune::{found_or_reason, tune};
 use crate::input::{load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict, rival_settings};
 use crate::pipeline::design::DesignSettings;
@@ -63,7 +63,8 @@ struct Row {
     mu: f64,
     covered: f64,
     order: usize,
-    rest: [Prediction; 2],
+    /// µ controller and PID; the latter is absent where none was found.
+    rest: Vec<Prediction>,
     worst: [f64; 2],
     stable_to_rpm: f64,
     met: bool,
@@ -72,20 +73,20 @@ struct Row {
 
 impl Row {
     fn minimum(&self, k: usize) -> f64 {
-        self.rest[k].minimum.0
+        self.rest.get(k).map_or(f64::NAN, |p| p.minimum.0)
     }
 
     fn peak_db(&self, k: usize) -> f64 {
-        if !self.rest[k].is_stable() {
+        let Some(prediction) = self.rest.get(k).filter(|p| p.is_stable()) else {
             return f64::NAN;
-        }
-        let sensitivity = &self.rest[k].sensitivity;
+        };
+        let sensitivity = &prediction.sensitivity;
         let peak = (0..4).map(|axis| sensitivity.peak(axis).0);
         20.0 * peak.fold(0.0, f64::max).log10()
     }
 
     fn zone(&self, k: usize) -> &'static str {
-        self.rest[k].zone_word()
+        self.rest.get(k).map_or("-", |p| p.zone_word())
     }
 }
 
@@ -189,16 +190,19 @@ fn one(
     progress.stage(format!("{tool}: PID"));
     let effort = arguments.pid.settings(PidEffort::Quick);
     let effort = rival_settings(machine, &design.controller, effort)?;
-    let pid = tune(machine, &effort, &mut |_, _| {})?;
+    let pid = found_or_reason(tune(machine, &effort, &mut |_, _| {}))?;
     progress.stage(format!("{tool}: predictions"));
-    let controllers = [&design.controller, &pid.controller];
-    let [mu, rival] = controllers.map(|c| predict(machine, c, 0.0));
-    let rest = [mu?, rival?];
-    let [mu, rival] = controllers.map(|c| {
-        let top = machine.spindle.max_rpm;
-        worst_predictions(machine, c, &[], top, &weights.mode_uncertainty)
-    });
-    let worst = [mu?, rival?];
+    let mut controllers = vec![&design.controller];
+    controllers.extend(pid.as_ref().ok().map(|p| &p.controller));
+    let rest = controllers
+        .iter()
+        .map(|c| predict(machine, c, 0.0))
+        .collect::<Result<Vec<_>, _>>()?;
+    let top = machine.spindle.max_rpm;
+    let worst = controllers
+        .iter()
+        .map(|c| worst_predictions(machine, c, &[], top, &weights.mode_uncertainty))
+        .collect::<Result<Vec<_>, _>>()?;
     let least = |cases: &[WorstPrediction]| least_over_speed(cases).map_or(f64::NAN, |l| l.n_per_m);
     let met = design.meets_targets() && rest[0].zone().is_some_and(|zone| zone < Zone::D);
     let tightening = if met && !arguments.tightening {
@@ -223,26 +227,34 @@ fn one(
         let name = path.strip_prefix("controller/").unwrap_or(path);
         folder.add(&format!("{tool}/{name}"), bytes)?;
     }
-    folder.add(
-        &format!("{tool}/pid.json"),
-        controller_json(&pid.controller, Some(&own_machine(machine))),
-    )?;
-    let [own, other] = &rest;
+    if let Ok(pid) = &pid {
+        folder.add(
+            &format!("{tool}/pid.json"),
+            controller_json(&pid.controller, Some(&own_machine(machine))),
+        )?;
+    }
+    let of = |k: usize, json: &dyn Fn(&Prediction) -> Value| rest.get(k).map(json);
+    let stiffness = |k: usize| of(k, &stiffness_json);
+    let sensitivity = |k: usize| of(k, &sensitivity_json);
+    let worst_cases = |k: usize| worst.get(k).map(|w| worst_json(w));
     Ok(Row {
         mu: design.rounded.specification.upper,
         covered: design.rounded.covered.upper,
         order: 2 * design.rounded.order,
         stable_to_rpm: design.speed_proof.proven_to_rpm(),
-        worst: [least(&worst[0]), least(&worst[1])],
+        worst: [0, 1].map(|k| worst.get(k).map_or(f64::NAN, |w| least(w))),
         met,
         tightening,
         summary: json!({
             "tool": tool,
             "design": design_json(&design),
-            "stiffness": { "mu": stiffness_json(own), "pid": stiffness_json(other) },
-            "sensitivity": { "mu": sensitivity_json(own), "pid": sensitivity_json(other) },
-            "worst_case": { "mu": worst_json(&worst[0]), "pid": worst_json(&worst[1]) },
-            "pid": pid_json(&pid, &effort),
+            "stiffness": { "mu": stiffness(0), "pid": stiffness(1) },
+            "sensitivity": { "mu": sensitivity(0), "pid": sensitivity(1) },
+            "worst_case": { "mu": worst_cases(0), "pid": worst_cases(1) },
+            "pid": match &pid {
+                Ok(found) => pid_json(found, &effort),
+                Err(reason) => json!({ "found": false, "sentence": format!("No PID was found ({reason}).") }),
+            },
             "largest_tool_tightening": tightening.map(number),
         }),
         rest,
@@ -275,7 +287,10 @@ fn sentences(rows: &[Row]) -> Value {
         let (low, high) = all.fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
         format!("{:.2} to {:.2} N/µm", 1e-6 * low, 1e-6 * high)
     };
-    let wins = rows.iter().filter(|r| r.minimum(0) > r.minimum(1)).count();
+    let wins = rows
+        .iter()
+        .filter(|r| r.rest.len() < 2 || r.minimum(0) > r.minimum(1))
+        .count();
     words.push(format!(
         "Smallest tool stiffness: {} with the µ controllers, {} with PIDs tuned for it; the µ controller is the stiffer one for {wins} of {} tools.",
         stiffest(0),
@@ -361,11 +376,14 @@ fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
     let curves = |k: usize| -> Vec<Curve> {
         rows.iter()
             .enumerate()
-            .map(|(n, r)| Curve {
-                name: &r.tool,
-                role: Role::Other(n),
-                x: &r.rest[k].stiffness[0].frequency_hz,
-                y: &r.rest[k].stiffness[0].magnitude_n_per_m,
+            .filter_map(|(n, r)| {
+                let stiffness = &r.rest.get(k)?.stiffness[0];
+                Some(Curve {
+                    name: &r.tool,
+                    role: Role::Other(n),
+                    x: &stiffness.frequency_hz,
+                    y: &stiffness.magnitude_n_per_m,
+                })
             })
             .collect()
     };

@@ -7,7 +7,7 @@ use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
-use crate::controller::pid_tune::{TuneSettings, textbook, tune};
+use crate::controller::pid_tune::{TuneSettings, found_or_reason, textbook, tune};
 use crate::controller::verification::{Verification, verify_with_proof};
 use crate::identify::HammerFrf;
 use crate::identify::peaks::{Channel, Resonance, resonances};
@@ -105,15 +105,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         progress.stage("PID");
         let effort = arguments.pid.settings(PidEffort::Thorough);
         let effort = rival_settings(&machine, &found.controller, effort)?;
-        let pid = tune(&machine, &effort, &mut |_, _| {})?;
-        let plain = textbook(&machine, &TuneSettings::quick())?;
-        summary.set("pid", pid_json(&pid, &effort));
-        summary.set("pid.textbook", certificate_json(&plain.certificate));
-        controllers = vec![
-            (Role::Mu, found.controller),
-            (Role::Pid, pid.controller),
-            (Role::TextbookPid, plain.controller),
-        ];
+        let pid = found_or_reason(tune(&machine, &effort, &mut |_, _| {}))?;
+        let plain = found_or_reason(textbook(&machine, &TuneSettings::quick()))?;
+        controllers = vec![(Role::Mu, found.controller)];
+        match pid {
+            Ok(pid) => {
+                summary.set("pid", pid_json(&pid, &effort));
+                controllers.push((Role::Pid, pid.controller));
+            }
+            Err(reason) => {
+                summary.set("pid.found", false);
+                summary.set("pid.sentence", format!("No PID was found ({reason})."));
+            }
+        }
+        if let Ok(plain) = plain {
+            summary.set("pid.textbook", certificate_json(&plain.certificate));
+            controllers.push((Role::TextbookPid, plain.controller));
+        }
     }
     let flexible: Vec<f64> = PlanarModes::new(&machine.rotor()?)?
         .omega_rad_s

@@ -29,7 +29,7 @@ pub fn add_contact(
     summary: &mut Summary,
     machine: &Machine,
     design: &Design,
-    pid: &TunedPid,
+    pid: Option<&TunedPid>,
 ) -> Result<String, Failure> {
     let limits = Limits {
         current_a: signal_limits(machine).output_a,
@@ -39,7 +39,7 @@ pub fn add_contact(
     let top_rpm = machine.spindle.max_rpm;
     let mu = pushed(machine, &design.realisation, force_n)?;
     let mut runs = vec![("mu", "μ", Role::Mu, mu)];
-    if let ControlLaw::Discrete(law) = &pid.controller.law {
+    if let Some(ControlLaw::Discrete(law)) = pid.map(|p| &p.controller.law) {
         let unlimited = scaled(&modal_form(law)?, signal_limits(machine))?;
         let (rows, _) = with_anti_windup(unlimited, machine)?;
         runs.push(("pid", "PID", Role::Pid, pushed(machine, &rows, force_n)?));

@@ -8,7 +8,8 @@ use super::plausibility::Records;
 use super::progress::Progress;
 use super::update::targets;
 use super::{Failure, Outcome, stdout};
-use crate::controller::pid_tune::{TuneSettings, TunedPid, textbook, tune};
+use crate::controller::Controller;
+use crate::controller::pid_tune::{TuneSettings, TunedPid, found_or_reason, textbook, tune};
 use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict, rival_settings};
 use crate::pipeline::design::Design;
@@ -26,6 +27,7 @@ use crate::report::updating::{figures as update_figures, updating_json};
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::Machine;
 use crate::update::{Targets, UpdateSettings, UpdatedMachine, gauss_newton, nelder_mead};
+use serde_json::json;
 use std::f64::consts::TAU;
 
 /// Arguments of `muspin run`.
@@ -60,6 +62,9 @@ impl Default for Arguments {
         }
     }
 }
+
+/// A PID, or the reason why none was found.
+type Rival = Result<TunedPid, String>;
 
 /// What updating gave.
 struct Updating {
@@ -119,8 +124,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     ));
     progress.stage("PID");
     let quick = rival_settings(machine, &design.controller, TuneSettings::quick())?;
-    let pid = tune(machine, &quick, &mut |_, _| {})?;
-    let plain = textbook(machine, &quick)?;
+    // A PID that is not found leaves the run without it.
+    let pid = found_or_reason(tune(machine, &quick, &mut |_, _| {}))?;
+    let plain = found_or_reason(textbook(machine, &quick))?;
     progress.stage("predictions and report");
     let result = assemble(
         &nominal,
@@ -166,8 +172,8 @@ fn assemble(
     weights: &str,
     updating: Option<&Updating>,
     design: &Design,
-    (pid, effort): (&TunedPid, &TuneSettings),
-    plain: &TunedPid,
+    (pid, effort): (&Rival, &TuneSettings),
+    plain: &Rival,
 ) -> Result<(ResultsFolder, Summary, Outcome), Failure> {
     let (mut folder, mut summary) = (ResultsFolder::new(), Summary::new());
     let top = machine.spindle.max_rpm;
@@ -197,24 +203,45 @@ fn assemble(
     }
     summary.set("design", design_json(design));
     add_arithmetic(&mut summary, machine, design)?;
-    let both = |controller| -> Result<[Prediction; 2], Failure> {
+    let both = |controller: &Controller| -> Result<[Prediction; 2], Failure> {
         Ok([
             predict(machine, controller, 0.0)?,
             predict(machine, controller, top)?,
         ])
     };
-    let (mu, tuned) = (both(&design.controller)?, both(&pid.controller)?);
-    let untuned = both(&plain.controller)?;
+    let of = |rival: &Rival| -> Result<Option<[Prediction; 2]>, Failure> {
+        rival.as_ref().ok().map(|p| both(&p.controller)).transpose()
+    };
+    let (mu, tuned, untuned) = (both(&design.controller)?, of(pid)?, of(plain)?);
     let flexible: Vec<f64> = updated_hz.iter().take(3).map(|f| f * TAU).collect();
-    for (name, [rest, speed]) in [("mu", &mu), ("pid", &tuned), ("textbook_pid", &untuned)] {
+    let named = [
+        ("mu", Role::Mu, Some(&mu)),
+        ("pid", Role::Pid, tuned.as_ref()),
+        ("textbook_pid", Role::TextbookPid, untuned.as_ref()),
+    ];
+    for (name, _, found) in &named {
+        let Some([rest, speed]) = found else { continue };
         add_predictions(&mut summary, name, rest, speed);
         summary.set(
             &format!("damping_ratio.{name}"),
             modal_damping_json(rest, &flexible),
         );
     }
-    summary.set("pid", pid_json(pid, effort));
-    summary.set("pid.textbook_stable", plain.certificate.nominal.is_stable());
+    summary.set(
+        "pid",
+        match pid {
+            Ok(found) => pid_json(found, effort),
+            Err(reason) => json!({ "found": false, "sentence": not_found_words(reason) }),
+        },
+    );
+    if let Ok(plain) = plain {
+        summary.set("pid.textbook_stable", plain.certificate.nominal.is_stable());
+    }
+    let rival = match (&tuned, pid) {
+        (Some(tuned), _) => Ok(&tuned[0]),
+        (None, Err(reason)) => Err(reason.as_str()),
+        (None, Ok(_)) => Err(""),
+    };
     let marked = updating.map_or_else(Default::default, |u| marks(&u.targets));
     let models = [
         ("nominal", Role::Nominal, nominal),
@@ -234,29 +261,35 @@ fn assemble(
     {
         folder.add_plot("mode_shapes", &figure)?;
     }
-    let runs = [
-        (Role::Mu, &mu[0]),
-        (Role::Pid, &tuned[0]),
-        (Role::TextbookPid, &untuned[0]),
-        (Role::Mu, &mu[1]),
-        (Role::Pid, &tuned[1]),
-        (Role::TextbookPid, &untuned[1]),
-    ];
+    let mut runs: Vec<(Role, &Prediction)> = vec![];
+    for k in 0..2 {
+        for (_, role, found) in &named {
+            runs.extend(found.map(|p| (*role, &p[k])));
+        }
+    }
     for (stem, figure) in robustness(design)
         .into_iter()
         .chain(predictions(&runs, &[], top / 60.0))
     {
         folder.add_plot(&stem, &figure)?;
     }
-    let sentence = super::contact::add_contact(&mut folder, &mut summary, machine, design, pid)?;
-    let words = plain_words(machine, design, &mu[0], &tuned[0]);
+    let sentence = super::contact::add_contact(
+        &mut folder,
+        &mut summary,
+        machine,
+        design,
+        pid.as_ref().ok(),
+    )?;
+    let words = plain_words(machine, design, &mu[0], rival);
     summary.set("plain_words", format!("{words} {sentence}"));
     let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
     add_controller(&mut folder, machine, design, &tag)?;
-    folder.add(
-        "controller/pid.json",
-        controller_json(&pid.controller, Some(&tag)),
-    )?;
+    if let Ok(pid) = pid {
+        folder.add(
+            "controller/pid.json",
+            controller_json(&pid.controller, Some(&tag)),
+        )?;
+    }
     folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
     folder.add("tool.yaml", tool_yaml(&machine.tool))?;
     let ended = outcome(design, [&mu[0], &mu[1]]);
@@ -286,8 +319,18 @@ fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
     })
 }
 
+/// A search that found nothing, in a sentence.
+fn not_found_words(reason: &str) -> String {
+    format!("No PID was found ({reason}); its figures are absent.")
+}
+
 /// The outcome in a few sentences.
-fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Prediction) -> String {
+fn plain_words(
+    machine: &Machine,
+    design: &Design,
+    mu: &Prediction,
+    pid: Result<&Prediction, &str>,
+) -> String {
     let micro = |k: f64| k * 1e-6;
     let stable = if design.is_stable() {
         format!(
@@ -300,8 +343,14 @@ fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Predic
             design.speed_proof.proven_to_rpm()
         )
     };
-    let stiffness = match (mu.is_stable(), pid.is_stable()) {
-        (true, true) => format!(
+    let stiffness = match (mu.is_stable(), pid) {
+        (true, Err(reason)) => format!(
+            "Smallest tool stiffness {:.2} N/µm at {:.0} Hz. {}",
+            micro(mu.minimum.0),
+            mu.minimum.1,
+            not_found_words(reason)
+        ),
+        (true, Ok(pid)) if pid.is_stable() => format!(
             "Smallest tool stiffness {:.2} N/µm at {:.0} Hz against {:.2} N/µm with the tuned PID (zone {}), a factor of {:.1}.",
             micro(mu.minimum.0),
             mu.minimum.1,
@@ -309,7 +358,7 @@ fn plain_words(machine: &Machine, design: &Design, mu: &Prediction, pid: &Predic
             pid.zone_word(),
             mu.minimum.0 / pid.minimum.0
         ),
-        (true, false) => format!(
+        (true, Ok(_)) => format!(
             "Smallest tool stiffness {:.2} N/µm at {:.0} Hz; the loop of the tuned PID is unstable at rest.",
             micro(mu.minimum.0),
             mu.minimum.1

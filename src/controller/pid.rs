@@ -14,7 +14,7 @@ use crate::spindle::{Machine, Side, SpindleError};
 use std::f64::consts::{PI, TAU};
 
 /// Damping ratio of the roll-off.
-const LOWPASS_DAMPING: f64 = 0.7;
+pub(super) const LOWPASS_DAMPING: f64 = 0.7;
 
 /// Second-order section with unit DC gain.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -32,7 +32,7 @@ const SHIFTED_SPEEDS: usize = 3;
 /// Relative tolerance of a sensitivity peak: 0.0009 dB.
 const PEAK_TOLERANCE: f64 = 1e-4;
 /// Band of the dynamic stiffness, Hz.
-const BAND_HZ: (f64, f64) = (1.0, 4000.0);
+pub(super) const BAND_HZ: (f64, f64) = (1.0, 4000.0);
 
 /// Stability of the loops with shifted modes.
 #[derive(Clone, Debug, PartialEq)]

@@ -65,6 +65,52 @@ pub struct Programme {
     pub matrices: Vec<MatrixInequality>,
 }
 
+/// minimise ½ Σ dᵢ xᵢ² + cᵀx subject to aᵀx ≤ b.
+#[derive(Clone, Debug, Default)]
+pub struct QuadraticProgramme {
+    /// d, one non-negative number per variable.
+    pub diagonal: Vec<f64>,
+    /// c.
+    pub objective: Vec<f64>,
+    /// aᵀx ≤ b.
+    pub inequalities: Vec<Row>,
+}
+
+impl QuadraticProgramme {
+    /// The minimiser.
+    ///
+    /// # Errors
+    /// [`ProgrammeError`] as [`Programme::solve`].
+    pub fn solve(&self) -> Result<Vec<f64>, ProgrammeError> {
+        lapack::link();
+        let n = self.objective.len();
+        let linear = Programme {
+            objective: self.objective.clone(),
+            inequalities: self.inequalities.clone(),
+            ..Programme::default()
+        };
+        let (a, b, cones) = linear.conic_form();
+        let kept: Vec<usize> = (0..n).filter(|i| self.diagonal[*i] > 0.0).collect();
+        let pointers = (0..=n).map(|j| kept.partition_point(|i| *i < j)).collect();
+        let values = kept.iter().map(|i| self.diagonal[*i]).collect();
+        let quadratic = CscMatrix::new(n, n, pointers, kept.clone(), values);
+        let settings = DefaultSettingsBuilder::default()
+            .verbose(false)
+            .presolve_enable(false)
+            .max_iter(MAX_ITERATIONS)
+            .build()
+            .map_err(|e| stopped(&e, 0))?;
+        let mut solver = DefaultSolver::new(&quadratic, &self.objective, &a, &b, &cones, settings)
+            .map_err(|e| stopped(&e, 0))?;
+        solver.solve();
+        let end = &solver.solution;
+        if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 {
+            return Ok(end.x.clone());
+        }
+        Err(stopped(&end.status, end.iterations))
+    }
+}
+
 /// Where the solver ended.
 #[derive(Clone, Debug)]
 pub struct Optimum {

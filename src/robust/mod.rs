@@ -10,6 +10,7 @@ pub mod dk_descent;
 pub mod dk_scale;
 pub mod dscale;
 pub mod lmi;
+pub mod minimax_step;
 pub mod mu;
 pub mod mu_certificate;
 pub mod mu_lower;

@@ -30,6 +30,7 @@ mod own_spectrum;
 mod pid;
 mod plausible_values;
 mod plots;
+mod polish;
 mod record_plausibility;
 mod reference_run;
 mod results_folder;

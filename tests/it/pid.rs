@@ -4,10 +4,8 @@ use muspin::controller::ControlLaw;
 use muspin::controller::amplifier_demand::{
     AmplifierDemand, high_frequency_gain, high_frequency_hz,
 };
-use muspin::controller::cma_es::{CmaSettings, minimise};
 use muspin::controller::pid::{pid_continuous, pid_controller, reference_start};
 use muspin::controller::pid_certificate::{PidCertificate, ZONE_B_DB, certify};
-use muspin::controller::pid_objective::Objective;
 use muspin::controller::pid_tune::{TuneSettings, textbook, tune};
 use muspin::controller::verification::growth_rate;
 use muspin::input::load_machine;
@@ -48,27 +46,6 @@ fn the_state_space_is_the_formula() {
     let found = d.transfer(c64::from_polar(1.0, w * 5e-5))[(1, 1)];
     let expected = -parameters.front.response(warped);
     assert!((found - expected).norm() < 1e-9 * expected.norm());
-}
-
-#[test]
-fn cma_es_minimises_the_rosenbrock_function_reproducibly() {
-    let rosenbrock = |x: &[f64]| {
-        x.windows(2)
-            .map(|w| 100.0 * (w[1] - w[0] * w[0]).powi(2) + (1.0 - w[0]).powi(2))
-            .sum::<f64>()
-    };
-    let settings = CmaSettings {
-        population: 12,
-        generations: 1500,
-        step: 0.3,
-        seed: 5,
-        tolerance: 1e-12,
-        target: f64::NEG_INFINITY,
-    };
-    let run = || minimise(&rosenbrock, &[-0.5; 6], &settings, &mut |_, _| {}).unwrap();
-    let (first, second) = (run(), run());
-    assert!(first.value < 1e-12, "{}", first.value);
-    assert_eq!(first.point, second.point);
 }
 
 #[test]
@@ -124,7 +101,9 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
     for s in c.sensitivity.iter().chain(&c.sensitivity_at_speed) {
         assert!(s.db <= s.upper_db && s.upper_db < 12.042, "{s:?}");
     }
-    assert!(c.stiffness_n_per_m > 0.5e6, "{} N/m", c.stiffness_n_per_m);
+    // The best PID known before within these limits had 1.82 N/µm.
+    assert!(c.stiffness_n_per_m > 1.8e6, "{} N/m", c.stiffness_n_per_m);
+    assert!(c.stiffness_at_speed_n_per_m > 1.8e6);
     assert!(c.noise_current_a <= 0.1);
     assert!(c.high_frequency_gain_a_per_m <= TuneSettings::quick().high_frequency_gain_a_per_m);
     // Second road: the closed-loop response on a grid of 0.28 %; a dip is quadratic in that.
@@ -144,14 +123,6 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
             "axis {axis}: {db} dB"
         );
     }
-    // The tables that the search works on: six modes, lines of their own.
-    let tables = Objective::new(&reference(), 0.03).unwrap();
-    let seen = tables.performance(&tuned.parameters).stiffness_n_per_m;
-    let certified = c.stiffness_n_per_m.min(c.stiffness_at_speed_n_per_m);
-    assert!(
-        (seen / certified - 1.0).abs() < 0.02,
-        "{seen} and {certified} N/m"
-    );
     // Third road: plants drawn from the set of shifted modes at any speed are stable.
     let ControlLaw::Discrete(law) = &tuned.controller.law else {
         panic!("sampled")
@@ -192,7 +163,9 @@ fn show(c: &PidCertificate, clock: std::time::Instant) {
 #[test]
 fn the_search_depends_on_the_seed_and_not_on_the_threads() {
     let settings = TuneSettings {
-        generations: 12,
+        starts: 800,
+        basins: 1,
+        steps: 12,
         speeds: 2,
         ..TuneSettings::quick()
     };

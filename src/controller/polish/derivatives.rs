@@ -1,0 +1,72 @@
+//! The derivatives of the loss held against central differences: what a new limit has to pass.
+
+use super::limits::LoopLimits;
+use super::loss::{Group, Loss};
+use super::modal_law::ModalLaw;
+use super::responses::{Plants, lines};
+use super::stage::specification_of;
+use super::structure::Structure;
+use crate::augment::assembly::UncertainMode;
+use crate::augment::weights::Weights;
+use crate::controller::verification::VerificationError;
+use crate::lti::{Discrete, StateSpace};
+use crate::spindle::Machine;
+
+/// Largest difference between derivative and central difference of the largest value of each group (compliance, sensitivity,
+/// high-frequency gain, noise current, specification), relative to the norm of that derivative, for a sampled controller of
+/// one plane (m to A).
+///
+/// # Errors
+/// [`VerificationError`] as [`super::polish`].
+pub fn derivative_errors(
+    machine: &Machine,
+    (weights, modes): (&Weights, &[UncertainMode]),
+    plane: &StateSpace<Discrete>,
+    limits: LoopLimits,
+) -> Result<[f64; 5], VerificationError> {
+    let plants = Plants::new(machine, 1.2, &[])?;
+    let (law, x) = ModalLaw::of(plane)?;
+    let lines = lines(&plants, 1.0, &[], 2e-3);
+    let specification = specification_of(&plants, &lines, (modes, weights))?;
+    let rotors = plants.on(&lines);
+    let loss = Loss::new(
+        lines,
+        rotors,
+        Some(specification),
+        limits,
+        plants.period_s(),
+    );
+    let found = loss.evaluate(&law, &x);
+    let natural = law.natural_steps(&x);
+    let groups = [
+        Group::Compliance,
+        Group::Sensitivity,
+        Group::HighGain,
+        Group::NoiseCurrent,
+        Group::Specification,
+    ];
+    let mut errors = [f64::NAN; 5];
+    for (error, group) in errors.iter_mut().zip(groups) {
+        let of_group = (0..found.values.len()).filter(|k| found.values[*k].group == group);
+        let largest =
+            of_group.max_by(|a, b| found.values[*a].value.total_cmp(&found.values[*b].value));
+        let Some(k) = largest else { continue };
+        let slopes = loss.gradient(&law, &x, &found, &found.values[k]);
+        let mut difference = 0.0f64;
+        let mut size = 0.0f64;
+        for (p, natural) in natural.iter().enumerate() {
+            // Balances truncation against rounding of values of order one.
+            let step = 1e-5 * natural;
+            let at = |h: f64| {
+                let mut moved = x.clone();
+                moved[p] += h;
+                loss.evaluate(&law, &moved).values[k].value
+            };
+            let central = (at(step) - at(-step)) / 2e-5;
+            difference = difference.max((central - slopes[p] * natural).abs());
+            size = size.max((slopes[p] * natural).abs());
+        }
+        *error = difference / size;
+    }
+    Ok(errors)
+}

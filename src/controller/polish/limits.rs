@@ -1,0 +1,28 @@
+//! What a polish may not exceed.
+
+/// Limits of a loop, each kept apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopLimits {
+    /// Band of the tool's dynamic stiffness, Hz.
+    pub stiffness_band_hz: (f64, f64),
+    /// Largest |S_jj| of the machine as modelled, at rest and top speed.
+    pub sensitivity: f64,
+    /// Factor on that limit for rotors with shifted modes and beyond the top speed.
+    pub shifted_sensitivity: f64,
+    /// From here on the gain of the controller is limited, Hz.
+    pub high_frequency_hz: f64,
+    /// Largest entry of K there, A/m.
+    pub high_frequency_gain_a_per_m: f64,
+    /// Sensor noise, rms, m.
+    pub sensor_noise_m: f64,
+    /// Largest rms current from that noise, A.
+    pub noise_current_a: f64,
+    /// Largest μ of the specification; without effect when there is no specification.
+    pub mu: f64,
+}
+
+/// Softness granted to rotors that are not the machine at rest: the objective is the largest tool compliance over all of them,
+/// at top speed counted times 1 − 0.04, with shifted modes times 1 − 0.08, so that the corners of the uncertainty do not cost
+/// the machine as modelled.
+pub(super) const AT_TOP_SPEED: f64 = 0.96;
+pub(super) const SHIFTED: f64 = 0.92;

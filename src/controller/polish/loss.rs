@@ -1,0 +1,560 @@
+//! The values of a loop that a polish weighs against each other, over all rotors and lines, with exact derivatives.
+//!
+//! With G the loop, K the controller, S = (I − G K)⁻¹, S_u = (I − K G)⁻¹: H = G_td + G_tu K S G_yd is the tool's compliance,
+//!   δH = G_tu S_u δK S G_yd,   δS = S G δK S,   δ(K S) = S_u δK S.
+//! A value enters by its logarithm relative to its limit, so each derivative is Re tr(Q δK) with a 2×2 matrix Q per line, and
+//! the structure of the controller turns Q into derivatives by parameters. At speed the x axis is the mean of both whirls.
+
+use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED};
+use super::matrix2::{Matrix2, ZERO, closed, outer, product, row_times, times};
+use super::responses::{Role, Rotor, SpecificationLine};
+use super::specification_bound::{Bound, best_scales, bound};
+use super::structure::{Line, Structure};
+use crate::linalg::c64;
+use crate::robust::structure::Structure as Blocks;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// Groups of values; the first is the objective, the others are limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Group {
+    Compliance,
+    Sensitivity,
+    HighGain,
+    NoiseCurrent,
+    Specification,
+}
+
+/// Number of limits.
+pub(crate) const LIMITS: usize = 4;
+
+impl Group {
+    /// Number of the limit; `None` for the objective.
+    pub fn limit(self) -> Option<usize> {
+        match self {
+            Self::Compliance => None,
+            Self::Sensitivity => Some(0),
+            Self::HighGain => Some(1),
+            Self::NoiseCurrent => Some(2),
+            Self::Specification => Some(3),
+        }
+    }
+}
+
+/// One value: the logarithm of a quantity over its limit (compliance: over 1 µm/N).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Value {
+    pub group: Group,
+    pub value: f64,
+    pub rotor: usize,
+    pub line: usize,
+    /// Entry of S, current of the noise.
+    pub entry: (usize, usize),
+}
+
+/// The loop of one rotor and direction at a line.
+#[derive(Clone, Copy, Debug)]
+struct LoopState {
+    /// det(I − G K) without integrators.
+    determinant: c64,
+    s: Matrix2,
+    su: Matrix2,
+    compliance: c64,
+}
+
+struct LineState {
+    gain: Matrix2,
+    /// Rotors × directions, flat.
+    loops: Vec<LoopState>,
+    specification: Option<Bound>,
+}
+
+/// A controller evaluated.
+pub(crate) struct Evaluation {
+    lines: Vec<LineState>,
+    /// Every value.
+    pub values: Vec<Value>,
+    /// Turns of det(I − G K) per rotor, forwards and backwards together: unstable poles of the plant less those of the loop.
+    pub turns: Vec<i64>,
+}
+
+impl Evaluation {
+    /// Largest value of a group.
+    pub fn largest(&self, group: Group) -> f64 {
+        let of = self.values.iter().filter(|v| v.group == group);
+        of.map(|v| v.value).fold(f64::NEG_INFINITY, nan_max)
+    }
+
+    /// Objective plus penalty times what exceeds the limits.
+    pub fn merit(&self, penalty: f64) -> f64 {
+        let limits = [
+            Group::Sensitivity,
+            Group::HighGain,
+            Group::NoiseCurrent,
+            Group::Specification,
+        ];
+        let over: f64 = limits.iter().map(|g| self.largest(*g).max(0.0)).sum();
+        let compliance = self.largest(Group::Compliance);
+        // Without a band of stiffness the limits are all there is.
+        penalty * over
+            + if compliance == f64::NEG_INFINITY {
+                0.0
+            } else {
+                compliance
+            }
+    }
+}
+
+/// The larger; NaN counts as infinite.
+fn nan_max(a: f64, b: f64) -> f64 {
+    if b.is_nan() { f64::INFINITY } else { a.max(b) }
+}
+
+/// Rotors, lines and limits: everything about a loop but the controller.
+pub(crate) struct Loss {
+    pub lines: Vec<Line>,
+    rotors: Vec<Rotor>,
+    specification: Option<Specification>,
+    pub limits: LoopLimits,
+    /// Share of the band up to Nyquist that a line stands for.
+    share: Vec<f64>,
+    /// Rotors that count; a rotor whose loop is unstable from the start cannot.
+    pub active: Vec<bool>,
+}
+
+/// The specification on the lines with its scales.
+pub(crate) struct Specification {
+    pub lines: Vec<SpecificationLine>,
+    pub blocks: Blocks,
+    pub scales: Vec<Vec<f64>>,
+}
+
+impl Loss {
+    /// A loss over rotors on their lines.
+    pub fn new(
+        lines: Vec<Line>,
+        rotors: Vec<Rotor>,
+        specification: Option<Specification>,
+        limits: LoopLimits,
+        period_s: f64,
+    ) -> Self {
+        let nyquist = PI / period_s;
+        let at = |k: usize| lines.get(k).map_or(nyquist, |l: &Line| l.omega_rad_s);
+        let share = (0..lines.len())
+            .map(|k| {
+                let below = if k == 0 {
+                    0.0
+                } else {
+                    0.5 * (at(k - 1) + at(k))
+                };
+                let above = if k + 1 == lines.len() {
+                    nyquist
+                } else {
+                    0.5 * (at(k) + at(k + 1))
+                };
+                (above - below) / nyquist
+            })
+            .collect();
+        let active = vec![true; rotors.len()];
+        Self {
+            lines,
+            rotors,
+            specification,
+            limits,
+            share,
+            active,
+        }
+    }
+
+    /// The loop with parameters `x` of a structure, over all rotors that count.
+    pub fn evaluate(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
+        let lines: Vec<LineState> = (0..self.lines.len())
+            .into_par_iter()
+            .map(|k| self.line_state(law, x, k))
+            .collect();
+        let mut values = vec![];
+        let mut all_turns = vec![];
+        let mut first = 0;
+        for (r, rotor) in self.rotors.iter().enumerate() {
+            let sides = first..first + rotor.directions.len();
+            first = sides.end;
+            let turns: f64 = sides.clone().map(|side| gathered(&lines, side)).sum();
+            let both = if sides.len() == 1 { 2.0 * turns } else { turns };
+            all_turns.push((both / TAU).round() as i64);
+            if self.active[r] {
+                self.rotor_values(r, rotor.role, &lines, sides, &mut values);
+            }
+        }
+        self.controller_values(&lines, &mut values);
+        Evaluation {
+            lines,
+            values,
+            turns: all_turns,
+        }
+    }
+
+    fn line_state(&self, law: &dyn Structure, x: &[f64], k: usize) -> LineState {
+        let gain = law.gain(x, &self.lines[k]);
+        let free = law.without_integrators(x, &self.lines[k]);
+        let loops: Vec<LoopState> = self
+            .rotors
+            .iter()
+            .flat_map(|r| &r.directions)
+            .map(|d| {
+                let g = &d[k];
+                let (determinant, s) = closed(&product(&g.loops, &gain));
+                let (_, su) = closed(&product(&gain, &g.loops));
+                let u = times(&gain, &times(&s, &g.read));
+                LoopState {
+                    determinant: determinant * free,
+                    s,
+                    su,
+                    compliance: g.tool + g.drive[0] * u[0] + g.drive[1] * u[1],
+                }
+            })
+            .collect();
+        let specification = self.specification.as_ref().map(|spec| {
+            let rest = &loops[0];
+            let r = product(&gain, &rest.s);
+            bound(&spec.lines[k], &spec.scales[k], &rest.s, &rest.su, &r)
+        });
+        LineState {
+            gain,
+            loops,
+            specification,
+        }
+    }
+
+    /// Renews the scales of the modal channels where the bound is near its limit, and those bounds in `found`.
+    pub fn rescale(&mut self, found: &mut Evaluation) {
+        let Some(spec) = &mut self.specification else {
+            return;
+        };
+        let limit = self.limits.mu;
+        let renewed: Vec<(usize, Vec<f64>, Bound)> = found
+            .lines
+            .par_iter()
+            .enumerate()
+            .filter(|(_, s)| s.specification.is_some_and(|b| b.sigma >= NEAR * limit))
+            .map(|(k, state)| {
+                let (line, rest) = (&spec.lines[k], &state.loops[0]);
+                let r = product(&state.gain, &rest.s);
+                let scales = best_scales(line, &r, &spec.blocks);
+                let bound = bound(line, &scales, &rest.s, &rest.su, &r);
+                (k, scales, bound)
+            })
+            .collect();
+        for (k, scales, bound) in renewed {
+            // The iteration for the scales ends at a tolerance: what was there may be better by as much.
+            if found.lines[k]
+                .specification
+                .is_some_and(|old| bound.sigma < old.sigma)
+            {
+                spec.scales[k] = scales;
+                found.lines[k].specification = Some(bound);
+            }
+        }
+        for value in &mut found.values {
+            if value.group == Group::Specification
+                && let Some(bound) = &found.lines[value.line].specification
+            {
+                value.value = (bound.sigma / limit).max(f64::MIN_POSITIVE).ln();
+            }
+        }
+    }
+
+    fn rotor_values(
+        &self,
+        rotor: usize,
+        role: Role,
+        lines: &[LineState],
+        sides: std::ops::Range<usize>,
+        values: &mut Vec<Value>,
+    ) {
+        let weight = match role {
+            Role::Rest => 1.0,
+            Role::TopSpeed => AT_TOP_SPEED,
+            Role::Shifted => SHIFTED,
+            Role::Overspeed => 0.0,
+        };
+        let nominal = matches!(role, Role::Rest | Role::TopSpeed);
+        let limit = self.limits.sensitivity
+            * if nominal {
+                1.0
+            } else {
+                self.limits.shifted_sensitivity
+            };
+        let share = 1.0 / sides.len() as f64;
+        let band = self.limits.stiffness_band_hz;
+        let (low, high) = (band.0 * TAU * (1.0 - 1e-9), band.1 * TAU * (1.0 + 1e-9));
+        let mut noise = [0.0f64; 2];
+        for (line, state) in lines.iter().enumerate() {
+            let loops = &state.loops[sides.clone()];
+            let mean = |f: &dyn Fn(&LoopState) -> c64| {
+                loops.iter().fold(ZERO, |sum, l| sum + f(l) * share)
+            };
+            let mut push = |group, value: f64, entry| {
+                values.push(Value {
+                    group,
+                    value,
+                    rotor,
+                    line,
+                    entry,
+                });
+            };
+            let omega = self.lines[line].omega_rad_s;
+            if weight > 0.0 && omega >= low && omega <= high {
+                let h = mean(&|l| l.compliance).norm();
+                push(Group::Compliance, (h * weight * 1e6).ln(), (0, 0));
+            }
+            for j in 0..2 {
+                let s = mean(&|l| l.s[j][j]).norm();
+                push(Group::Sensitivity, (s / limit).ln(), (j, j));
+            }
+            if nominal {
+                for l in loops {
+                    let r = product(&state.gain, &l.s);
+                    for i in 0..2 {
+                        let square = r[i][0].norm_sqr() + r[i][1].norm_sqr();
+                        noise[i] += share * self.share[line] * square;
+                    }
+                }
+            }
+        }
+        if nominal {
+            for i in 0..2 {
+                let current = noise[i].sqrt() * self.limits.sensor_noise_m;
+                values.push(Value {
+                    group: Group::NoiseCurrent,
+                    value: (current / self.limits.noise_current_a).ln(),
+                    rotor,
+                    line: 0,
+                    entry: (i, i),
+                });
+            }
+        }
+    }
+
+    fn controller_values(&self, lines: &[LineState], values: &mut Vec<Value>) {
+        let from = self.limits.high_frequency_hz * TAU;
+        for (line, state) in lines.iter().enumerate() {
+            let mut push = |group, value: f64, entry| {
+                values.push(Value {
+                    group,
+                    value,
+                    rotor: 0,
+                    line,
+                    entry,
+                });
+            };
+            if self.lines[line].omega_rad_s >= from {
+                let gain = largest_singular(&state.gain).0;
+                if gain != 0.0 {
+                    let ratio = gain / self.limits.high_frequency_gain_a_per_m;
+                    push(Group::HighGain, ratio.ln(), (0, 0));
+                }
+            }
+            if let Some(bound) = &state.specification {
+                let ratio = (bound.sigma / self.limits.mu).max(f64::MIN_POSITIVE);
+                push(Group::Specification, ratio.ln(), (0, 0));
+            }
+        }
+    }
+
+    /// Derivative of a value by the parameters.
+    pub fn gradient(
+        &self,
+        law: &dyn Structure,
+        x: &[f64],
+        found: &Evaluation,
+        value: &Value,
+    ) -> Vec<f64> {
+        let mut out = vec![0.0; law.parameters()];
+        if value.group == Group::NoiseCurrent {
+            self.add_noise_gradient(law, x, found, value, &mut out);
+        } else {
+            let q = self.line_derivative(found, value);
+            law.add_gradient(x, &self.lines[value.line], &q, &mut out);
+        }
+        out
+    }
+
+    /// Flat indices of the loops of a rotor.
+    fn sides(&self, rotor: usize) -> std::ops::Range<usize> {
+        let first = self.rotors[..rotor]
+            .iter()
+            .map(|r| r.directions.len())
+            .sum();
+        first..first + self.rotors[rotor].directions.len()
+    }
+
+    /// Q of a value that belongs to one line.
+    fn line_derivative(&self, found: &Evaluation, value: &Value) -> Matrix2 {
+        let state = &found.lines[value.line];
+        let mut q = [[ZERO; 2]; 2];
+        let i = value.entry.0;
+        match value.group {
+            Group::HighGain => q = largest_singular(&state.gain).1,
+            Group::Specification => {
+                if let Some(bound) = &state.specification {
+                    q = bound.q;
+                }
+            }
+            Group::Compliance | Group::Sensitivity => {
+                let sides = self.sides(value.rotor);
+                let share = 1.0 / sides.len() as f64;
+                let parts = state.loops[sides]
+                    .iter()
+                    .zip(&self.rotors[value.rotor].directions);
+                let mut mean = ZERO;
+                for (l, responses) in parts {
+                    let g = &responses[value.line];
+                    let term = if value.group == Group::Compliance {
+                        mean += share * l.compliance;
+                        outer(
+                            &times(&l.s, &g.read),
+                            &row_times(&g.drive, &l.su),
+                            share.into(),
+                        )
+                    } else {
+                        mean += share * l.s[i][i];
+                        let column = [l.s[0][i], l.s[1][i]];
+                        let row = product(&l.s, &g.loops)[i];
+                        outer(&column, &row, share.into())
+                    };
+                    add(&mut q, &term);
+                }
+                // d log|m| = Re(δm/m).
+                let factor = mean.inv();
+                q = q.map(|row| row.map(|v| v * factor));
+            }
+            Group::NoiseCurrent => {}
+        }
+        q
+    }
+
+    fn add_noise_gradient(
+        &self,
+        law: &dyn Structure,
+        x: &[f64],
+        found: &Evaluation,
+        value: &Value,
+        out: &mut [f64],
+    ) {
+        let i = value.entry.0;
+        let sides = self.sides(value.rotor);
+        let mut total = 0.0;
+        let matrices: Vec<Matrix2> = found
+            .lines
+            .iter()
+            .zip(&self.share)
+            .map(|(state, share)| {
+                let mut q = [[ZERO; 2]; 2];
+                for l in &state.loops[sides.clone()] {
+                    let r = product(&state.gain, &l.s);
+                    for j in 0..2 {
+                        total += share * r[i][j].norm_sqr();
+                        let column = [l.s[0][j], l.s[1][j]];
+                        add(&mut q, &outer(&column, &l.su[i], r[i][j].conj() * *share));
+                    }
+                }
+                q
+            })
+            .collect();
+        for (line, q) in self.lines.iter().zip(&matrices) {
+            let scaled = q.map(|row| row.map(|v| v / total));
+            law.add_gradient(x, line, &scaled, out);
+        }
+    }
+
+    /// Rows whose squares sum to [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in the
+    /// controller itself, δK/‖K‖ weighted by `own`. Every `stride`-th line.
+    pub fn metric_rows(
+        &self,
+        law: &dyn Structure,
+        x: &[f64],
+        found: &Evaluation,
+        (stride, own): (usize, f64),
+    ) -> Vec<Vec<f64>> {
+        let lines: Vec<usize> = (0..self.lines.len()).step_by(stride.max(1)).collect();
+        let share = (METRIC_LINES / lines.len().max(1) as f64).sqrt();
+        let rows: Vec<Vec<Vec<f64>>> = lines
+            .par_iter()
+            .map(|k| {
+                let state = &found.lines[*k];
+                let (l, g) = (&state.loops[0], &self.rotors[0].directions[0][*k]);
+                let size = state
+                    .gain
+                    .iter()
+                    .flatten()
+                    .map(|v| v.norm_sqr())
+                    .sum::<f64>()
+                    .sqrt();
+                let mut rows = vec![];
+                let mut push = |q: &Matrix2| {
+                    for turn in [c64::new(share, 0.0), c64::new(0.0, -share)] {
+                        let mut row = vec![0.0; law.parameters()];
+                        let q = q.map(|r| r.map(|v| v * turn));
+                        law.add_gradient(x, &self.lines[*k], &q, &mut row);
+                        rows.push(row);
+                    }
+                };
+                for a in 0..2 {
+                    for b in 0..2 {
+                        let column = [g.loops[0][b], g.loops[1][b]];
+                        push(&outer(&column, &l.su[a], 1.0.into()));
+                        let mut q = [[ZERO; 2]; 2];
+                        q[b][a] = (own / size.max(f64::MIN_POSITIVE)).into();
+                        push(&q);
+                    }
+                }
+                rows
+            })
+            .collect();
+        rows.into_iter().flatten().collect()
+    }
+}
+
+/// Lines over which a change is taken to be spread.
+const METRIC_LINES: f64 = 20.0;
+/// Lines whose bound is below this share of the limit keep their scales.
+const NEAR: f64 = 0.8;
+
+/// Largest singular value σ of K and Q of its logarithm: v uᴴ/σ with K v = σ u.
+fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
+    // KᴴK = [[a, c], [c̄, b]].
+    let a = k[0][0].norm_sqr() + k[1][0].norm_sqr();
+    let b = k[0][1].norm_sqr() + k[1][1].norm_sqr();
+    let c = k[0][0].conj() * k[0][1] + k[1][0].conj() * k[1][1];
+    let square = 0.5 * (a + b) + (0.25 * (a - b) * (a - b) + c.norm_sqr()).sqrt();
+    let v = if c.norm_sqr() > 0.0 {
+        [c, c64::new(square - a, 0.0)]
+    } else if a >= b {
+        [c64::new(1.0, 0.0), ZERO]
+    } else {
+        [ZERO, c64::new(1.0, 0.0)]
+    };
+    let size = (v[0].norm_sqr() + v[1].norm_sqr()).sqrt();
+    let v = v.map(|z| z / size);
+    let u = times(k, &v).map(|z| z.conj());
+    (square.sqrt(), outer(&v, &u, (1.0 / square).into()))
+}
+
+fn add(sum: &mut Matrix2, term: &Matrix2) {
+    for i in 0..2 {
+        for j in 0..2 {
+            sum[i][j] += term[i][j];
+        }
+    }
+}
+
+/// Phase of det(I − G K) gathered over the lines, rad.
+fn gathered(lines: &[LineState], side: usize) -> f64 {
+    lines
+        .windows(2)
+        .map(|pair| {
+            let ratio = pair[1].loops[side].determinant / pair[0].loops[side].determinant;
+            ratio.arg()
+        })
+        .sum()
+}

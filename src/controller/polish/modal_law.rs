@@ -1,0 +1,298 @@
+//! A controller of one plane in modal coordinates, stable by construction:
+//!   K(z) = D + Σ_pairs [c bᵀ/(z − λ) + c̄ b̄ᵀ/(z − λ̄)] + Σ_real c bᵀ/(z − λ),
+//! with λ = exp(−e^a + jθ) for a pair and λ = tanh(a) for a real pole. Parameters: per pair a, θ, Re c, Im c, Re b, Im b (two
+//! each), per real pole a, c, b, then D by rows. Signals are counted in units of [`SIGNAL_SCALE_M`], so that b, c, D are of
+//! order one. One complex factor between c and b of a pair is free; the metric of the step takes no notice of it.
+
+use super::matrix2::{Matrix2, ZERO};
+use super::structure::{Line, Structure};
+use crate::augment::assembly::SIGNAL_SCALE_M;
+use crate::controller::{ControllerError, in_step};
+use crate::linalg::dense::balance;
+use crate::linalg::{Mat, NumericError, c64, eigen_vectors_complex, solve_complex};
+use crate::lti::{Discrete, StateSpace};
+
+/// Parameters of a pair, of a real pole, of the feedthrough.
+const PAIR: usize = 10;
+const REAL: usize = 5;
+const DIRECT: usize = 4;
+/// Slowest decay per sample that a start may have; a pole on or outside the circle is moved to it.
+const SLOWEST: f64 = 1e-7;
+/// Accepted change of the transfer matrix by the modal form, relative to its peak.
+const LARGEST_CHANGE: f64 = 1e-6;
+
+/// Numbers of poles: what fixes the meaning of a parameter vector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ModalLaw {
+    pairs: usize,
+    reals: usize,
+    period_s: f64,
+}
+
+impl ModalLaw {
+    /// The law and the parameters of a sampled controller of one plane, A/m.
+    ///
+    /// # Errors
+    /// [`ControllerError`] when the eigenvectors of A do not reproduce the controller.
+    pub fn of(system: &StateSpace<Discrete>) -> Result<(Self, Vec<f64>), ControllerError> {
+        const STEP: &str = "modal form for the polish";
+        let n = system.order();
+        let (balanced, scale) = balance(&system.a);
+        let complex =
+            |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
+        let eigen = eigen_vectors_complex(&complex(&balanced)).map_err(in_step(STEP))?;
+        let b = Mat::from_fn(n, 2, |i, j| c64::new(system.b[(i, j)] / scale[i], 0.0));
+        let b = solve_complex(&eigen.vectors, &b);
+        let c = Mat::from_fn(2, n, |i, j| c64::new(system.c[(i, j)] * scale[j], 0.0));
+        let c = &c * &eigen.vectors;
+        let (mut pairs, mut reals) = (vec![], vec![]);
+        for (k, pole) in eigen.values.iter().enumerate() {
+            let read = [c[(0, k)], c[(1, k)]];
+            let write = [b[(k, 0)] * SIGNAL_SCALE_M, b[(k, 1)] * SIGNAL_SCALE_M];
+            // Rounding leaves a real eigenvalue of a real matrix exactly real or in a pair.
+            if pole.im.abs() <= 1e-12 {
+                reals.extend(real_parameters(pole.re, &read, &write));
+            } else if pole.im > 0.0 {
+                pairs.extend(pair_parameters(*pole, &read, &write));
+            }
+        }
+        let law = Self {
+            pairs: pairs.len() / PAIR,
+            reals: reals.len() / REAL,
+            period_s: system.time.period_s,
+        };
+        let mut x = pairs;
+        x.extend(reals);
+        x.extend((0..DIRECT).map(|k| system.d[(k / 2, k % 2)] * SIGNAL_SCALE_M));
+        if 2 * law.pairs + law.reals != n || !x.iter().all(|v| v.is_finite()) {
+            return Err(inaccurate(f64::NAN));
+        }
+        let own_stable = eigen.values.iter().all(|z| z.norm() < 1.0 - SLOWEST);
+        let back = law.system(&x).map_err(in_step(STEP))?;
+        let change = crate::controller::modal::transfer_change(system, &back);
+        // NaN must fail too.
+        let accurate = change <= LARGEST_CHANGE;
+        if own_stable && !accurate {
+            return Err(inaccurate(change));
+        }
+        Ok((law, x))
+    }
+
+    /// States.
+    pub fn order(&self) -> usize {
+        2 * self.pairs + self.reals
+    }
+
+    /// The controller in real modal coordinates, A/m.
+    ///
+    /// # Errors
+    /// [`NumericError`] for parameters that are not finite.
+    pub fn system(&self, x: &[f64]) -> Result<StateSpace<Discrete>, NumericError> {
+        let n = self.order();
+        let (mut a, mut b, mut c) = (Mat::zeros(n, n), Mat::zeros(n, 2), Mat::zeros(2, n));
+        for k in 0..self.pairs {
+            // w⁺ = λ w + b y with w = w₁ + j w₂, u = 2 Re(c w).
+            let p = Pair::read(&x[k * PAIR..(k + 1) * PAIR]);
+            let (i, j) = (2 * k, 2 * k + 1);
+            (a[(i, i)], a[(i, j)]) = (p.pole.re, -p.pole.im);
+            (a[(j, i)], a[(j, j)]) = (p.pole.im, p.pole.re);
+            for q in 0..2 {
+                (b[(i, q)], b[(j, q)]) = (p.b[q].re / SIGNAL_SCALE_M, p.b[q].im / SIGNAL_SCALE_M);
+                (c[(q, i)], c[(q, j)]) = (2.0 * p.c[q].re, -2.0 * p.c[q].im);
+            }
+        }
+        for k in 0..self.reals {
+            let p = &x[self.pairs * PAIR + k * REAL..];
+            let i = 2 * self.pairs + k;
+            a[(i, i)] = p[0].tanh();
+            for q in 0..2 {
+                c[(q, i)] = p[1 + q];
+                b[(i, q)] = p[3 + q] / SIGNAL_SCALE_M;
+            }
+        }
+        let d = &x[self.pairs * PAIR + self.reals * REAL..];
+        let d = Mat::from_fn(2, 2, |i, j| d[2 * i + j] / SIGNAL_SCALE_M);
+        let period_s = self.period_s;
+        StateSpace::new(a, b, c, d, Discrete { period_s })
+    }
+}
+
+impl Structure for ModalLaw {
+    fn parameters(&self) -> usize {
+        self.pairs * PAIR + self.reals * REAL + DIRECT
+    }
+
+    fn natural_steps(&self, x: &[f64]) -> Vec<f64> {
+        let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt().max(1e-12);
+        let (pairs, rest) = x.split_at(self.pairs * PAIR);
+        let (reals, direct) = rest.split_at(self.reals * REAL);
+        let mut steps = vec![];
+        for p in pairs.chunks_exact(PAIR) {
+            // A pole moves by its distance from the circle.
+            steps.extend([1.0, p[0].exp()]);
+            steps.extend([size(&p[2..6]); 4]);
+            steps.extend([size(&p[6..10]); 4]);
+        }
+        for p in reals.chunks_exact(REAL) {
+            steps.push(1.0);
+            steps.extend([size(&p[1..3]); 2]);
+            steps.extend([size(&p[3..5]); 2]);
+        }
+        steps.extend([size(direct); DIRECT]);
+        steps
+    }
+
+    fn gain(&self, x: &[f64], line: &Line) -> Matrix2 {
+        let mut k = [[ZERO; 2]; 2];
+        let (pairs, rest) = x.split_at(self.pairs * PAIR);
+        let (reals, direct) = rest.split_at(self.reals * REAL);
+        for p in pairs.chunks_exact(PAIR).map(Pair::read) {
+            let (g, h) = p.resolvents(line.z);
+            for i in 0..2 {
+                for j in 0..2 {
+                    let cb = p.c[i] * p.b[j];
+                    k[i][j] += cb * g + cb.conj() * h;
+                }
+            }
+        }
+        for p in reals.chunks_exact(REAL) {
+            let g = (line.z - p[0].tanh()).inv();
+            for i in 0..2 {
+                for j in 0..2 {
+                    k[i][j] += g * (p[1 + i] * p[3 + j]);
+                }
+            }
+        }
+        for i in 0..2 {
+            for j in 0..2 {
+                k[i][j] = (k[i][j] + direct[2 * i + j]) / SIGNAL_SCALE_M;
+            }
+        }
+        k
+    }
+
+    fn add_gradient(&self, x: &[f64], line: &Line, q: &Matrix2, out: &mut [f64]) {
+        let q = q.map(|row| row.map(|v| v / SIGNAL_SCALE_M));
+        let (pairs, rest) = x.split_at(self.pairs * PAIR);
+        let (reals, _) = rest.split_at(self.reals * REAL);
+        let (out_pairs, out_rest) = out.split_at_mut(self.pairs * PAIR);
+        let (out_reals, out_direct) = out_rest.split_at_mut(self.reals * REAL);
+        for (x, out) in pairs
+            .chunks_exact(PAIR)
+            .zip(out_pairs.chunks_exact_mut(PAIR))
+        {
+            let p = Pair::read(x);
+            let (g, h) = p.resolvents(line.z);
+            // tr(Q c bᵀ) = bᵀ Q c.
+            let qc = [0, 1].map(|j| q[j][0] * p.c[0] + q[j][1] * p.c[1]);
+            let qcc = [0, 1].map(|j| q[j][0] * p.c[0].conj() + q[j][1] * p.c[1].conj());
+            let qb = [0, 1].map(|i| q[0][i] * p.b[0] + q[1][i] * p.b[1]);
+            let qbc = [0, 1].map(|i| q[0][i] * p.b[0].conj() + q[1][i] * p.b[1].conj());
+            let along = (p.b[0] * qc[0] + p.b[1] * qc[1]) * g * g;
+            let across = (p.b[0].conj() * qcc[0] + p.b[1].conj() * qcc[1]) * h * h;
+            let decay = x[0].exp();
+            out[0] += -decay * (along * p.pole + across * p.pole.conj()).re;
+            // j λ along, −j λ̄ across.
+            out[1] += -(along * p.pole).im + (across * p.pole.conj()).im;
+            for i in 0..2 {
+                let (one, two) = (qb[i] * g, qbc[i] * h);
+                out[2 + i] += (one + two).re;
+                out[4 + i] += -(one - two).im;
+                let (one, two) = (qc[i] * g, qcc[i] * h);
+                out[6 + i] += (one + two).re;
+                out[8 + i] += -(one - two).im;
+            }
+        }
+        for (x, out) in reals
+            .chunks_exact(REAL)
+            .zip(out_reals.chunks_exact_mut(REAL))
+        {
+            let pole = x[0].tanh();
+            let g = (line.z - pole).inv();
+            let (mut whole, mut c, mut b) = (ZERO, [ZERO; 2], [ZERO; 2]);
+            for i in 0..2 {
+                for j in 0..2 {
+                    whole += q[j][i] * (x[1 + i] * x[3 + j]);
+                    c[i] += q[j][i] * x[3 + j];
+                    b[j] += q[j][i] * x[1 + i];
+                }
+            }
+            out[0] += (whole * g * g).re * (1.0 - pole * pole);
+            for i in 0..2 {
+                out[1 + i] += (c[i] * g).re;
+                out[3 + i] += (b[i] * g).re;
+            }
+        }
+        for i in 0..2 {
+            for j in 0..2 {
+                out_direct[2 * i + j] += q[j][i].re;
+            }
+        }
+    }
+}
+
+struct Pair {
+    pole: c64,
+    c: [c64; 2],
+    b: [c64; 2],
+}
+
+impl Pair {
+    fn read(x: &[f64]) -> Self {
+        let z = |re: usize, im: usize| c64::new(x[re], x[im]);
+        Self {
+            pole: c64::from_polar((-x[0].exp()).exp(), x[1]),
+            c: [z(2, 4), z(3, 5)],
+            b: [z(6, 8), z(7, 9)],
+        }
+    }
+
+    /// 1/(z − λ), 1/(z − λ̄).
+    fn resolvents(&self, z: c64) -> (c64, c64) {
+        ((z - self.pole).inv(), (z - self.pole.conj()).inv())
+    }
+}
+
+/// Factor that gives |c| = |b|.
+fn even(c: &[c64; 2], b: &[c64; 2]) -> f64 {
+    let size = |v: &[c64; 2]| (v[0].norm_sqr() + v[1].norm_sqr()).sqrt();
+    let ratio = (size(b) / size(c)).sqrt();
+    if ratio.is_finite() && ratio > 0.0 {
+        ratio
+    } else {
+        1.0
+    }
+}
+
+fn pair_parameters(pole: c64, c: &[c64; 2], b: &[c64; 2]) -> Vec<f64> {
+    let t = even(c, b);
+    let (c, b) = (c.map(|v| v * t), b.map(|v| v / t));
+    let radius = pole.norm().clamp(1e-12, 1.0 - SLOWEST);
+    let mut x = vec![(-radius.ln()).ln(), pole.arg()];
+    x.extend([c[0].re, c[1].re, c[0].im, c[1].im]);
+    x.extend([b[0].re, b[1].re, b[0].im, b[1].im]);
+    x
+}
+
+fn real_parameters(pole: f64, c: &[c64; 2], b: &[c64; 2]) -> Vec<f64> {
+    let t = even(c, b);
+    // An eigenvector may come with any phase: the product c bᵀ is real.
+    let phase = c.iter().max_by(|p, q| p.norm().total_cmp(&q.norm()));
+    let phase = phase.map_or(1.0.into(), |v| c64::from_polar(1.0, -v.arg()));
+    let inside = pole.clamp(-1.0 + SLOWEST, 1.0 - SLOWEST);
+    vec![
+        inside.atanh(),
+        (c[0] * phase).re * t,
+        (c[1] * phase).re * t,
+        (b[0] / phase).re / t,
+        (b[1] / phase).re / t,
+    ]
+}
+
+fn inaccurate(error: f64) -> ControllerError {
+    ControllerError::Inaccurate {
+        step: "modal form for the polish",
+        error,
+        allowed: LARGEST_CHANGE,
+    }
+}

@@ -1,0 +1,43 @@
+//! A controller of one plane with free parameters: its gain at a line, and the derivative of a scalar of the loop.
+
+use super::matrix2::Matrix2;
+use crate::linalg::c64;
+
+/// A line of the sampled loop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    /// ω, rad/s.
+    pub omega_rad_s: f64,
+    /// e^{jωT}.
+    pub z: c64,
+    /// (2/T)(z − 1)/(z + 1) = j(2/T)tan(ωT/2), where Tustin's rule reads a continuous law, rad/s.
+    pub s: c64,
+}
+
+impl Line {
+    /// The line at `omega_rad_s` of a loop sampled every `period_s`.
+    pub fn new(omega_rad_s: f64, period_s: f64) -> Self {
+        let half = 0.5 * omega_rad_s * period_s;
+        Self {
+            omega_rad_s,
+            z: c64::from_polar(1.0, 2.0 * half),
+            s: c64::new(0.0, 2.0 / period_s * half.tan()),
+        }
+    }
+}
+
+/// K(z; x), two signals (m) to two currents (A), u = K y.
+pub(crate) trait Structure: Sync {
+    /// Number of parameters.
+    fn parameters(&self) -> usize;
+    /// Change of each parameter that changes its part of the controller by about its own size.
+    fn natural_steps(&self, x: &[f64]) -> Vec<f64>;
+    /// 1/K's poles on the unit circle: the factor that takes the integrators out of det(I − G K); 1 without integrators.
+    fn without_integrators(&self, _x: &[f64], _line: &Line) -> c64 {
+        c64::new(1.0, 0.0)
+    }
+    /// K at a line, A/m.
+    fn gain(&self, x: &[f64], line: &Line) -> Matrix2;
+    /// Adds Re tr(Q ∂K/∂xₚ) to `out[p]`, for every parameter.
+    fn add_gradient(&self, x: &[f64], line: &Line, q: &Matrix2, out: &mut [f64]);
+}

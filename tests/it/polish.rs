@@ -1,0 +1,122 @@
+//! The polish of a controller: its derivatives, and what a few steps make of a start.
+
+use muspin::augment::assembly::UncertainMode;
+use muspin::augment::plane::connected_part;
+use muspin::augment::split::gyroscopic_split;
+use muspin::controller::ControlLaw;
+use muspin::controller::Controller;
+use muspin::controller::pid_tune::{TuneSettings, tune};
+use muspin::controller::polish::{LoopLimits, PolishSettings, derivative_errors, polish};
+use muspin::controller::verification::growth_rate;
+use muspin::input::{load_machine, load_weights};
+use muspin::lti::connect::append;
+use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
+use muspin::predict::stiffness::dynamic_stiffness;
+use muspin::spindle::{Machine, ModelDetail, Plant};
+
+fn limits(machine: &Machine) -> LoopLimits {
+    LoopLimits {
+        stiffness_band_hz: (1.0, 4000.0),
+        sensitivity: 4.0,
+        shifted_sensitivity: 1.5,
+        high_frequency_hz: 4000.0,
+        high_frequency_gain_a_per_m: 2e6,
+        sensor_noise_m: machine.spindle.electronics.sensor_noise_m,
+        noise_current_a: 0.1,
+        mu: 20.0,
+    }
+}
+
+fn modes(machine: &Machine) -> Vec<UncertainMode> {
+    let split = gyroscopic_split(machine, 0.0, 2).unwrap();
+    let listed = split.iter().enumerate();
+    listed
+        .map(|(number, s)| UncertainMode {
+            number,
+            omega_rad_s: s.omega_rad_s,
+            relative: 0.01,
+        })
+        .collect()
+}
+
+/// A quickly found PID of one plane; a slow real pole in place of each integrator is the polish's own doing.
+fn start(machine: &Machine) -> StateSpace<Discrete> {
+    let settings = TuneSettings {
+        starts: 400,
+        basins: 1,
+        steps: 12,
+        speeds: 2,
+        ..TuneSettings::quick()
+    };
+    let found = tune(machine, &settings, &mut |_, _| {}).unwrap();
+    let ControlLaw::Discrete(law) = found.controller.law else {
+        panic!("sampled")
+    };
+    connected_part(&law.select(&[0, 2], &[0, 2]))
+}
+
+#[test]
+fn derivatives_of_every_limit_are_central_differences() {
+    let machine = load_machine("reference", "paper-tool").unwrap();
+    let weights = load_weights("benchmark").unwrap();
+    let errors = derivative_errors(
+        &machine,
+        (&weights, &modes(&machine)),
+        &start(&machine),
+        limits(&machine),
+    )
+    .unwrap();
+    // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp resonances.
+    for (group, error) in errors.iter().enumerate() {
+        assert!(*error < 1e-4, "group {group}: {error:.1e} of {errors:?}");
+    }
+}
+
+#[test]
+fn a_few_steps_stiffen_the_tool_within_the_limits_of_the_start() {
+    let machine = load_machine("reference", "paper-tool").unwrap();
+    let weights = load_weights("benchmark").unwrap();
+    let settings = PolishSettings {
+        limits: limits(&machine),
+        rounds: 1,
+        steps: 15,
+        overspeed: 1.2,
+    };
+    let found = polish(
+        &machine,
+        &weights,
+        &modes(&machine),
+        &start(&machine),
+        &settings,
+    )
+    .unwrap();
+    let excess = |over: &[f64]| over.iter().map(|v| v.ln().max(0.0)).sum::<f64>();
+    let last = found.rounds.last().unwrap();
+    assert!(
+        last.stiffness_n_per_m > 1.05 * found.start.stiffness_n_per_m
+            || excess(&last.over_limit) < 0.8 * excess(&found.start.over_limit),
+        "{found:?}"
+    );
+    // Second road: full plant, eigenvalues, both planes.
+    assert!(found.plane.growth_rate().unwrap() < 0.0);
+    let order = [0usize, 2, 1, 3];
+    let law = append(&found.plane, &found.plane).select(&order, &order);
+    for speed in [0.0, 5236.0] {
+        let plant = Plant::new(&machine, speed, ModelDetail::Full).unwrap();
+        assert!(growth_rate(&plant.sampled().unwrap(), &law).unwrap() < 0.0);
+    }
+    let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
+    let controller = Controller {
+        name: "polished".to_owned(),
+        law: ControlLaw::Discrete(law),
+    };
+    let grid = FrequencyGrid::log_hz(1.0, 4000.0, 2500);
+    let (minimum, _) = dynamic_stiffness(&plant, &controller, 0, &grid)
+        .minimum()
+        .unwrap();
+    assert!(
+        minimum > 0.98 * last.stiffness_n_per_m,
+        "{minimum} N/m on the full plant, {} in the loss",
+        last.stiffness_n_per_m
+    );
+}
