@@ -7,16 +7,22 @@
 use crate::support::beam::Shaft;
 use crate::support::controller::Law;
 use crate::support::figures::{Figures, Loop, decibel, zone};
-use crate::support::files::{SpindleFile, ToolFile, below_root, read_yaml};
-use crate::support::robustness::scaled_bound;
+use crate::support::files::{SpindleFile, ToolFile, WeightsFile, below_root, read_yaml};
+use crate::support::robustness::{Specification, scaled_bound};
 use crate::support::rotor::{Command, Rotor};
 use faer::{Mat, c64};
+use muspin::augment::assembly::{UncertainMode, scale_controller};
+use muspin::augment::plane::{connected_part, modes_below_nyquist};
 use muspin::controller::Controller;
 use muspin::controller::verification::verify_at;
 use muspin::input::controller::CHANNELS;
-use muspin::input::{load_controller, load_machine, read_controller};
+use muspin::input::{load_controller, load_machine, load_weights, read_controller};
 use muspin::lti::Response;
+use muspin::lti::sample::inverse_tustin;
+use muspin::pipeline::certificates::peak;
 use muspin::pipeline::comparison::{BAND_HZ, discrete, predict};
+use muspin::pipeline::problems::whole_machine;
+use muspin::pipeline::speed_mu::mu_at_speed;
 use muspin::predict::closed_loop::sensitivity;
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
@@ -294,4 +300,53 @@ fn a_controller_in_continuous_time_acts_without_a_hold() {
         largest_difference > 5e-3,
         "{largest_difference}: the lines chosen do not show the hold"
     );
+}
+
+#[test]
+fn mu_of_the_specification_is_that_of_the_whole_machine() {
+    let mut wrong = vec![];
+    let written: WeightsFile = read_yaml(&below_root("weights/benchmark.yaml"));
+    let weights = load_weights("benchmark").unwrap();
+    for case in MACHINES.map(Case::new) {
+        let specification =
+            Specification::as_written(written.clone(), case.machine.spindle.flexible_modes);
+        let uncertain = specification.uncertainty.iter().enumerate();
+        let modes: Vec<UncertainMode> = uncertain
+            .map(|(number, relative)| UncertainMode {
+                number,
+                omega_rad_s: case.rotor.omega_rad_s[2 + number],
+                relative: *relative,
+            })
+            .collect();
+        for (which, share) in [("mu", 0.0), ("mu", 0.5), ("mu", 1.0), ("pid", 0.0)] {
+            let rpm = share * case.rotor.max_rpm;
+            let (controller, law) = case.controller(which);
+            let sampled = discrete(&controller, case.rotor.period_s).unwrap();
+            let own = specification.peak(&Loop::new(&case.rotor, &law, rpm));
+            let stated = mu_at_speed(&case.machine, &weights, &modes, &sampled, rpm).unwrap();
+            // Lines round a peak on both roads: half a per cent of its height.
+            if (stated.mu / own.mu - 1.0).abs() > 5e-3 {
+                wrong.push(format!(
+                    "{} {which} {rpm} rpm: {stated:?}, {own:?}",
+                    case.name
+                ));
+            }
+            if rpm != 0.0 {
+                continue;
+            }
+            let below_nyquist = modes_below_nyquist(&case.machine).unwrap().len();
+            let plant = whole_machine(&case.machine, &weights, below_nyquist, &modes).unwrap();
+            let plane = connected_part(&sampled.select(&[0, 2], &[0, 2]));
+            let plane = scale_controller(&inverse_tustin(&plane).unwrap());
+            let certified = peak("test", &plant, &plane).unwrap();
+            // Weights are fitted from above, and the uncertainty acts through the inverse hold: never below, at most 10 % above.
+            if !(certified.upper > own.mu * 0.998 && certified.upper < own.mu * 1.1) {
+                wrong.push(format!(
+                    "{} {which}: {} certified, {own:?}",
+                    case.name, certified.upper
+                ));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
