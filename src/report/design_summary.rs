@@ -72,7 +72,7 @@ pub fn mu_model_json(design: &Design) -> Value {
         ),
         "machine_modes": problems.machine_modes,
         "synthesis_modes": problems.synthesis_modes,
-        "weights_fit_error_synthesis": number(problems.fit_errors.synthesis),
+        "synthesis_weights_excess": number(problems.fit_errors.synthesis),
         "inverse_hold_fit_error": number(problems.fit_errors.hold),
         "rounds": Value::Array(rounds.collect()),
     })
