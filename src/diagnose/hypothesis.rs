@@ -148,6 +148,11 @@ pub fn catalogue(
             continue;
         }
         let nominal = nominal(machine, entry.nominal);
+        // The nose face is at zero.
+        let span_m = match entry.on_spindle {
+            true => (span_m.0.max(0.0), span_m.1),
+            false => span_m,
+        };
         let starts = starts(entry.starts, nominal, scope);
         for place in places(machine, entry.location, span_m, flexible_rad_s, scope) {
             for start in &starts {

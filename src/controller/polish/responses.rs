@@ -8,6 +8,7 @@ use super::matrix2::{Matrix2, ZERO};
 use super::structure::Line;
 use crate::augment::assembly::{UncertainMode, input_weights, output_weights};
 use crate::augment::plane::{LOADS, LOOPS, isotropic};
+use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64};
 use crate::lti::Response;
@@ -156,8 +157,8 @@ impl Plants {
             ..weights.clone()
         };
         let (input, output) = (
-            input_weights(modes, &weights)?,
-            output_weights(modes, &weights)?,
+            input_weights(modes, &weights, WeightPlane::Laplace)?,
+            output_weights(modes, &weights, WeightPlane::Laplace)?,
         );
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
         let plant = self.at_rest().with_modal_ports(ports);

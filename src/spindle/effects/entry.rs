@@ -114,6 +114,8 @@ pub struct Entry {
     pub at_speed_only: bool,
     /// Whether the file can hold only one.
     pub single: bool,
+    /// Whether its position is on the spindle, not on the tool.
+    pub on_spindle: bool,
     /// Where it can be what is missing; empty: only a fit tells.
     pub sites: &'static [Site],
     /// What its parameters refer to.

@@ -92,6 +92,7 @@ const COMMON: Entry = Entry {
     couples_planes: false,
     at_speed_only: false,
     single: false,
+    on_spindle: false,
     sites: &[],
     nominal: Nominal::None,
     starts: FROM_NOTHING,
@@ -483,6 +484,8 @@ pub const TABLE: &[Entry] = &[
             |_| (-200.0, 200.0),
             Shown::Scaled(1.0, " N m/rad"),
         )],
+        // Thrust discs and axial bearings.
+        on_spindle: true,
         sites: &[Site::Shaft],
         // 2000 N m/rad: a thrust disc of 100 mm that pulls with 1 N/µm at its rim has about that.
         matters: |size, _, _| size.abs() > 0.2,
