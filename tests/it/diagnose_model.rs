@@ -85,6 +85,9 @@ fn reduced_model_answers_as_the_plant() {
             let tolerance = match effect.kind {
                 // Twice the true coupling: the moments of the discs' slopes are not among the ports of the reduction.
                 EffectKind::Gyroscopic => 3e-3,
+                // A moment has no port in the reduction either: of the shaft's local compliance to it, 1e-6 rad/(N m) on this spindle, a part
+                // is missing, so that 1e4 N m/rad act up to a hundredth too stiff.
+                EffectKind::TiltingStiffness => 1e-2,
                 _ => 2e-3,
             };
             for hz in [60.0, 300.0, 700.0, 1300.0, 2800.0, 3900.0] {
