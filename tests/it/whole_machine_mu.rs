@@ -43,22 +43,30 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
             Section::level_change(1e5, 1e4, 2500.0).unwrap(),
             Section::leaky_integrator(1e8, 0.03).unwrap(),
         ] {
-            for (plane, allowed) in [
-                (WeightPlane::Synthesis { period_s }, 0.02),
-                (WeightPlane::Analysis { period_s }, 0.005),
-            ] {
-                let fit = plane.realise(&section).unwrap();
-                assert!(fit.largest_excess <= allowed, "{section:?} {rate_hz}");
-                for share in shares() {
-                    let written = section.magnitude(share * PI * rate_hz);
-                    let ratio = at_share(&fit.system, share, period_s) / written;
-                    let most = 1.0 + fit.largest_excess;
-                    assert!(
-                        (1.0..most).contains(&ratio),
-                        "{section:?} {rate_hz} {share} {ratio}"
-                    );
-                }
+            let of = |plane: WeightPlane| plane.realise(&section).unwrap();
+            let fit = of(WeightPlane::Analysis { period_s });
+            assert!(fit.largest_excess <= 0.005, "{section:?} {rate_hz}");
+            // The synthesis reads the section at the frequencies of the w plane and says by how much that is more than written.
+            let read = of(WeightPlane::Synthesis { period_s });
+            for share in shares() {
+                let written = section.magnitude(share * PI * rate_hz);
+                let ratio = at_share(&fit.system, share, period_s) / written;
+                let most = 1.0 + fit.largest_excess;
+                assert!(
+                    (1.0..most).contains(&ratio),
+                    "{section:?} {rate_hz} {share} {ratio}"
+                );
+                let v = 2.0 / period_s * (0.5 * PI * share).tan();
+                let synthesis = at_share(&read.system, share, period_s);
+                assert!((synthesis / section.magnitude(v) - 1.0).abs() < 1e-9);
             }
+            let largest = (1..20_000).map(f64::from).fold(0.0f64, |largest, k| {
+                let share = k / 20_000.0;
+                let written = section.magnitude(share * PI * rate_hz);
+                largest.max(at_share(&read.system, share, period_s) / written - 1.0)
+            });
+            // Ten times as many lines: a smooth maximum between two of the fewer is missed by 1e-5 of it.
+            assert!((read.largest_excess - largest).abs() < 1e-4 * (1.0 + largest));
         }
         let hold = inverse_hold(period_s, 0.02).unwrap();
         assert!(hold.largest_excess <= 0.02);
@@ -76,10 +84,7 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
     let plain = at_share(&stage.system().unwrap(), 0.8, 5e-5).powi(2);
     assert!(plain / stage.magnitude(TAU * 8e3).powi(2) > 3.0);
     let errors = fit_errors(&load_weights("benchmark").unwrap(), 5e-5).unwrap();
-    assert!(
-        errors.analysis < 0.011 && errors.synthesis < 0.041,
-        "{errors:?}"
-    );
+    assert!(errors.analysis < 0.011, "{errors:?}");
 }
 
 fn uncertain(machine: &Machine, weights: &Weights) -> Vec<UncertainMode> {
@@ -263,7 +268,13 @@ fn the_certified_mu_is_not_below_that_of_the_exact_responses() {
         for f in grid.chain([at_peak.min(0.999 * nyquist_hz)]) {
             let here = second_road(&machine, &weights, &modes, &law, f);
             assert!(
-                here <= exact.mu * (1.0 + 1e-6),
+                here <= certified.upper,
+                "{here} at {f} Hz, {}",
+                certified.upper
+            );
+            // The peak lies between two lines of the grid that are dense round it.
+            assert!(
+                here <= exact.mu * (1.0 + 1e-5),
                 "{here} at {f} Hz, {exact:?}"
             );
         }
