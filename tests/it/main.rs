@@ -31,6 +31,7 @@ mod pid;
 mod plausible_values;
 mod plots;
 mod polish;
+mod program;
 mod record_plausibility;
 mod reference_run;
 mod results_folder;

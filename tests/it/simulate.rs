@@ -1,6 +1,7 @@
 //! Nonlinear time response: force law against its closed form and derivatives, small signals against the linear loop,
 //! limits and contact, and the commands `export` and `simulate` end to end.
 
+use super::program::muspin;
 use muspin::controller::anti_windup::with_anti_windup;
 use muspin::controller::arithmetic::{Float32Program, float32};
 use muspin::controller::pid_tune::{TuneSettings, textbook};
@@ -283,21 +284,6 @@ fn too_hard_a_push_saturates_and_is_reported() {
         ..TimeSettings::default()
     };
     assert!(run_case(&machine, &program(&law), case, 0.0, 0.05, &bad).is_err());
-}
-
-fn muspin(arguments: &[&str], folder: &std::path::Path) -> (i32, String, String) {
-    let output = assert_cmd::Command::cargo_bin("muspin")
-        .unwrap()
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        output.status.code().unwrap(),
-        text(&output.stdout),
-        text(&output.stderr),
-    )
 }
 
 #[test]

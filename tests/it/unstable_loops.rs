@@ -1,6 +1,7 @@
 //! A loop that is unstable is said to be, by every command that closes it, with the rate at which it grows and without a figure
 //! that has no meaning; and a controller finds the machine that it was designed for.
 
+use super::program::muspin;
 use muspin::controller::{ControlLaw, Controller};
 use muspin::input::{load_controller, load_machine, spindle_yaml, tool_yaml};
 use muspin::lti::StateSpace;
@@ -8,22 +9,6 @@ use muspin::lti::sample::tustin;
 use muspin::report::controller_json::controller_json;
 use muspin::spindle::Machine;
 use serde_json::Value;
-use std::path::Path;
-
-fn muspin(arguments: &[&str], folder: &Path) -> (i32, String, String) {
-    let output = assert_cmd::Command::cargo_bin("muspin")
-        .unwrap()
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        output.status.code().unwrap(),
-        text(&output.stdout),
-        text(&output.stderr),
-    )
-}
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/diagnosis/c03");
 
