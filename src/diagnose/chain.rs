@@ -7,10 +7,8 @@
 use super::model::{SIDE, Square, ZERO};
 use crate::linalg::c64;
 use crate::spindle::Effective;
+use crate::spindle::plant::LOWPASS_DAMPING;
 use std::f64::consts::TAU;
-
-/// Damping ratio of the second-order sensor low-pass.
-pub const LOWPASS_DAMPING: f64 = 0.707;
 
 /// Electronics round the shaft at one line.
 pub struct Chain {

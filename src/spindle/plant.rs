@@ -183,7 +183,7 @@ impl Plant {
 }
 
 /// Damping ratio of the sensor low-pass.
-pub(super) const LOWPASS_DAMPING: f64 = 0.707;
+pub const LOWPASS_DAMPING: f64 = 0.707;
 
 impl EffectiveBearing {
     /// Forces (x, y) per currents (x, y) behind the amplifiers, N/A.

@@ -5,10 +5,11 @@
 
 use super::sensitivity::Number;
 use super::{Line, Receptance, SIDE, Square, ZERO};
-use crate::diagnose::chain::{Chain, LOWPASS_DAMPING};
+use crate::diagnose::chain::Chain;
 use crate::linalg::c64;
 use crate::spindle::Effective;
 use crate::spindle::effects::entry::Domain;
+use crate::spindle::plant::LOWPASS_DAMPING;
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 use std::f64::consts::TAU;
 
