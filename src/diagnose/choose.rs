@@ -6,9 +6,10 @@
 
 use super::DiagnoseError;
 use super::evidence::Use;
-use super::fit::{FINAL_FLOOR, Point};
+use super::fit::FINAL_FLOOR;
 use super::hypothesis::Hypothesis;
 use super::place::Place;
+use super::problem::Point;
 use super::search::{ACCEPT, ALONE, BLOCK_FAILS, Candidate, Round, Search, Standing};
 use crate::spindle::{Effect, EffectKind};
 

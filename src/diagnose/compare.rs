@@ -6,10 +6,10 @@
 use super::DiagnoseError;
 use super::correction::Correction;
 use super::evidence::Gap;
-use super::model::{SIDE, Square};
 use super::search::Search;
 use crate::linalg::c64;
 use crate::spindle::Effect;
+use crate::spindle::response::{SIDE, Square};
 
 /// A machine as fitted.
 #[derive(Clone, Debug, Default)]

@@ -7,11 +7,11 @@
 use super::DiagnoseError;
 use super::evidence::Use;
 use super::localise::{FLOOR, PortScore};
-use super::model::Square;
 use super::place::Place;
 use super::projection::{lines, settle};
 use super::search::Search;
 use crate::linalg::c64;
+use crate::spindle::response::Square;
 
 /// Steps in which the small parameters follow when channels are left out.
 const STEPS: usize = 2;

@@ -7,8 +7,9 @@
 
 use super::DiagnoseError;
 use super::evidence::Use;
-use super::fit::{FINAL_FLOOR, Point, Problem};
+use super::fit::FINAL_FLOOR;
 use super::hypothesis::Hypothesis;
+use super::problem::{Point, Problem};
 use super::search::{ACCEPT, ALONE, Search};
 use crate::linalg::{Mat, solve};
 use crate::spindle::{Effect, EffectKind, Location};

@@ -7,11 +7,11 @@
 //! Residuals are whitened by the Cholesky factor, χ² = 2Σ|w|² with the real and imaginary part counted each.
 
 use super::DiagnoseError;
-use super::chain::eliminate;
 use super::experiment::{Axis, Measurement};
-use super::model::{SIDE, Square, ZERO};
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
+use crate::linalg::small::eliminate;
+use crate::spindle::response::{SIDE, Square, ZERO};
 use std::f64::consts::TAU;
 
 /// Floor of the gap: re-levitation and amplitude dependence that repeats do not show.

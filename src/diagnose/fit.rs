@@ -2,26 +2,17 @@
 //! in steps.
 
 use super::DiagnoseError;
-use super::evidence::{Evidence, Use};
 use super::geodesic::Valley;
-use super::hypothesis::Hypothesis;
 use super::jacobian::Jacobian;
 use super::linearise::Linearised;
-use super::model::{Electronics, Model, Receptance};
+use super::problem::{Point, Problem};
 use crate::linalg::{Mat, solve, symmetric_eigen};
+use crate::spindle::response::Receptance;
+use crate::spindle::response::electronics_change::on_electronics;
 use crate::spindle::{Effect, EffectKind, Location};
 
 /// Model floor of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
 pub const FINAL_FLOOR: f64 = 5e-4;
-
-/// Parameters of a hypothesis, fitted or not.
-#[derive(Clone, Debug)]
-pub struct Point {
-    /// Small parameters.
-    pub p: Vec<f64>,
-    /// Fit coordinates of each effect.
-    pub theta: Vec<Vec<f64>>,
-}
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -60,18 +51,6 @@ impl Linear {
 
 /// A step of the schedule: model floor and iterations.
 pub type Stage = (f64, usize);
-
-/// Something that can be fitted.
-pub struct Problem<'a> {
-    /// The reduced machine.
-    pub model: &'a Model,
-    /// The data.
-    pub evidence: &'a Evidence,
-    /// Which of them.
-    pub usage: Use,
-    /// The effects.
-    pub effects: &'a [Hypothesis],
-}
 
 /// Curvature of χ² that every effect's coordinate has at least in a step. A unit is a large effect, so that a coordinate of which the data
 /// know nothing (the place of no mass) stays where it is, and next to priors (weights of 25 to 10⁴) it is nothing.
@@ -117,7 +96,7 @@ impl Problem<'_> {
         let (Some(hypothesis), Some(theta)) = (self.effects.last(), from.theta.last()) else {
             return Ok((from.clone(), f64::INFINITY));
         };
-        let alone = Electronics::have(hypothesis.kind);
+        let alone = on_electronics(hypothesis.kind);
         let shaft = alone.then_some(base.shaft.as_slice());
         let Linearised {
             residual: here,
@@ -241,11 +220,11 @@ impl Problem<'_> {
     fn lightest_kg(&self, effect: &Effect) -> Option<f64> {
         let jointed = self.effects.iter().any(|h| h.kind == EffectKind::ToolJoint);
         let position_m = match (effect.kind, &effect.location) {
-            (EffectKind::ToolMass, _) => self.model.span_m().0,
+            (EffectKind::ToolMass, _) => self.model.reduced.span_m().0,
             (EffectKind::AddedMass, Location::Position(z)) => *z,
             _ => return None,
         };
-        let inertia = self.model.inertia_kg(position_m, jointed).ok()?;
+        let inertia = self.model.reduced.inertia_kg(position_m, jointed).ok()?;
         Some(-MOST_TAKEN * inertia)
     }
 

@@ -6,8 +6,8 @@
 //! (JᵀJ + priors) a = Jᵀ ∂²r/∂t². The prior is linear and has none.
 
 use super::DiagnoseError;
-use super::fit::{Point, Problem};
 use super::linearise::Linearised;
+use super::problem::{Point, Problem};
 use crate::linalg::{Mat, solve};
 
 /// Share of the step over which the second derivative is taken: long enough for rounding, short enough for a parabola.

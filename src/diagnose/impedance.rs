@@ -5,9 +5,9 @@
 //! linear least squares (Sanathanan–Koerner): N(s)/(1 + d₁s + d₂s²). A relative change has a constant gain beside its shape,
 //! because only priors tell it from force constants and sensor gains.
 
-use super::model::ZERO;
 use super::place::Unit;
 use crate::linalg::{Mat, c64, solve};
+use crate::spindle::response::ZERO;
 use std::f64::consts::TAU;
 
 /// Lines that carry one independent piece of information.

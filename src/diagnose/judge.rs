@@ -11,11 +11,12 @@ use super::correction::{Correction, correct};
 use super::coverage::{Detectable, detectable};
 use super::evidence::{Evidence, Gap, Use};
 use super::experiment::Measurement;
-use super::fit::{FINAL_FLOOR, Point};
+use super::fit::FINAL_FLOOR;
 use super::hypothesis::{self, Hypothesis, Scope, catalogue};
 use super::localise::{Localisation, localise};
 use super::model::Model;
 use super::next::{Proposal, proposals};
+use super::problem::Point;
 use super::search::{BLOCK_FAILS, Candidate, Misfit, Search, TIE};
 use crate::spindle::{Effect, Machine};
 
@@ -147,7 +148,12 @@ pub fn diagnose(
         turning: records.clone().any(|(speed, _)| speed != 0.0),
         top_rad_s: records.filter_map(|(_, w)| w.copied()).fold(0.0, f64::max),
     };
-    let catalogue = catalogue(machine, model.span_m(), model.flexible_rad_s(), scope)?;
+    let catalogue = catalogue(
+        machine,
+        model.reduced.span_m(),
+        model.reduced.flexible_rad_s(),
+        scope,
+    )?;
     let search = Search {
         model: &model,
         evidence: &evidence,
@@ -239,7 +245,7 @@ pub fn diagnose(
     let axis_gains = (0..evidence.sweeps.len())
         .map(|s| std::array::from_fn(|i| shown.point.p[model.layout.axis(s, i)]))
         .collect();
-    let mut corrected = model.layout.apply(machine, &shown.point.p);
+    let mut corrected = model.layout.machine.apply(machine, &shown.point.p);
     corrected
         .spindle
         .effects

@@ -4,13 +4,13 @@
 
 use super::DiagnoseError;
 use super::evidence::whiten;
-use super::fit::{Point, Problem};
 use super::hypothesis;
 use super::jacobian::Jacobian;
-use super::model::sensitivity::Number;
-use super::model::{Assembled, Receptance, SIDE, Square, ZERO};
 use super::nuisance::Layout;
+use super::problem::{Point, Problem};
 use crate::linalg::{Mat, c64};
+use crate::spindle::response::term::Number;
+use crate::spindle::response::{Assembled, Assembly, Line, Receptance, SIDE, Square, ZERO};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -149,7 +149,7 @@ impl Problem<'_> {
             Wanted::All => 0,
         };
         for e in from..effects.len() {
-            let own = model.sensitivity(&effects, e, &mut probes);
+            let own = model.reduced.sensitivity(&effects, e, &mut probes);
             for (i, number) in own.into_iter().enumerate() {
                 numbers.push(number.scaled(self.effects[e].slope(i, &at.theta[e])));
             }
@@ -158,25 +158,34 @@ impl Problem<'_> {
         let coordinates = numbers.len();
         let mut readings = [None; 4];
         if wanted == Wanted::All {
-            for (plane, number) in model.readings(&effects, &mut probes)? {
+            for (plane, number) in model.reduced.readings(&effects, &mut probes)? {
                 readings[plane] = Some(numbers.len());
                 numbers.push(number);
             }
         }
-        let known = shaft.map(|shaft| (shaft, model.electronics(&at.p, &effects)));
+        let known = shaft.map(|shaft| (shaft, model.reduced.effective(&at.p, &effects)));
         let strained = layout.is_some() || numbers.iter().any(Number::bends);
-        let assemble =
-            |speed: &f64| model.assemble_with(&at.p, &effects, *speed, strained, &probes);
+        let assemble = |speed: &f64| {
+            model.reduced.assemble(
+                &at.p,
+                Assembly {
+                    effects: &effects,
+                    speed_rad_s: *speed,
+                    derivatives: strained,
+                    probes: &probes,
+                },
+            )
+        };
         let models: Vec<Assembled> = match known {
             Some(_) => vec![],
             None => speeds.iter().map(assemble).collect::<Result<_, _>>()?,
         };
         let line = |t: usize, task: &Task| match &known {
-            Some((shaft, electronics)) => electronics.line(&shaft[t], task.omega, &numbers),
+            Some((shaft, electronics)) => Line::round(&shaft[t], electronics, task.omega, &numbers),
             None => {
                 let own = &models[task.speed];
                 let first = own.ports() - probes.len();
-                own.line_with(task.omega, layout, first, &numbers)
+                own.line_with(task.omega, layout.map(|l| &l.machine), first, &numbers)
             }
         };
         let tasks = self.tasks(&speeds);
@@ -308,13 +317,13 @@ fn order(
 ) -> Vec<Column> {
     let mut all = vec![];
     if let Some(layout) = layout {
-        all.extend((0..layout.groups).map(Column::Line));
+        all.extend((0..layout.machine.groups).map(Column::Line));
         all.extend([0, 1].map(Column::Current));
-        all.extend([0, 1].map(|b| Column::Line(layout.groups + b)));
+        all.extend([0, 1].map(|b| Column::Line(layout.machine.groups + b)));
         all.extend([0, 1].map(Column::Signal));
-        all.extend((layout.groups + 2..layout.analytic()).map(Column::Line));
+        all.extend((layout.machine.groups + 2..layout.machine.analytic()).map(Column::Line));
         let reading = |r: &Option<usize>| match r {
-            Some(k) => Column::Line(layout.analytic() + k),
+            Some(k) => Column::Line(layout.machine.analytic() + k),
             None => Column::Nothing,
         };
         all.extend(readings.iter().map(reading));
@@ -322,7 +331,7 @@ fn order(
             all.extend((0..4).map(|i| Column::Axis(s, i)));
         }
     }
-    let small = layout.map_or(0, Layout::analytic);
+    let small = layout.map_or(0, |l| l.machine.analytic());
     all.extend((small..small + coordinates).map(Column::Line));
     all
 }

@@ -117,9 +117,9 @@ impl Localisation {
 
 /// All places of a machine that some sweep turns or not.
 fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
-    let machine = &model.machine;
+    let machine = &model.reduced.machine;
     let planes = &machine.spindle.planes;
-    let (from, to) = model.span_m();
+    let (from, to) = model.reduced.span_m();
     let (front, rear) = (planes.front_actuator_m, planes.rear_actuator_m);
     let between = |share: f64| front + share * (rear - front);
     let mut all: Vec<(String, Place)> = vec![
@@ -209,7 +209,7 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
                     break;
                 };
                 let Some(z) = place.position_m() else { break };
-                let (from, to) = search.model.span_m();
+                let (from, to) = search.model.reduced.span_m();
                 let beside = [z - step, z + step].map(|z| z.clamp(from, to));
                 let tried = beside.into_iter().filter(|b| *b != z).map(|z| {
                     let moved = place.moved_to(z);
@@ -292,8 +292,8 @@ type Start = (String, Place, Vec<f64>);
 
 /// A place at a position by what is there, or by its distance from the nose.
 fn station_name(model: &Model, place: &Place) -> String {
-    let planes = &model.machine.spindle.planes;
-    let (from, to) = model.span_m();
+    let planes = &model.reduced.machine.spindle.planes;
+    let (from, to) = model.reduced.span_m();
     let z = place.position_m().unwrap_or_default();
     let known = [
         ("tool", from),
@@ -343,28 +343,32 @@ fn strained(model: &Model, p: &[f64]) -> Vec<Start> {
     let name = |k: usize| -> String {
         let bearing = |at: [usize; 2]| at.iter().position(|i| *i == k);
         for (at, words) in [
-            ([0, 1].map(|b| layout.ki(b)), "force constant"),
-            ([0, 1].map(|b| layout.ks(b)), "negative stiffness"),
-            ([0, 1].map(|b| layout.gain(b)), "sensor gain"),
+            ([0, 1].map(|b| layout.machine.ki(b)), "force constant"),
+            ([0, 1].map(|b| layout.machine.ks(b)), "negative stiffness"),
+            ([0, 1].map(|b| layout.machine.gain(b)), "sensor gain"),
         ] {
             if let Some(b) = bearing(at) {
                 return format!("{} bearing, {words}", ["front", "rear"][b]);
             }
         }
         let region = model
+            .reduced
             .machine
             .regions()
             .into_iter()
-            .find(|r| model.groups_of(r).contains(&k));
+            .find(|r| model.reduced.groups_of(r).contains(&k));
         match region {
             Some(region) => format!("modulus of {region}"),
-            None if k < layout.groups => format!("modulus of element group {}", k + 1),
-            None => format!("damping of flexible mode {}", k + 1 - layout.damping(0)),
+            None if k < layout.machine.groups => format!("modulus of element group {}", k + 1),
+            None => format!(
+                "damping of flexible mode {}",
+                k + 1 - layout.machine.damping(0)
+            ),
         }
     };
     far.into_iter()
         // The mesh belongs to the model and axis gains to a record, not to the machine.
-        .filter(|(k, _)| *k < layout.mesh())
+        .filter(|(k, _)| *k < layout.machine.mesh())
         .take(STRAINED.1)
         .map(|(k, _)| (name(k), Place::Freed(k), p.to_vec()))
         .collect()

@@ -5,7 +5,6 @@
 //! finds the most probable parameters; [`search`] chooses; [`localise`] looks for the place without a hypothesis;
 //! [`judge`] gives the verdict.
 
-pub mod chain;
 mod choose;
 pub mod compare;
 pub mod correction;
@@ -20,14 +19,13 @@ pub mod jacobian;
 pub mod judge;
 pub mod linearise;
 pub mod localise;
-pub mod mesh;
 pub mod model;
 pub mod next;
 pub mod nuisance;
 pub mod place;
+pub mod problem;
 pub mod projection;
 pub mod search;
-pub mod skeleton;
 pub mod view;
 
 pub use evidence::{Evidence, Gap};

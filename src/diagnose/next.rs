@@ -8,10 +8,10 @@
 use super::DiagnoseError;
 use super::evidence::GAP_FLOOR;
 use super::hypothesis;
-use super::model::{SIDE, Square, ZERO};
 use super::place::Place;
 use super::search::{Candidate, Search};
 use crate::linalg::{Mat, c64, solve};
+use crate::spindle::response::{SIDE, Square, ZERO};
 use crate::spindle::{Bearings, Effect, EffectKind, Location};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -83,7 +83,7 @@ fn effect(kind: EffectKind, location: Location, value: f64) -> Effect {
 }
 
 fn menu(search: &Search, members: &[&Candidate]) -> Vec<Experiment> {
-    let machine = &search.model.machine;
+    let machine = &search.model.reduced.machine;
     let sweep = |text: String, speed_rad_s: f64, extra: Vec<Effect>| Experiment {
         text,
         speed_rad_s,
@@ -240,7 +240,7 @@ fn predicted(
         if line == 0 {
             columns = vec![vec![]; layout.len()];
         }
-        let first = layout.reading(0);
+        let first = layout.machine.reading(0);
         for (column, slope) in columns.iter_mut().zip(&slopes) {
             column.extend(pick(slope));
         }
@@ -305,7 +305,7 @@ struct Transfer {
 
 impl Transfer {
     fn new(search: &Search, effects: &[Effect], kind: Kind) -> Self {
-        let mut machine = search.model.machine.clone();
+        let mut machine = search.model.reduced.machine.clone();
         machine.spindle.effects.extend_from_slice(effects);
         let effective = machine.effective();
         Self {

@@ -1,9 +1,9 @@
 //! Places where something may be missing: on the shaft, in the electronics, in one small parameter.
 
 use super::model::Model;
-use super::model::port::Probe;
 use crate::spindle::effects::LocationKind;
 use crate::spindle::effects::entry::Site;
+use crate::spindle::response::probe::Probe;
 use crate::spindle::{EffectKind, Location};
 
 /// A place; bearings and axes by index, front first, x first.
@@ -144,7 +144,7 @@ impl Place {
     }
 
     pub(super) fn probes(&self, model: &Model) -> Vec<Probe> {
-        let planes = &model.machine.spindle.planes;
+        let planes = &model.reduced.machine.spindle.planes;
         match self {
             Self::Station(z) | Self::Apart(z) | Self::Circulating(z) => vec![Probe::Station(*z)],
             Self::Joint => vec![Probe::JointAcross, Probe::JointTurning],

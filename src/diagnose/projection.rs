@@ -5,11 +5,11 @@
 
 use super::DiagnoseError;
 use super::evidence::{SweepEvidence, Use, whiten};
-use super::model::{SIDE, Square, ZERO};
 use super::place::Place;
 use super::search::Search;
 use super::view::{Scene, View};
 use crate::linalg::{Mat, c64, solve};
+use crate::spindle::response::{SIDE, Square, ZERO};
 
 /// Standard deviation of a small parameter that is under test: free.
 const FREE_SD: f64 = 1.0;

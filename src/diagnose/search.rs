@@ -10,9 +10,11 @@
 
 use super::DiagnoseError;
 use super::evidence::{Evidence, Use, whiten};
-use super::fit::{FINAL_FLOOR, Fit, Point, Problem, Stage};
+use super::fit::{FINAL_FLOOR, Fit, Stage};
 use super::hypothesis::{self, Hypothesis};
-use super::model::{Model, SIDE};
+use super::model::Model;
+use super::problem::{Point, Problem};
+use crate::spindle::response::SIDE;
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 

@@ -6,12 +6,15 @@
 //! dH_new = dH + dB X C + B X dC + B X dG X C.
 
 use super::DiagnoseError;
-use super::chain::{Chain, eliminate};
-use super::model::port::{Ported, factor};
-use super::model::{Assembled, Model, SIDE, Square, ZERO};
+use super::model::Model;
 use super::nuisance::Layout;
 use super::place::Place;
 use crate::linalg::c64;
+use crate::linalg::small::eliminate;
+use crate::spindle::response::channels::MAGNETS;
+use crate::spindle::response::electronics::ElectronicsLine;
+use crate::spindle::response::ported::{Ported, factor};
+use crate::spindle::response::{Assembled, Assembly, SIDE, Square, ZERO};
 use crate::spindle::{Effect, EffectKind, Location};
 
 /// Joint that counts as rigid, N/m and N m/rad: a hundred times stiffer than collets. A stiffer one would hide the joint behind the damping
@@ -31,7 +34,7 @@ pub struct Scene<'a> {
 /// One line of a scene.
 pub struct View<'a> {
     scene: &'a Scene<'a>,
-    chain: Chain,
+    electronics: ElectronicsLine,
     plus: Ported,
     minus: Option<Ported>,
     /// F without a law.
@@ -70,12 +73,20 @@ impl Place {
                 values: vec![RIGID_JOINT[0], RIGID_JOINT[1], 0.0],
             });
         }
-        let assembled = model.assemble_with(p, &effects, speed_rad_s, derivatives, &probes)?;
+        let assembled = model.reduced.assemble(
+            p,
+            Assembly {
+                effects: &effects,
+                speed_rad_s: speed_rad_s,
+                derivatives: derivatives,
+                probes: &probes,
+            },
+        )?;
         let count = assembled.ports();
         let extra = match self {
-            Self::Housing => Assembled::MAGNETS.to_vec(),
+            Self::Housing => MAGNETS.to_vec(),
             // The magnet's negative stiffness moves with its plane.
-            Self::ActuatorPlane(b) => vec![count - 1, Assembled::MAGNETS[*b]],
+            Self::ActuatorPlane(b) => vec![count - 1, MAGNETS[*b]],
             _ => (count - probes.len()..count).collect(),
         };
         let split =
@@ -98,14 +109,15 @@ impl Scene<'_> {
     /// One line; with derivatives when there is a layout.
     pub fn view(&self, omega_rad_s: f64, layout: Option<&Layout>) -> View<'_> {
         let a = &self.assembled;
-        let chain = a.chain(omega_rad_s);
-        let plus = a.ported(omega_rad_s, &self.extra, layout);
+        let parameters = layout.map(|l| &l.machine);
+        let electronics = a.electronics_line(omega_rad_s);
+        let plus = a.ported(omega_rad_s, &self.extra, parameters);
         let minus =
-            (a.coupled() || self.split).then(|| a.ported(-omega_rad_s, &self.extra, layout));
-        let response = Assembled::response(&chain, &plus, minus.as_ref());
+            (a.coupled() || self.split).then(|| a.ported(-omega_rad_s, &self.extra, parameters));
+        let response = Assembled::response(&electronics, &plus, minus.as_ref());
         let mut view = View {
             scene: self,
-            chain,
+            electronics,
             plus,
             minus,
             response,
@@ -254,7 +266,8 @@ impl View<'_> {
                 _ => ZERO,
             })
         };
-        self.chain.apply(&pick(plus), minus.map(&pick).as_ref())
+        self.electronics
+            .apply(&pick(plus), minus.map(&pick).as_ref())
     }
 
     fn offered(&self) -> Vec<Square> {
@@ -293,12 +306,16 @@ impl View<'_> {
                 match minus {
                     Some(minus) if self.scene.split => {
                         let backward = plane(&self.scene.bond(minus));
-                        let first = forward.iter().map(|h| self.chain.apply(h, Some(&nothing)));
-                        let second = backward.iter().map(|h| self.chain.apply(&nothing, Some(h)));
+                        let first = forward
+                            .iter()
+                            .map(|h| self.electronics.apply(h, Some(&nothing)));
+                        let second = backward
+                            .iter()
+                            .map(|h| self.electronics.apply(&nothing, Some(h)));
                         first.chain(second).collect()
                     }
                     _ => {
-                        let alike = forward.iter().map(|h| self.chain.apply(h, None));
+                        let alike = forward.iter().map(|h| self.electronics.apply(h, None));
                         match place {
                             Place::Apart(_) => alike
                                 .flat_map(|d| [axis_of(&d, 0), axis_of(&d, 1)])
@@ -315,7 +332,7 @@ impl View<'_> {
     /// ∂F to an analytic parameter without a law.
     fn analytic(&self, i: usize) -> Square {
         let minus = self.minus.as_ref().map(|m| m.block(&m.slopes[i]));
-        self.chain
+        self.electronics
             .apply(&self.plus.block(&self.plus.slopes[i]), minus.as_ref())
     }
 
@@ -328,12 +345,12 @@ impl View<'_> {
             }
         }
         let first = x.first().copied().unwrap_or(ZERO);
-        let analytic = layout.analytic();
+        let analytic = layout.machine.analytic();
         let mut slopes: Vec<Square> = Vec::with_capacity(analytic + 4);
         let mechanical = self.scene.place.mechanical();
         for i in 0..analytic {
             let own = match self.scene.place {
-                _ if mechanical => self.bonded(i, x, layout.groups),
+                _ if mechanical => self.bonded(i, x, layout.machine.groups),
                 Place::SensorPlane(_) | Place::ActuatorPlane(_) => {
                     let d = self.analytic(i);
                     let minus = self.minus.as_ref().map(|m| m.slopes[i].as_slice());
@@ -351,7 +368,7 @@ impl View<'_> {
             slopes.push(own);
         }
         // The order of the layout: moduli, ki, ks, sensor gains, damping, mesh.
-        let mut all: Vec<Square> = slopes.drain(..layout.groups).collect();
+        let mut all: Vec<Square> = slopes.drain(..layout.machine.groups).collect();
         let gain = |rows: bool, b: usize| match self.mixed(&factor(&self.response, rows, b)) {
             Some(m) => {
                 let d = factor(&self.response, rows, b);
@@ -388,16 +405,19 @@ impl View<'_> {
         match (&self.minus, scene.place) {
             (Some(minus), _) if scene.split => {
                 let back: Vec<c64> = x[half..].iter().map(|z| z.conj()).collect();
-                self.chain
+                self.electronics
                     .apply(&one(&self.plus, &x[..half]), Some(&one(minus, &back)))
             }
             (_, Place::Apart(_)) => {
                 let (a, b) = (one(&self.plus, &x[..1]), one(&self.plus, &x[1..]));
-                let (a, b) = (self.chain.apply(&a, None), self.chain.apply(&b, None));
+                let (a, b) = (
+                    self.electronics.apply(&a, None),
+                    self.electronics.apply(&b, None),
+                );
                 let (a, b) = (axis_of(&a, 0), axis_of(&b, 1));
                 std::array::from_fn(|n| a[n] + b[n])
             }
-            _ => self.chain.apply(&one(&self.plus, x), None),
+            _ => self.electronics.apply(&one(&self.plus, x), None),
         }
     }
 

@@ -12,6 +12,7 @@ pub mod lapack;
 pub mod lyapunov;
 pub mod riccati;
 pub mod schur;
+pub mod small;
 pub mod svd;
 pub mod symmetric;
 

@@ -10,10 +10,10 @@ use super::tables::Table;
 use crate::diagnose::compare::{Channel, Record};
 use crate::diagnose::judge::Rival;
 use crate::diagnose::localise::PortScore;
-use crate::diagnose::model::SIDE;
 use crate::diagnose::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect};
 use crate::spindle::Location;
+use crate::spindle::response::SIDE;
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 

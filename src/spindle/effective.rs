@@ -63,6 +63,8 @@ pub struct Attachment {
 pub struct Effective {
     /// Front, rear.
     pub bearings: [EffectiveBearing; 2],
+    /// Corner of the sensors, Hz.
+    pub sensor_bandwidth_hz: f64,
     /// Total delay, s.
     pub delay_s: f64,
     /// Factor on the gyroscopic matrix.

@@ -4,7 +4,7 @@
 use super::SpindleError;
 use super::effective::{Effective, EffectiveBearing};
 use super::effects::{Effect, EffectKind, Location, action};
-use super::rules::{MOST_DELAY_SAMPLES, rule};
+use super::rule::{MOST_DELAY_SAMPLES, rule};
 use crate::rotor::{Disc, Rotor, RotorError, Section};
 
 /// A bearing of the spindle.
@@ -262,6 +262,7 @@ impl Machine {
                 nominal(&s.front, p.front_sensor_m, p.front_actuator_m),
                 nominal(&s.rear, p.rear_sensor_m, p.rear_actuator_m),
             ],
+            sensor_bandwidth_hz: e.sensor_bandwidth_hz,
             delay_s: e.delay_s,
             gyroscopic_factor: if s.gyroscopics { 1.0 } else { 0.0 },
             loss_time_s: 0.0,

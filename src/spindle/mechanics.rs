@@ -6,10 +6,13 @@
 //! Every effect of the catalogue keeps both planes alike here: what does not (cross terms of ki, turned sensors) acts on
 //! currents and signals, see [`super::plant`].
 
+use super::SpindleError;
 use super::effective::{Effective, Motion};
 use super::machine::Machine;
+use super::model_detail::ModelDetail;
+use super::response::damping::ModalDamping;
+use super::response::feedback::{Feedback, Law, attached, close};
 use super::whirl_form::WhirlForm;
-use super::{SpindleError, plant::ModelDetail};
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::basis::Cut;
 use crate::rotor::modes::RIGID;
@@ -49,22 +52,13 @@ const FULL_AT_LEAST: usize = 8;
 /// magnet loop hides the difference to 1e-7.
 const RIGID_FLOOR_RAD_S: f64 = 0.1;
 
-/// Feedback at a port: f = gain·x + rate·ẋ.
-#[derive(Clone, Copy, Debug)]
-struct Feedback {
-    port: usize,
-    gain_n_per_m: c64,
-    rate_n_s_per_m: f64,
-}
-
 /// The shaft on its magnets at one speed, one complex plane.
 #[derive(Clone, Debug)]
 pub struct Mechanics {
     omega_rad_s: Vec<f64>,
     /// Flexible modes that are true modes of the free-free shaft.
     flexible: usize,
-    damping: Vec<f64>,
-    circulatory: Vec<f64>,
+    damping: ModalDamping,
     /// Ω × factor × G; `None` when zero.
     gyroscopic: Option<Mat<f64>>,
     ports: Mat<f64>,
@@ -120,21 +114,11 @@ impl Mechanics {
         let housings = &effective.housings;
         let size = n + housings.len();
         let mut omega_rad_s = basis.omega_rad_s.clone();
-        let mut damping = Vec::with_capacity(size);
-        for (k, w) in basis.omega_rad_s.iter().enumerate() {
-            let zeta = if k < RIGID {
-                0.0
-            } else {
-                machine.damping_ratio(k - RIGID)
-            };
-            damping.push(2.0 * zeta * w + effective.loss_time_s * w * w);
-        }
-        let turn = speed_rad_s * effective.loss_time_s;
-        let mut circulatory: Vec<f64> = omega_rad_s.iter().map(|w| turn * w * w).collect();
+        let zeta = |k: usize| machine.damping_ratio(k);
+        let mut damping = ModalDamping::new(&omega_rad_s, zeta, effective.loss_time_s, speed_rad_s);
         for housing in housings {
             omega_rad_s.push(housing.omega_rad_s);
             damping.push(2.0 * housing.damping_ratio * housing.omega_rad_s);
-            circulatory.push(0.0);
         }
         let relative = [
             Port::FrontControl as usize,
@@ -154,7 +138,7 @@ impl Mechanics {
         // A dashpot reads the kept modes only: through the residual it would turn into a derivative of the force.
         let damped: Vec<usize> = feedback
             .iter()
-            .filter(|f| f.rate_n_s_per_m != 0.0)
+            .filter(|f| f.law == Law::Dashpot)
             .map(|f| f.port)
             .collect();
         let residual = Mat::from_fn(p, p, |i, j| {
@@ -164,7 +148,7 @@ impl Mechanics {
                 basis.residual_m_per_n[(i, j)]
             }
         });
-        feedback.retain(|f| f.gain_n_per_m.norm() > 0.0 || f.rate_n_s_per_m != 0.0);
+        feedback.retain(|f| f.value != 0.0);
         let factor = speed_rad_s * effective.gyroscopic_factor;
         let gyroscopic = (factor != 0.0).then(|| {
             Mat::from_fn(size, size, |i, j| {
@@ -179,7 +163,6 @@ impl Mechanics {
             omega_rad_s,
             flexible: basis.flexible,
             damping,
-            circulatory,
             gyroscopic,
             ports,
             residual,
@@ -238,8 +221,8 @@ impl Mechanics {
     /// True when the two planes do not couple, so that the response at −ω is the conjugate of that at ω.
     pub fn planes_are_decoupled(&self) -> bool {
         self.gyroscopic.is_none()
-            && self.circulatory.iter().all(|c| *c == 0.0)
-            && self.feedback.iter().all(|f| f.gain_n_per_m.im == 0.0)
+            && self.damping.circulatory.iter().all(|c| *c == 0.0)
+            && self.feedback.iter().all(|f| f.law != Law::Circulatory)
     }
 
     /// Complex receptance between all ports at a signed angular frequency (ω < 0: backward), magnets closed, P×P.
@@ -253,7 +236,7 @@ impl Mechanics {
         let diagonal = |k: usize| {
             c64::new(
                 self.omega_rad_s[k].powi(2) - w * w,
-                w * self.damping[k] - self.circulatory[k],
+                w * self.damping.total[k] - self.damping.circulatory[k],
             )
         };
         let real = |x: f64| c64::new(x, 0.0);
@@ -278,28 +261,18 @@ impl Mechanics {
         if self.feedback.is_empty() {
             return open;
         }
-        // X = H + H_f κ (I − H_ff κ)⁻¹ H_f·
-        let f = &self.feedback;
-        let gain = |i: usize| f[i].gain_n_per_m + c64::new(0.0, w * f[i].rate_n_s_per_m);
-        let m = f.len();
-        let unit = Mat::from_fn(m, m, |i, j| {
-            real(f64::from(u8::from(i == j))) - open[(f[i].port, f[j].port)] * gain(j)
-        });
-        let rows = Mat::from_fn(m, p, |i, j| open[(f[i].port, j)]);
-        let closed = solve_complex(&unit, &rows);
-        Mat::from_fn(p, p, |i, j| {
-            (0..m).fold(open[(i, j)], |sum, k| {
-                sum + open[(i, f[k].port)] * gain(k) * closed[(k, j)]
-            })
-        })
+        let flat: Vec<c64> = (0..p * p).map(|k| open[(k / p, k % p)]).collect();
+        let gains: Vec<c64> = self.feedback.iter().map(|f| f.gain(w)).collect();
+        let closed = close(&flat, p, &self.feedback, &gains);
+        Mat::from_fn(p, p, |i, j| closed[i * p + j])
     }
 
     fn whirl_form(&self, gyroscopic: &Mat<f64>) -> Option<&WhirlForm> {
         let make = || {
             WhirlForm::new(
                 &self.omega_rad_s,
-                &self.damping,
-                &self.circulatory,
+                &self.damping.total,
+                &self.damping.circulatory,
                 gyroscopic,
                 &self.ports,
             )
@@ -322,15 +295,17 @@ impl Mechanics {
         let (n, m) = (self.omega_rad_s.len(), self.feedback.len());
         let f = &self.feedback;
         let real = |x: f64| c64::new(x, 0.0);
+        // Springs and circulatory laws; a dashpot stands in the damping.
+        let gains: Vec<c64> = f.iter().map(|f| f.gain(0.0)).collect();
         let inputs = [0usize, 1, 2, 3, 4];
         let outputs = [5usize, 6, 2, 3, 4];
         // κT with T = (I − R_ff κ)⁻¹: forces of the feedback ports from their modal displacements.
         let unit = Mat::from_fn(m, m, |i, j| {
             let own = f64::from(u8::from(i == j));
-            real(own) - f[j].gain_n_per_m * self.residual[(f[i].port, f[j].port)]
+            real(own) - gains[j] * self.residual[(f[i].port, f[j].port)]
         });
         let t = solve_complex(&unit, &Mat::identity(m, m));
-        let force = Mat::from_fn(m, m, |i, j| f[i].gain_n_per_m * t[(i, j)]);
+        let force = Mat::from_fn(m, m, |i, j| gains[i] * t[(i, j)]);
         let phi_f = Mat::from_fn(m, n, |i, k| real(self.ports[(f[i].port, k)]));
         let r_fu = Mat::from_fn(m, 5, |i, j| real(self.residual[(f[i].port, inputs[j])]));
         let r_yf = Mat::from_fn(5, m, |i, j| real(self.residual[(outputs[i], f[j].port)]));
@@ -341,20 +316,21 @@ impl Mechanics {
         ClosedMatrices {
             k: Mat::from_fn(n, n, |i, j| {
                 let own = if i == j {
-                    c64::new(self.omega_rad_s[i].powi(2), -self.circulatory[i])
+                    c64::new(self.omega_rad_s[i].powi(2), -self.damping.circulatory[i])
                 } else {
                     real(0.0)
                 };
                 own - magnets[(i, j)]
             }),
             c: Mat::from_fn(n, n, |i, j| {
-                let own = if i == j { self.damping[i] } else { 0.0 };
+                let own = if i == j { self.damping.total[i] } else { 0.0 };
                 let dashpots: f64 = f
                     .iter()
-                    .map(|f| f.rate_n_s_per_m * self.ports[(f.port, i)] * self.ports[(f.port, j)])
+                    .filter(|f| f.law == Law::Dashpot)
+                    .map(|f| f.value * self.ports[(f.port, i)] * self.ports[(f.port, j)])
                     .sum();
                 let turn = self.gyroscopic.as_ref().map_or(0.0, |g| g[(i, j)]);
-                c64::new(own - dashpots, -turn)
+                c64::new(own + dashpots, -turn)
             }),
             b: Mat::from_fn(n, 5, |k, j| b_extra[(k, j)] + self.ports[(inputs[j], k)]),
             c_out: Mat::from_fn(5, n, |i, k| c_extra[(i, k)] + self.ports[(outputs[i], k)]),
@@ -390,19 +366,23 @@ fn port_rows(
         at("rear sensor", rear.sensor_m)?,
     ];
     debug_assert_eq!(rows.len(), NAMED);
-    let spring = |port: usize, gain_n_per_m: c64| Feedback {
-        port,
-        gain_n_per_m,
-        rate_n_s_per_m: 0.0,
+    let magnet = |port: Port, ks_n_per_m: f64| Feedback {
+        port: port as usize,
+        law: Law::Spring,
+        value: -ks_n_per_m,
     };
     let mut feedback = vec![
-        spring(Port::FrontControl as usize, c64::new(front.ks_n_per_m, 0.0)),
-        spring(Port::RearControl as usize, c64::new(rear.ks_n_per_m, 0.0)),
+        magnet(Port::FrontControl, front.ks_n_per_m),
+        magnet(Port::RearControl, rear.ks_n_per_m),
     ];
-    for attached in &effective.attachments {
-        feedback.push(spring(rows.len(), attached.gain));
-        let z = attached.position_m;
-        rows.push(match attached.motion {
+    for (attachment, law, value) in attached(effective) {
+        feedback.push(Feedback {
+            port: rows.len(),
+            law,
+            value,
+        });
+        let z = attachment.position_m;
+        rows.push(match attachment.motion {
             Motion::Displacement => at("attachment", z)?,
             Motion::Slope => modes.amplitudes(&rotor.slope_at("attachment", z)?),
         });
@@ -411,8 +391,8 @@ fn port_rows(
         if joint.damping_n_m_s_per_rad != 0.0 {
             feedback.push(Feedback {
                 port: rows.len(),
-                gain_n_per_m: c64::new(0.0, 0.0),
-                rate_n_s_per_m: -joint.damping_n_m_s_per_rad,
+                law: Law::Dashpot,
+                value: joint.damping_n_m_s_per_rad,
             });
             rows.push(modes.amplitudes(&[(2 * a + 1, 1.0), (2 * b + 1, -1.0)]));
         }

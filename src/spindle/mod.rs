@@ -5,15 +5,19 @@ pub mod effects;
 pub mod machine;
 pub mod mechanics;
 pub mod mesh_quality;
+pub mod model_detail;
 pub mod plant;
 pub mod realise;
+pub mod response;
+mod rule;
 mod rules;
 pub mod whirl_form;
 
 pub use effective::{Effective, EffectiveBearing, Housing};
 pub use effects::{Bearings, Effect, EffectKind, Location};
 pub use machine::{Bearing, Electronics, Machine, Planes, Side, Spindle, Tool};
-pub use plant::{ModelDetail, Plant};
+pub use model_detail::ModelDetail;
+pub use plant::Plant;
 
 use crate::linalg::NumericError;
 use crate::rotor::RotorError;

@@ -9,12 +9,14 @@
 //! a = (H(ω) + H̄(−ω))/2 goes x→x and y→y, b = (H(ω) − H̄(−ω))/2j goes x→y, and −b goes y→x.
 
 use super::SpindleError;
-use super::effective::{Effective, EffectiveBearing};
+use super::effective::Effective;
 use super::machine::Machine;
 use super::mechanics::Mechanics;
+use super::model_detail::ModelDetail;
+use super::response::channels::{ZERO, planar};
+use super::response::electronics::ElectronicsLine;
 use crate::linalg::{Mat, c64};
 use crate::lti::Response;
-use std::f64::consts::TAU;
 
 /// Number of commanded currents and of sensor signals.
 pub const AXES: usize = 4;
@@ -47,26 +49,11 @@ pub const OUTPUT_NAMES: [&str; CHANNELS] = [
     "rear_actuator_y",
 ];
 
-/// How much of the shaft a plant keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ModelDetail {
-    /// The full FE model: its modes up to 24 kHz, and Ritz vectors of all ports and gyroscopic moments for the rest.
-    Full,
-    /// Two rigid and so many flexible modes per plane.
-    Modes {
-        /// Flexible modes.
-        flexible: usize,
-        /// Whether the cut modes leave their static flexibility.
-        static_residual: bool,
-    },
-}
-
 /// The open-loop plant of a machine at a speed.
 #[derive(Clone, Debug)]
 pub struct Plant {
     pub(super) mechanics: Mechanics,
     pub(super) effective: Effective,
-    pub(super) sensor_bandwidth_hz: f64,
     pub(super) sample_period_s: f64,
     speed_rad_s: f64,
     /// Modal ports behind the ten channels of the frequency response.
@@ -84,12 +71,10 @@ impl Plant {
         detail: ModelDetail,
     ) -> Result<Self, SpindleError> {
         let effective = machine.effective();
-        let electronics = &machine.spindle.electronics;
         Ok(Self {
             mechanics: Mechanics::new(machine, &effective, speed_rad_s, detail)?,
             effective,
-            sensor_bandwidth_hz: electronics.sensor_bandwidth_hz,
-            sample_period_s: electronics.sample_period_s(),
+            sample_period_s: machine.spindle.electronics.sample_period_s(),
             speed_rad_s,
             modal_ports: 0,
         })
@@ -156,47 +141,6 @@ impl Plant {
         let rigid = crate::rotor::modes::RIGID;
         &self.mechanics.omega_rad_s()[rigid..rigid + self.mechanics.flexible()]
     }
-
-    /// Force per commanded current of bearing 0 or 1, without ki: delay, amplifier, eddy currents.
-    fn actuator(&self, bearing: &EffectiveBearing, omega: f64) -> c64 {
-        let s = c64::new(0.0, omega);
-        let one = c64::new(1.0, 0.0);
-        let delay = (-s * self.effective.delay_s).exp();
-        let amplifier = one / (one + s / (TAU * bearing.amplifier_bandwidth_hz));
-        let eddy = bearing
-            .eddy_corner_hz
-            .map_or(one, |corner| one / (one + (s / (TAU * corner)).sqrt()));
-        delay * amplifier * eddy
-    }
-
-    /// Signal per displacement of a bearing's sensors, without rotation.
-    fn sensor(&self, bearing: &EffectiveBearing, omega: f64) -> c64 {
-        let s = c64::new(0.0, omega);
-        let one = c64::new(1.0, 0.0);
-        let first = one / (one + s / (TAU * self.sensor_bandwidth_hz));
-        let lowpass = bearing.sensor_lowpass_hz.map_or(one, |bandwidth| {
-            let p = s / (TAU * bandwidth);
-            one / (one + 2.0 * LOWPASS_DAMPING * p + p * p)
-        });
-        first * lowpass * bearing.sensor_gain
-    }
-}
-
-/// Damping ratio of the sensor low-pass.
-pub const LOWPASS_DAMPING: f64 = 0.707;
-
-impl EffectiveBearing {
-    /// Forces (x, y) per currents (x, y) behind the amplifiers, N/A.
-    pub fn force_matrix(&self) -> [[f64; 2]; 2] {
-        let (direct, cross) = (self.ki_n_per_a, self.ki_n_per_a * self.coupling_ratio);
-        [[direct, cross], [cross, direct]]
-    }
-
-    /// Sensor axes (x', y') from displacements (x, y).
-    pub fn axes_matrix(&self) -> [[f64; 2]; 2] {
-        let (sin, cos) = self.sensor_angle_rad.sin_cos();
-        [[cos, sin], [-sin, cos]]
-    }
 }
 
 impl Response for Plant {
@@ -213,37 +157,19 @@ impl Response for Plant {
         let inputs = [&[0usize, 1, 2, 3, 4], modal.as_slice()].concat();
         let outputs = [&[5usize, 6, 2, 3, 4], modal.as_slice()].concat();
         let channels = CHANNELS + 2 * self.modal_ports;
-        let mut h = Mat::<c64>::zeros(channels, channels);
+        let mut h = vec![ZERO; channels * channels];
         for (o, out) in outputs.iter().copied().enumerate() {
             for (i, input) in inputs.iter().copied().enumerate() {
-                let plus = forward[(out, input)];
-                let (a, b) = match &backward {
-                    None => (plus, c64::new(0.0, 0.0)),
-                    Some(backward) => {
-                        let minus = backward[(out, input)].conj();
-                        (0.5 * (plus + minus), c64::new(0.0, -0.5) * (plus - minus))
-                    }
-                };
-                h[(2 * o, 2 * i)] = a;
-                h[(2 * o + 1, 2 * i + 1)] = a;
-                h[(2 * o + 1, 2 * i)] = b;
-                h[(2 * o, 2 * i + 1)] = -b;
+                let back = backward.as_ref().map(|b| b[(out, input)]);
+                let (a, b) = planar(forward[(out, input)], back);
+                let (x, y) = (2 * o * channels, (2 * o + 1) * channels);
+                h[x + 2 * i] = a;
+                h[y + 2 * i + 1] = a;
+                h[y + 2 * i] = b;
+                h[x + 2 * i + 1] = -b;
             }
         }
-        for (i, bearing) in self.effective.bearings.iter().enumerate() {
-            let (gain, force) = (self.actuator(bearing, omega_rad_s), bearing.force_matrix());
-            for row in 0..channels {
-                let (x, y) = (h[(row, 2 * i)], h[(row, 2 * i + 1)]);
-                h[(row, 2 * i)] = gain * (x * force[0][0] + y * force[1][0]);
-                h[(row, 2 * i + 1)] = gain * (x * force[0][1] + y * force[1][1]);
-            }
-            let (gain, axes) = (self.sensor(bearing, omega_rad_s), bearing.axes_matrix());
-            for column in 0..channels {
-                let (x, y) = (h[(2 * i, column)], h[(2 * i + 1, column)]);
-                h[(2 * i, column)] = gain * (x * axes[0][0] + y * axes[0][1]);
-                h[(2 * i + 1, column)] = gain * (x * axes[1][0] + y * axes[1][1]);
-            }
-        }
-        h
+        ElectronicsLine::new(&self.effective, omega_rad_s).surround(&mut h, channels);
+        Mat::from_fn(channels, channels, |i, j| h[i * channels + j])
     }
 }

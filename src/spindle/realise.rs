@@ -7,7 +7,8 @@
 
 use super::SpindleError;
 use super::effective::EffectiveBearing;
-use super::plant::{AXES, CHANNELS, LOWPASS_DAMPING, Plant};
+use super::plant::{AXES, CHANNELS, Plant};
+use super::response::electronics::LOWPASS_DAMPING;
 use crate::linalg::{Mat, c64};
 use crate::lti::connect::{append, series};
 use crate::lti::delay::{pade, sample_with_delay};
@@ -106,7 +107,7 @@ impl Plant {
         &self,
         bearing: &EffectiveBearing,
     ) -> Result<StateSpace<Continuous>, SpindleError> {
-        let mut axis = first_order(self.sensor_bandwidth_hz)?;
+        let mut axis = first_order(self.effective.sensor_bandwidth_hz)?;
         if let Some(bandwidth) = bearing.sensor_lowpass_hz {
             let w = TAU * bandwidth;
             let filter = StateSpace::new(

@@ -1,11 +1,8 @@
 //! Rules that the numbers of a spindle keep: signs, finite sizes, and values that must not contradict each other.
 
+use super::rule::{MOST_DELAY_SAMPLES, positive, rule};
 use super::{Side, Spindle, SpindleError};
 use crate::rotor::Rotor;
-
-/// Longest delay of the loop in sample periods. One and a half are usual; the sampled model has four states for each, and no
-/// rotor on negative stiffness is held through twenty.
-pub(super) const MOST_DELAY_SAMPLES: f64 = 20.0;
 
 impl Spindle {
     /// Checks every rule that concerns the spindle alone.
@@ -146,22 +143,6 @@ impl Spindle {
         }
         Ok(())
     }
-}
-
-fn positive(path: &str, value: f64) -> Result<(), SpindleError> {
-    rule(value > 0.0, path.into(), value, "must be a positive number")
-}
-
-/// An error unless the rule holds and the value is finite.
-pub(super) fn rule(holds: bool, path: String, value: f64, text: &str) -> Result<(), SpindleError> {
-    if holds && value.is_finite() {
-        return Ok(());
-    }
-    Err(SpindleError::Value {
-        path,
-        value,
-        rule: text.to_owned(),
-    })
 }
 
 fn at_effect(i: usize, error: SpindleError) -> SpindleError {

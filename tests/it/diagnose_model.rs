@@ -2,12 +2,13 @@
 
 use super::diagnose_folder::read;
 use muspin::diagnose::hypothesis::{Hypothesis, Scope, catalogue};
-use muspin::diagnose::model::sensitivity::Number;
-use muspin::diagnose::model::{Assembled, Model, Square};
-use muspin::diagnose::skeleton::refined;
+use muspin::diagnose::model::Model;
 use muspin::lti::Response;
 use muspin::rotor::element;
 use muspin::rotor::section::{Material, Section};
+use muspin::spindle::response::ritz::refined;
+use muspin::spindle::response::term::Number;
+use muspin::spindle::response::{Assembled, Assembly, Square};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
@@ -24,7 +25,13 @@ fn every(machine: &Machine, model: &Model) -> Vec<Hypothesis> {
         turning: true,
         top_rad_s: TAU * 4000.0,
     };
-    catalogue(machine, model.span_m(), model.flexible_rad_s(), scope).expect("catalogue")
+    catalogue(
+        machine,
+        model.reduced.span_m(),
+        model.reduced.flexible_rad_s(),
+        scope,
+    )
+    .expect("catalogue")
 }
 
 /// Square of a derivative's distance from the central difference of two models a step on either side, and of its size: six lines, relative
@@ -150,7 +157,7 @@ fn mesh_parameter_is_a_finer_mesh() {
     let plant = Plant::new(&refined(&refined(machine)), 0.0, ModelDetail::Full).expect("plant");
     let mut p = vec![0.0; model.layout.len()];
     let coarse = difference(&plant, &model, &p, &[]);
-    p[model.layout.mesh()] = 1.0;
+    p[model.layout.machine.mesh()] = 1.0;
     let fine = difference(&plant, &model, &p, &[]);
     assert!(coarse > 5e-3, "the mesh shows at resonances: {coarse}");
     // First order: the square of a relative change of 10⁻³ at the end of the band, and the reduction.
@@ -178,10 +185,10 @@ fn readings_follow_another_mesh() {
     }
     let plant = Plant::new(&fine, 0.0, ModelDetail::Full).expect("plant");
     let mut p = vec![0.0; model.layout.len()];
-    p[model.layout.mesh()] = 1.0;
+    p[model.layout.machine.mesh()] = 1.0;
     let before = difference(&plant, &model, &p, &effects);
     for plane in [0, 3, 0, 3] {
-        let k = model.layout.reading(plane);
+        let k = model.layout.machine.reading(plane);
         let (mut best, mut share) = (f64::INFINITY, 0.0);
         for step in -20..=20 {
             p[k] = 0.05 * f64::from(step);
@@ -203,23 +210,37 @@ fn derivatives_of_readings() {
     let (_, model) = reduced();
     let effects = moved_planes();
     let mut p = vec![0.0; model.layout.len()];
-    assert_eq!(model.readings(&[], &mut vec![]).expect("planes"), vec![]);
+    assert_eq!(
+        model.reduced.readings(&[], &mut vec![]).expect("planes"),
+        vec![]
+    );
     for plane in [0, 3] {
-        p[model.layout.reading(plane)] = 0.3;
+        p[model.layout.machine.reading(plane)] = 0.3;
     }
     for speed in [0.0, 3000.0] {
         let mut probes = vec![];
-        let readings = model.readings(&effects, &mut probes).expect("planes");
+        let readings = model
+            .reduced
+            .readings(&effects, &mut probes)
+            .expect("planes");
         let (planes, numbers): (Vec<usize>, Vec<Number>) = readings.into_iter().unzip();
         assert_eq!(planes, [0, 3]);
-        let here = model.assemble_with(&p, &effects, speed, false, &probes);
+        let here = model.reduced.assemble(
+            &p,
+            Assembly {
+                effects: &effects,
+                speed_rad_s: speed,
+                derivatives: false,
+                probes: &probes,
+            },
+        );
         let here = here.expect("assembled");
         let first = here.ports() - probes.len();
         for (i, plane) in planes.into_iter().enumerate() {
             let step = 1e-3;
             let moved = |by: f64| {
                 let mut p = p.clone();
-                p[model.layout.reading(plane)] += by;
+                p[model.layout.machine.reading(plane)] += by;
                 model.assemble(&p, &effects, speed, false).expect("moved")
             };
             let own = |w: f64| {
@@ -239,14 +260,14 @@ fn derivatives_of_small_parameters() {
     let (_, model) = reduced();
     let layout = &model.layout;
     let mut p = vec![0.0; layout.len()];
-    p[layout.mesh()] = 0.4;
+    p[layout.machine.mesh()] = 0.4;
     for speed in [0.0, 3000.0] {
         let here = model.assemble(&p, &[], speed, true).expect("assembled");
-        for (analytic, k) in (0..layout.groups)
+        for (analytic, k) in (0..layout.machine.groups)
             .map(|g| (g, g))
-            .chain([0, 1].map(|b| (layout.groups + b, layout.ks(b))))
-            .chain([0, 3, 5].map(|m| (layout.groups + 2 + m, layout.damping(m))))
-            .chain([(layout.analytic() - 1, layout.mesh())])
+            .chain([0, 1].map(|b| (layout.machine.groups + b, layout.machine.ks(b))))
+            .chain([0, 3, 5].map(|m| (layout.machine.groups + 2 + m, layout.machine.damping(m))))
+            .chain([(layout.machine.analytic() - 1, layout.machine.mesh())])
         {
             let step = 1e-4;
             let moved = |by: f64| {
@@ -256,7 +277,7 @@ fn derivatives_of_small_parameters() {
             };
             let (ahead, behind) = (moved(step), moved(-step));
             let own = |w: f64| {
-                let line = here.line(w, Some(layout));
+                let line = here.line(w, Some(&layout.machine));
                 (line.response, line.derivatives[analytic])
             };
             let (off, size) = off_and_size(own, (&ahead, &behind), step);
@@ -360,10 +381,20 @@ fn derivatives_of_effects() {
         theta[0] += further;
         let at = |theta: &[f64]| [&others[..], &[hypothesis.effect(theta)]].concat();
         let (effects, mut probes) = (at(&theta), vec![]);
-        let numbers = model.sensitivity(&effects, others.len(), &mut probes);
+        let numbers = model
+            .reduced
+            .sensitivity(&effects, others.len(), &mut probes);
         known.push(kind);
         assert_eq!(numbers.len(), theta.len(), "{kind:?}");
-        let here = model.assemble_with(&p, &effects, speed, true, &probes);
+        let here = model.reduced.assemble(
+            &p,
+            Assembly {
+                effects: &effects,
+                speed_rad_s: speed,
+                derivatives: true,
+                probes: &probes,
+            },
+        );
         let here = here.expect("assembled");
         let first = here.ports() - probes.len();
         for i in 0..theta.len() {
@@ -383,8 +414,8 @@ fn derivatives_of_effects() {
             let (ahead, behind) = (moved(step), moved(-step));
             let slope = hypothesis.slope(i, &theta);
             let own = |w: f64| {
-                let line = here.line_with(w, Some(&model.layout), first, &numbers);
-                let own = line.derivatives[model.layout.analytic() + i];
+                let line = here.line_with(w, Some(&model.layout.machine), first, &numbers);
+                let own = line.derivatives[model.layout.machine.analytic() + i];
                 (line.response, own.map(|d| d * slope))
             };
             let (off, size) = off_and_size(own, (&ahead, &behind), step);
@@ -496,10 +527,10 @@ fn a_small_mass_acts_in_proportion() {
 #[test]
 fn a_place_keeps_some_inertia() {
     let (_, model) = reduced();
-    let (from, to) = model.span_m();
+    let (from, to) = model.reduced.span_m();
     for k in 0..=30 {
         let z = from + (to - from) * k as f64 / 30.0;
-        let taken = -0.45 * model.inertia_kg(z, false).expect("inertia");
+        let taken = -0.45 * model.reduced.inertia_kg(z, false).expect("inertia");
         let effect = Effect {
             kind: EffectKind::AddedMass,
             location: Location::Position(z),
@@ -507,7 +538,7 @@ fn a_place_keeps_some_inertia() {
         };
         for mesh in [-0.5, 0.0, 1.5] {
             let mut p = vec![0.0; model.layout.len()];
-            p[model.layout.mesh()] = mesh;
+            p[model.layout.machine.mesh()] = mesh;
             let own = model.assemble(&p, std::slice::from_ref(&effect), 0.0, true);
             assert!(own.is_ok(), "{taken} kg at {z} m, mesh {mesh}");
         }

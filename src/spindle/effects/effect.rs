@@ -1,7 +1,7 @@
 //! One effect of a spindle file: its kind, its location and its values, checked against the table.
 
+use super::kind::EffectKind;
 use super::location::{Location, LocationKind};
-use super::table::EffectKind;
 use crate::spindle::SpindleError;
 
 /// One effect of a spindle file.

@@ -1,8 +1,8 @@
 //! What an entry of the table of effects consists of.
 
 use super::coordinate::Coordinate;
+use super::kind::EffectKind;
 use super::location::LocationKind;
-use super::table::EffectKind;
 
 /// What an effect changes; this decides which part of a model has to be computed again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,9 +7,10 @@ pub mod action;
 pub mod coordinate;
 pub mod effect;
 pub mod entry;
+pub mod kind;
 pub mod location;
 pub mod table;
 
 pub use effect::Effect;
+pub use kind::EffectKind;
 pub use location::{Bearings, Location, LocationKind};
-pub use table::EffectKind;

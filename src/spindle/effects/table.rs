@@ -6,56 +6,8 @@
 
 use super::coordinate::Coordinate;
 use super::entry::{Domain, Entry, Nominal, Parameter, Shown, Site, Starts, positive, signed};
+use super::kind::EffectKind;
 use super::location::LocationKind;
-
-/// The catalogue, in the order of [`TABLE`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum EffectKind {
-    /// Delay added to the loop.
-    LoopDelay,
-    /// First-order amplifier bandwidth that replaces the nominal one.
-    AmplifierBandwidth,
-    /// ki → ki/(1 + √(jω/ω_e)).
-    EddyCurrents,
-    /// Second-order low-pass in the sensor, ζ = 0.707.
-    SensorLowpass,
-    /// Axial shift of the sensor plane, + to the rear.
-    SensorOffset,
-    /// Axial shift of the actuator plane, + to the rear.
-    ActuatorOffset,
-    /// Factor on ks.
-    NegativeStiffness,
-    /// Factor on ki.
-    ForceConstant,
-    /// Factor on the sensor gain.
-    SensorGain,
-    /// f_x += ε ki i_y and f_y += ε ki i_x.
-    BearingCoupling,
-    /// Sensor axes turned by an angle: x' = x cos θ + y sin θ, y' = −x sin θ + y cos θ.
-    AxisMisalignment,
-    /// Factor on the gyroscopic matrix; replaces `gyroscopics: false`.
-    Gyroscopic,
-    /// Rotating stiffness-proportional damping: βK(ṙ − jΩr).
-    InternalDamping,
-    /// Circulatory force at a position, f = jq r: q > 0 drives forward whirl.
-    CrossCoupling,
-    /// Factor on the damping ratio of one flexible mode.
-    ModalDamping,
-    /// Springs between tool and nose face.
-    ToolJoint,
-    /// Mass at the tip of the tool.
-    ToolMass,
-    /// Mass at a position.
-    AddedMass,
-    /// Stator mass on its foundation, in series with both bearings; sensors ride on it.
-    HousingMode,
-    /// Factor on the modulus of a region.
-    RegionStiffness,
-    /// Spring to ground at a position; negative is a pull.
-    AddedStiffness,
-    /// Moment against the slope of the shaft at a position; negative for the magnetic tilting of a thrust disc.
-    TiltingStiffness,
-}
 
 /// A factor on a number of the machine, shown as a deviation in percent.
 const FACTOR_OFF: Parameter = positive(

@@ -1,39 +1,28 @@
-//! Coordinates behind the closed loop at one line: what every derivative to a property of the shaft is made of.
-//!
-//! With L = I + H_c κ (outputs × ports) and R = I + κ H_c (ports × inputs), a change dZ of the dynamic stiffness gives  −(L Xᵀ) dZ (X R).
+//! Derivatives of a receptance to the parameters of a machine: moduli, negative stiffness, damping ratios, mesh.
 
-use super::super::nuisance::{DAMPED_MODES, Layout};
-use super::{Assembled, Planar, RIGID, ZERO};
+use super::adjoint::Adjoint;
+use super::assembled::{Assembled, Planar};
+use super::channels::{MAGNETS, ZERO};
+use super::feedback::Feedback;
+use super::parameters::{DAMPED_MODES, MachineParameters};
 use crate::linalg::c64;
-
-/// Coordinates behind a closed loop with n outputs and n inputs, at one line.
-pub(super) struct Behind {
-    /// Outputs and inputs.
-    pub n: usize,
-    /// X_l, n × dynamic.
-    pub left: Vec<c64>,
-    /// X_r, dynamic × n.
-    pub right: Vec<c64>,
-    /// Forces at the ports of a force at an output, n × ports.
-    pub left_ports: Vec<c64>,
-    /// Forces at the ports of an input, ports × n.
-    pub right_ports: Vec<c64>,
-}
+use crate::rotor::modes::RIGID;
 
 impl Assembled {
-    pub(super) fn behind(&self, at: &Planar, w: f64, outs: &[usize], ins: &[usize]) -> Behind {
+    /// Coordinates behind the closed loops between outputs and inputs.
+    pub(super) fn behind(&self, at: &Planar, w: f64, outs: &[usize], ins: &[usize]) -> Adjoint {
         let (p, d, n) = (self.ports.len(), self.dynamic, outs.len());
         let gains = self.gains(w);
         let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
         for (o, out) in outs.iter().enumerate() {
             left[o * p + out] += 1.0;
-            for ((port, ..), gain) in self.feedback.iter().zip(&gains) {
+            for (Feedback { port, .. }, gain) in self.feedback.iter().zip(&gains) {
                 left[o * p + port] += at.closed[out * p + port] * gain;
             }
         }
         for (i, input) in ins.iter().enumerate() {
             right[input * n + i] += 1.0;
-            for ((port, ..), gain) in self.feedback.iter().zip(&gains) {
+            for (Feedback { port, .. }, gain) in self.feedback.iter().zip(&gains) {
                 right[port * n + i] += gain * at.closed[port * p + input];
             }
         }
@@ -50,7 +39,7 @@ impl Assembled {
                 xr[k * n + o] = sum.1;
             }
         }
-        Behind {
+        Adjoint {
             n,
             left: xl,
             right: xr,
@@ -60,7 +49,7 @@ impl Assembled {
     }
 
     /// Derivatives to the logarithm of every modulus, then to the mesh; none when the hypothesis was assembled without derivatives.
-    pub(super) fn strains(&self, behind: &Behind, w: f64) -> Vec<Vec<c64>> {
+    pub(super) fn strains(&self, behind: &Adjoint, w: f64) -> Vec<Vec<c64>> {
         let mut all = self.strain.as_ref().map_or(vec![], |s| s.slopes(behind));
         // Z − w⁴C where a stiffness is Z + K.
         for entry in all.last_mut().into_iter().flatten() {
@@ -75,15 +64,15 @@ impl Assembled {
         at: &Planar,
         w: f64,
         (outs, ins): (&[usize], &[usize]),
-        behind: &Behind,
+        behind: &Adjoint,
         strains: &[Vec<c64>],
-        layout: &Layout,
+        parameters: &MachineParameters,
     ) -> Vec<Vec<c64>> {
         let (p, d) = (self.ports.len(), self.dynamic);
-        let mut all = Vec::with_capacity(layout.analytic());
+        let mut all = Vec::with_capacity(parameters.analytic());
         let (mesh, moduli) = strains.split_last().unzip();
         all.extend_from_slice(moduli.unwrap_or_default());
-        for (port, ks) in Self::MAGNETS.into_iter().zip(self.negative_stiffness()) {
+        for (port, ks) in MAGNETS.into_iter().zip(self.negative_stiffness()) {
             let entry = |o: usize, i: usize| at.closed[o * p + port] * at.closed[port * p + i] * ks;
             let pairs = outs.iter().flat_map(|o| ins.iter().map(move |i| (*o, *i)));
             all.push(pairs.map(|(o, i)| entry(o, i)).collect());
@@ -92,7 +81,7 @@ impl Assembled {
             let last = mode + 1 == DAMPED_MODES;
             let until = if last { d } else { RIGID + mode + 1 };
             let modes = (RIGID + mode).min(d)..until.min(d);
-            all.push(self.through(behind, modes, |k| c64::new(0.0, w * self.modal[k])));
+            all.push(self.through(behind, modes, |k| c64::new(0.0, w * self.damping.modal[k])));
         }
         all.extend(mesh.cloned());
         all
@@ -101,7 +90,7 @@ impl Assembled {
     /// −X_l dZ X_r of a diagonal dZ, n × n.
     pub(super) fn through(
         &self,
-        behind: &Behind,
+        behind: &Adjoint,
         modes: std::ops::Range<usize>,
         change: impl Fn(usize) -> c64,
     ) -> Vec<c64> {

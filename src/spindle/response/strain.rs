@@ -5,35 +5,36 @@
 //! per group. Coordinates above the dynamic ones follow the forces at the ports as springs, x_h = Ω_h⁻² B_h f. What a finer mesh adds has
 //! the same form, with the rigid coordinates.
 
-use super::super::skeleton::Skeleton;
-use super::behind::Behind;
+use super::adjoint::Adjoint;
+use super::ritz::ReducedShaft;
+use super::shaft_modes::Modes;
 use crate::linalg::{Mat, c64};
 use std::ops::Range;
 
-/// Strains of all groups in the modal coordinates of an assembled hypothesis.
+/// Strains of all groups in the modal coordinates of an assembled machine.
 #[derive(Clone, Debug)]
-pub(super) struct Strain {
+pub struct Strain {
     of_group: Vec<Range<usize>>,
     /// Of the dynamic coordinates, then of the springs above them under a force at each port: strains × (dynamic + ports).
     strains: Mat<f64>,
 }
 
 impl Strain {
-    /// Strains of groups whose stiffness is `scale` times their own, in the coordinates `turned` (coordinates × modes) with natural frequencies `omega` and port amplitudes `ports`.
+    /// Strains of groups whose stiffness is `scale` times their own, in the modes of the shaft with port amplitudes `ports`.
     pub fn new(
-        skeleton: &Skeleton,
+        shaft: &ReducedShaft,
         scale: &[f64],
-        turned: &Mat<f64>,
-        omega: &[f64],
+        modes: &Modes,
         ports: &[Vec<f64>],
         dynamic: usize,
     ) -> Self {
-        let (n, count) = (turned.ncols(), skeleton.strains.ncols());
+        let (turned, omega) = (&modes.shapes, &modes.omega);
+        let (n, count) = (turned.ncols(), shaft.strains.ncols());
         let mut amplitude = vec![1.0; count];
-        for (range, scale) in skeleton.strains_of_group.iter().zip(scale) {
+        for (range, scale) in shaft.strains_of_group.iter().zip(scale) {
             amplitude[range.clone()].fill(scale.sqrt());
         }
-        let own = Mat::from_fn(n, count, |i, r| skeleton.strains[(i, r)] * amplitude[r]);
+        let own = Mat::from_fn(n, count, |i, r| shaft.strains[(i, r)] * amplitude[r]);
         let turned = turned.transpose() * own;
         let mut strains = Mat::zeros(count, dynamic + ports.len());
         for k in 0..dynamic {
@@ -50,13 +51,13 @@ impl Strain {
             }
         }
         Self {
-            of_group: skeleton.strains_of_group.clone(),
+            of_group: shaft.strains_of_group.clone(),
             strains,
         }
     }
 
     /// ∂H to the logarithm of every group's stiffness and to the mesh, n × n row-major.
-    pub fn slopes(&self, behind: &Behind) -> Vec<Vec<c64>> {
+    pub fn slopes(&self, behind: &Adjoint) -> Vec<Vec<c64>> {
         let n = behind.n;
         let dynamic = behind.right.len() / n.max(1);
         let ports = behind.right_ports.len() / n.max(1);

@@ -1,37 +1,37 @@
 //! A finer mesh in the coordinates of the model's own.
 
-use super::super::DiagnoseError;
-use super::super::skeleton::Skeleton;
+use super::ritz::ReducedShaft;
 use crate::linalg::{Mat, solve};
+use crate::spindle::SpindleError;
 
 /// s, 1 + sKC and C.
-pub(super) struct Finer<'a> {
+pub struct FinerMesh<'a> {
     s: f64,
     unit: Mat<f64>,
     mesh: &'a Mat<f64>,
 }
 
-impl<'a> Finer<'a> {
+impl<'a> FinerMesh<'a> {
     /// Changes a stiffness to that of a mesh `s` steps finer; nothing for s = 0.
     ///
     /// # Errors
-    /// [`DiagnoseError::Numeric`] for a mesh so much coarser that 1 + sKC is singular.
+    /// [`SpindleError::Numeric`] for a mesh so much coarser that 1 + sKC is singular.
     pub fn new(
-        skeleton: &'a Skeleton,
+        shaft: &'a ReducedShaft,
         stiffness: &mut Mat<f64>,
         s: f64,
-    ) -> Result<Option<Self>, DiagnoseError> {
+    ) -> Result<Option<Self>, SpindleError> {
         if s == 0.0 {
             return Ok(None);
         }
         let n = stiffness.nrows();
-        let product = &*stiffness * &skeleton.mesh;
+        let product = &*stiffness * &shaft.mesh;
         let unit = Mat::from_fn(n, n, |i, j| {
             s * product[(i, j)] + f64::from(u8::from(i == j))
         });
         let moved = solve(&unit, &*stiffness)?;
         *stiffness = Mat::from_fn(n, n, |i, j| 0.5 * (moved[(i, j)] + moved[(j, i)]));
-        let mesh = &skeleton.mesh;
+        let mesh = &shaft.mesh;
         Ok(Some(Self { s, unit, mesh }))
     }
 
@@ -39,7 +39,7 @@ impl<'a> Finer<'a> {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn move_ports(&self, rows: &mut [Vec<f64>]) -> Result<Vec<f64>, DiagnoseError> {
+    pub fn move_ports(&self, rows: &mut [Vec<f64>]) -> Result<Vec<f64>, SpindleError> {
         let (n, p) = (self.unit.nrows(), rows.len());
         let before = Mat::from_fn(n, p, |i, j| rows[j][i]);
         let after = solve(&self.unit, &before)?;

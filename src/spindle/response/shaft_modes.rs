@@ -1,11 +1,11 @@
-//! Modes of the free shaft of a hypothesis in the coordinates of the model.
+//! Modes of the free shaft of a machine in Ritz coordinates.
 
-use super::super::DiagnoseError;
-use super::RIGID;
 use crate::linalg::{Mat, NumericError, definite_eigen_lifted, symmetric_eigen};
+use crate::rotor::modes::RIGID;
+use crate::spindle::SpindleError;
 
 /// Modes, mass-orthonormal, the rigid ones first.
-pub(super) struct Modes {
+pub struct Modes {
     /// Natural frequencies, rad/s; zero for the rigid ones.
     pub omega: Vec<f64>,
     /// Coordinates × modes.
@@ -15,11 +15,8 @@ pub(super) struct Modes {
 /// Modes of a stiffness whose first coordinates are rigid, with further masses (amplitudes of a place, kg) on a unit mass matrix.
 ///
 /// # Errors
-/// [`DiagnoseError::Numeric`] when an iteration fails, or when negative masses take away more than there is.
-pub(super) fn modes(
-    stiffness: &Mat<f64>,
-    masses: &[(Vec<f64>, f64)],
-) -> Result<Modes, DiagnoseError> {
+/// [`SpindleError::Numeric`] when an iteration fails, or when negative masses take away more than there is.
+pub fn modes(stiffness: &Mat<f64>, masses: &[(Vec<f64>, f64)]) -> Result<Modes, SpindleError> {
     let n = stiffness.nrows();
     let mut omega = vec![0.0; RIGID];
     // A shaft is stiff: what rounding leaves of a flexible frequency is no less than 1 rad/s.

@@ -2,9 +2,10 @@
 //!
 //! In r = x + jy the term is ωΩG. Modes far above the band follow as springs; those between couple with the lowest only.
 
-use super::ZERO;
-use super::behind::Behind;
-use crate::diagnose::chain::eliminate;
+use super::adjoint::Adjoint;
+use super::channels::ZERO;
+use super::shaft_modes::Modes;
+use crate::linalg::small::eliminate;
 use crate::linalg::{Mat, c64};
 use crate::rotor::modes::RIGID;
 use std::f64::consts::TAU;
@@ -28,17 +29,15 @@ pub struct Gyroscopic {
 }
 
 impl Gyroscopic {
-    /// Of the shaft's G, n×n, in the modes `turned` with frequencies `omega`, rad/s, of which the first `dynamic` are dynamic; `ports`
-    /// are ports × modes, `speed` is Ω, rad/s, and its factor.
+    /// Of the shaft's G, n×n, in its modes, of which the first `dynamic` are dynamic; `ports` are ports × modes, `speed` is Ω, rad/s.
     pub fn new(
         speed: f64,
-        factor: f64,
         matrix: &Mat<f64>,
-        turned: &Mat<f64>,
-        omega: &[f64],
+        modes: &Modes,
         ports: &[Vec<f64>],
         dynamic: usize,
     ) -> Self {
+        let (turned, omega) = (&modes.shapes, &modes.omega);
         let n = omega.len();
         let low = turned.submatrix(0, 0, n, dynamic);
         let high = Mat::from_fn(n, n - dynamic, |i, k| {
@@ -57,7 +56,7 @@ impl Gyroscopic {
         };
         let near = |w: &&f64| **w < TAU * COUPLED_BELOW_HZ;
         Self {
-            factor,
+            factor: 1.0,
             own: flat(low.transpose() * &on_low, speed),
             through: flat(&across * across.transpose(), speed * speed),
             ports: flat(&across * still, speed),
@@ -66,7 +65,7 @@ impl Gyroscopic {
     }
 
     /// Derivative to the factor of the receptance behind a loop, n × n.
-    pub(super) fn slope(&self, behind: &Behind, w: f64) -> Vec<c64> {
+    pub(super) fn slope(&self, behind: &Adjoint, w: f64) -> Vec<c64> {
         let n = behind.n;
         let d = behind.right.len() / n.max(1);
         let p = behind.right_ports.len() / n.max(1);

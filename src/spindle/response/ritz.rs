@@ -1,14 +1,15 @@
 //! The free-free shaft in Ritz coordinates in which moduli, joint and ports can move without a new FE assembly.
 //!
-//! Every element of the file is halved, and what a finer mesh would change is kept as a number of its own ([`super::mesh`]), so that the
+//! Every element of the file is halved, and what a finer mesh would change is kept as a number of its own ([`super::mesh_correction`]), so that the
 //! mesh of the model is not what the data complain about. The coordinates are the lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g K_g
 //! (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes.
 //! Limits: valid up to about the highest kept mode; 4 kHz lies far below.
 
-use super::{DiagnoseError, mesh};
+use super::mesh_correction;
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::rotor::{PlanarModes, Rotor, Section};
+use crate::spindle::SpindleError;
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 use std::ops::Range;
 
@@ -37,7 +38,7 @@ const INDEPENDENT: f64 = 1e-8;
 
 /// Reduced matrices of a shaft, and what its ports see.
 #[derive(Clone, Debug)]
-pub struct Skeleton {
+pub struct ReducedShaft {
     rotor: Rotor,
     shapes: Mat<f64>,
     /// Stiffness with every modulus factor 1 and without the movable joint, n×n.
@@ -61,20 +62,20 @@ pub struct Skeleton {
 /// Largest s(1−s)(1−2s), at s = (3 − √3)/6: √3/18.
 const MOST_MISREAD: f64 = 0.096_225;
 
-impl Skeleton {
+impl ReducedShaft {
     /// The shaft of `machine` (with the effects it has); `movable_joint` cuts it at the nose face.
     ///
     /// # Errors
-    /// [`DiagnoseError`] when the machine breaks a rule or an eigenvalue iteration fails.
+    /// [`SpindleError`] when the machine breaks a rule or an eigenvalue iteration fails.
     pub fn new(
         machine: &Machine,
         group_of_element: &[usize],
         movable_joint: bool,
-    ) -> Result<Self, DiagnoseError> {
+    ) -> Result<Self, SpindleError> {
         let fine = refined(machine);
         // Only the shape of the coordinates depends on these stiffnesses, not what they can express.
         let joint_values = [2e8, 1e5, 0.0];
-        let jointed = |values: [f64; 3]| -> Result<Machine, DiagnoseError> {
+        let jointed = |values: [f64; 3]| -> Result<Machine, SpindleError> {
             let joint = Effect::new(EffectKind::ToolJoint, Location::None, values.to_vec())?;
             Ok(fine.clone().with_effect(joint))
         };
@@ -220,7 +221,7 @@ impl Skeleton {
         };
         let groups: Vec<Mat<f64>> = groups.into_iter().map(clean).collect();
         let finer = refined(&machine).rotor()?;
-        let mesh = mesh::flexibility(&rotor, &finer, &shapes)?;
+        let mesh = mesh_correction::flexibility(&rotor, &finer, &shapes)?;
         let joint = joint_rows.map(|[a, b]| {
             let row = |d: usize| -> Vec<f64> {
                 (0..size)
@@ -275,24 +276,24 @@ impl Skeleton {
     /// What a port at a position reads of the coordinates.
     ///
     /// # Errors
-    /// [`DiagnoseError`] for a position off the shaft.
-    pub fn row(&self, position_m: f64) -> Result<Vec<f64>, DiagnoseError> {
+    /// [`SpindleError`] for a position off the shaft.
+    pub fn row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         Ok(self.reduced(&self.rotor.shape_at("port", position_m)?))
     }
 
     /// What a port that turns with the shaft at a position reads of the coordinates.
     ///
     /// # Errors
-    /// [`DiagnoseError`] for a position off the shaft.
-    pub fn slope_row(&self, position_m: f64) -> Result<Vec<f64>, DiagnoseError> {
+    /// [`SpindleError`] for a position off the shaft.
+    pub fn slope_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         Ok(self.reduced(&self.rotor.slope_at("port", position_m)?))
     }
 
     /// The derivative of [`Self::slope_row`] to the position.
     ///
     /// # Errors
-    /// [`DiagnoseError`] for a position off the shaft.
-    pub fn curvature_row(&self, position_m: f64) -> Result<Vec<f64>, DiagnoseError> {
+    /// [`SpindleError`] for a position off the shaft.
+    pub fn curvature_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         Ok(self.reduced(&self.rotor.curvature_at("port", position_m)?))
     }
 
@@ -303,8 +304,8 @@ impl Skeleton {
     /// that, and so does the shaft.
     ///
     /// # Errors
-    /// [`DiagnoseError`] for a position off the shaft.
-    pub fn misread(&self, position_m: f64) -> Result<Option<Vec<f64>>, DiagnoseError> {
+    /// [`SpindleError`] for a position off the shaft.
+    pub fn misread(&self, position_m: f64) -> Result<Option<Vec<f64>>, SpindleError> {
         let (element, s) = self.rotor.element_at("port", position_m)?;
         let Some(section) = self.rotor.sections().get(element) else {
             return Ok(None);
@@ -332,7 +333,7 @@ fn strains(
     groups: &[Mat<f64>],
     mesh: &Mat<f64>,
     stiffness: &Mat<f64>,
-) -> Result<(Mat<f64>, Vec<Range<usize>>), DiagnoseError> {
+) -> Result<(Mat<f64>, Vec<Range<usize>>), SpindleError> {
     let (mut columns, mut ranges): (Vec<Vec<f64>>, _) = (vec![], vec![]);
     let n = mesh.nrows();
     let scale: Vec<f64> = (0..n)

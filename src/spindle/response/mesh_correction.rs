@@ -4,19 +4,19 @@
 //! the static shape, f = M_i· x. Condensed, Z = K − ω²M − ω⁴C with C = Σ fᵀK_ii⁻¹f over the elements. The error of the mesh falls with the
 //! square of its length, so 4/3 C is that of a continuum, and any finer mesh is some multiple between.
 
-use super::DiagnoseError;
 use crate::linalg::{Mat, solve};
 use crate::rotor::Rotor;
+use crate::spindle::SpindleError;
 
 /// C in the coordinates `shapes` (dofs of `coarse` × coordinates); every element of `coarse` is two of `fine`.
 ///
 /// # Errors
-/// [`DiagnoseError::Numeric`] when an element is singular.
+/// [`SpindleError::Numeric`] when an element is singular.
 pub fn flexibility(
     coarse: &Rotor,
     fine: &Rotor,
     shapes: &Mat<f64>,
-) -> Result<Mat<f64>, DiagnoseError> {
+) -> Result<Mat<f64>, SpindleError> {
     let size = shapes.ncols();
     let mass = fine.plane_matrices().mass;
     let mut all = Mat::zeros(size, size);

@@ -1,0 +1,26 @@
+//! What is fitted to what: effects of a hypothesis, and a point in their coordinates and the nuisance parameters.
+
+use super::evidence::{Evidence, Use};
+use super::hypothesis::Hypothesis;
+use super::model::Model;
+
+/// Parameters of a hypothesis, fitted or not.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// Small parameters.
+    pub p: Vec<f64>,
+    /// Fit coordinates of each effect.
+    pub theta: Vec<Vec<f64>>,
+}
+
+/// Something that can be fitted.
+pub struct Problem<'a> {
+    /// The reduced machine.
+    pub model: &'a Model,
+    /// The data.
+    pub evidence: &'a Evidence,
+    /// Which of them.
+    pub usage: Use,
+    /// The effects.
+    pub effects: &'a [Hypothesis],
+}

@@ -1,0 +1,50 @@
+//! Elimination for matrices too small for a blocked solver.
+
+use super::c64;
+
+/// Solves A X = B in place (B becomes X), A n×n and B n×p row-major, by elimination with partial pivoting.
+/// A singular A leaves values that are not finite.
+pub fn eliminate(a: &mut [c64], b: &mut [c64], n: usize, p: usize) {
+    for k in 0..n {
+        let size = |i: usize| a[i * n + k].re.abs() + a[i * n + k].im.abs();
+        let mut best = k;
+        for i in k + 1..n {
+            if size(i) > size(best) {
+                best = i;
+            }
+        }
+        if best != k {
+            for j in 0..n {
+                a.swap(k * n + j, best * n + j);
+            }
+            for j in 0..p {
+                b.swap(k * p + j, best * p + j);
+            }
+        }
+        let pivot = a[k * n + k].inv();
+        for i in k + 1..n {
+            let factor = a[i * n + k] * pivot;
+            if factor == c64::new(0.0, 0.0) {
+                continue;
+            }
+            for j in k + 1..n {
+                let v = a[k * n + j];
+                a[i * n + j] -= factor * v;
+            }
+            for j in 0..p {
+                let v = b[k * p + j];
+                b[i * p + j] -= factor * v;
+            }
+        }
+    }
+    for k in (0..n).rev() {
+        let pivot = a[k * n + k].inv();
+        for j in 0..p {
+            let mut sum = b[k * p + j];
+            for l in k + 1..n {
+                sum -= a[k * n + l] * b[l * p + j];
+            }
+            b[k * p + j] = sum * pivot;
+        }
+    }
+}

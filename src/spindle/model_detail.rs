@@ -1,0 +1,15 @@
+//! How much of the shaft a model keeps.
+
+/// How much of the shaft a plant keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelDetail {
+    /// The full FE model: its modes up to 24 kHz, and Ritz vectors of all ports and gyroscopic moments for the rest.
+    Full,
+    /// Two rigid and so many flexible modes per plane.
+    Modes {
+        /// Flexible modes.
+        flexible: usize,
+        /// Whether the cut modes leave their static flexibility.
+        static_residual: bool,
+    },
+}

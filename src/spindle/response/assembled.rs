@@ -1,0 +1,147 @@
+//! A machine assembled at one speed in Ritz coordinates: the receptance between all ports at one signed frequency.
+//!
+//! In r = x + jy:  Z = diag(ω_k² − ω² + jω c_k − circ_k) + ωΩG,  X = Z⁻¹Φᵀ,  H = ΦX + housing, with the laws at ports closed round it
+//! ([`super::feedback`]).
+
+use super::channels::{IN, ON_HOUSING, OUT, ZERO};
+use super::damping::ModalDamping;
+use super::feedback::{Feedback, close};
+use super::gyroscopic::Gyroscopic;
+use super::strain::Strain;
+use crate::linalg::c64;
+use crate::spindle::Effective;
+
+/// A machine assembled at one speed: everything that does not depend on frequency.
+#[derive(Clone, Debug)]
+pub struct Assembled {
+    pub(super) speed_rad_s: f64,
+    pub(super) omega: Vec<f64>,
+    pub(super) damping: ModalDamping,
+    pub(super) dynamic: usize,
+    pub(super) gyroscopic: Option<Gyroscopic>,
+    /// Amplitudes, ports × coordinates.
+    pub(super) ports: Vec<Vec<f64>>,
+    /// Constant receptance between ports, ports×ports; empty with the mesh of the model.
+    pub(super) constant: Vec<f64>,
+    /// Laws at ports.
+    pub(super) feedback: Vec<Feedback>,
+    pub(super) effective: Effective,
+    pub(super) strain: Option<Strain>,
+    pub(super) coupled: bool,
+}
+
+/// Closed receptance of the shaft at a line: sensors and tool from bearings and tool.
+#[derive(Clone, Copy, Debug)]
+pub struct Receptance {
+    /// Forwards.
+    pub plus: [c64; 9],
+    /// Backwards, where that differs.
+    pub minus: Option<[c64; 9]>,
+}
+
+/// One signed frequency in the complex plane.
+pub struct Planar {
+    /// X = Z⁻¹Φᵀ, dynamic coordinates × ports.
+    pub x: Vec<c64>,
+    /// Receptance with all loops closed, ports × ports.
+    pub closed: Vec<c64>,
+}
+
+impl Assembled {
+    /// Number of ports; those of the probes are the last.
+    pub fn ports(&self) -> usize {
+        self.ports.len()
+    }
+
+    /// Negative stiffness, front and rear, N/m.
+    pub fn negative_stiffness(&self) -> [f64; 2] {
+        [0, 1].map(|b| self.effective.bearings[b].ks_n_per_m)
+    }
+
+    /// Whether x and y are coupled.
+    pub fn coupled(&self) -> bool {
+        self.coupled
+    }
+
+    /// Force per displacement of every feedback, N/m.
+    pub(super) fn gains(&self, w: f64) -> Vec<c64> {
+        self.feedback.iter().map(|f| f.gain(w)).collect()
+    }
+
+    /// The 3×3 part between sensors, tool and magnets.
+    pub(super) fn pick(&self, at: &Planar) -> [c64; 9] {
+        let n = self.ports.len();
+        std::array::from_fn(|k| at.closed[OUT[k / 3] * n + IN[k % 3]])
+    }
+
+    pub(super) fn planar(&self, w: f64) -> Planar {
+        let (p, n) = (self.ports.len(), self.omega.len());
+        let diagonal = |k: usize| {
+            c64::new(
+                self.omega[k] * self.omega[k] - w * w,
+                w * self.damping.total[k] - self.damping.circulatory[k],
+            )
+        };
+        let d = self.dynamic;
+        let mut x = vec![ZERO; d * p];
+        match &self.gyroscopic {
+            None => {
+                for k in 0..d {
+                    let inverse = diagonal(k).inv();
+                    for j in 0..p {
+                        x[k * p + j] = inverse * self.ports[j][k];
+                    }
+                }
+            }
+            Some(g) => x = g.solve(w, d, &self.ports, &diagonal),
+        }
+        let mut h = vec![ZERO; p * p];
+        for (h, c) in h.iter_mut().zip(&self.constant) {
+            *h += c;
+        }
+        for k in 0..d {
+            for i in 0..p {
+                let a = self.ports[i][k];
+                for j in 0..=i {
+                    h[i * p + j] += x[k * p + j] * a;
+                }
+            }
+        }
+        if let Some(g) = &self.gyroscopic {
+            for k in 0..d {
+                for i in 0..p {
+                    let a = w * g.factor * g.ports[k * p + i];
+                    for j in 0..=i {
+                        h[i * p + j] -= x[k * p + j] * a;
+                    }
+                }
+            }
+        }
+        for k in d..n {
+            let inverse = diagonal(k).inv();
+            for i in 0..p {
+                let a = inverse * self.ports[i][k];
+                for j in 0..=i {
+                    h[i * p + j] += a * self.ports[j][k];
+                }
+            }
+        }
+        for housing in &self.effective.housings {
+            let own = housing.omega_rad_s;
+            let z = c64::new(own * own - w * w, 2.0 * housing.damping_ratio * own * w)
+                * housing.mass_kg;
+            for i in ON_HOUSING {
+                for j in ON_HOUSING.start..=i {
+                    h[i * p + j] += z.inv();
+                }
+            }
+        }
+        for i in 0..p {
+            for j in i + 1..p {
+                h[i * p + j] = h[j * p + i];
+            }
+        }
+        let closed = close(&h, p, &self.feedback, &self.gains(w));
+        Planar { x, closed }
+    }
+}

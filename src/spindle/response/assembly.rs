@@ -1,0 +1,242 @@
+//! Assembly of a reduced machine at a speed, for parameters and further effects.
+//!
+//! Modes far above the band answer as springs in the derivatives and in the gyroscopic coupling.
+//!
+//! A finer mesh, Z − sω⁴C, is brought back to mass and stiffness: −λ²C = −(K−λ)C(K−λ) + KCK − λ(KC+CK), whose first part is a constant
+//! receptance and whose rest is a change of coordinates: with T = (1 + sKC)⁻¹ the stiffness is TK, ports are T b, and s bᵀCTb is added.
+
+use super::assembled::Assembled;
+use super::damping::ModalDamping;
+use super::feedback::{Feedback, Law, attached};
+use super::finer_mesh::FinerMesh;
+use super::gyroscopic::Gyroscopic;
+use super::probe::Probe;
+use super::reduced::ReducedMachine;
+use super::ritz::ReducedShaft;
+use super::shaft_modes::{Modes, modes};
+use super::strain::Strain;
+use crate::linalg::Mat;
+use crate::rotor::modes::RIGID;
+use crate::spindle::effective::Motion;
+use crate::spindle::{Effect, EffectKind, Effective, Location, Machine, SpindleError};
+use std::f64::consts::TAU;
+
+/// Modes up to here are dynamic in derivatives and gyroscopic coupling, those above follow as springs, Hz: six times the end of a 4 kHz sweep.
+const DYNAMIC_BELOW_HZ: f64 = 24_000.0;
+
+/// What is assembled, and for what.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Assembly<'a> {
+    /// Effects beside those of the machine.
+    pub effects: &'a [Effect],
+    /// Speed, rad/s.
+    pub speed_rad_s: f64,
+    /// Whether derivatives to moduli and mesh are wanted.
+    pub derivatives: bool,
+    /// Further ports.
+    pub probes: &'a [Probe],
+}
+
+/// Rows of all ports over the Ritz coordinates, and the laws at them.
+struct Ports {
+    rows: Vec<Vec<f64>>,
+    feedback: Vec<Feedback>,
+}
+
+impl ReducedMachine {
+    /// Assembles the machine with parameters `p` (see [`super::parameters`]) and further effects.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when an effect leaves the shaft or an eigenvalue iteration fails.
+    pub fn assemble(&self, p: &[f64], assembly: Assembly) -> Result<Assembled, SpindleError> {
+        let (parameters, effects) = (&self.parameters, assembly.effects);
+        let machine = self.moved(p, effects);
+        let effective = machine.effective();
+        let joint = effects.iter().find(|e| e.kind == EffectKind::ToolJoint);
+        let shaft = match joint {
+            Some(_) => &self.jointed,
+            None => &self.rigid,
+        };
+        let scale = self.modulus_factors(p, effects);
+        let mut k = stiffness(shaft, &scale, joint);
+        let finer = FinerMesh::new(shaft, &mut k, p[parameters.mesh()])?;
+        let masses = added_masses(shaft, effects, finer.as_ref())?;
+        let modes = modes(&k, &masses)?;
+        let omega = &modes.omega;
+        let dynamic = omega
+            .iter()
+            .filter(|w| **w < TAU * DYNAMIC_BELOW_HZ)
+            .count()
+            .clamp(RIGID + 4, shaft.len());
+        let zeta = |k: usize| machine.damping_ratio(k) * p[parameters.damping(k)].exp();
+        let damping = ModalDamping::new(omega, zeta, effective.loss_time_s, assembly.speed_rad_s);
+        let mut ports = self.ports(shaft, &machine, &effective, p)?;
+        add_joint_damping(&mut ports, shaft, joint);
+        for probe in assembly.probes {
+            ports.rows.push(probe.row(shaft)?);
+        }
+        let constant = match &finer {
+            Some(finer) => finer.move_ports(&mut ports.rows)?,
+            None => vec![],
+        };
+        let amplitudes = amplitudes(&modes, &ports.rows);
+        let speed_rad_s = assembly.speed_rad_s;
+        let gyroscopic = (speed_rad_s != 0.0).then(|| {
+            let mut gyroscopic =
+                Gyroscopic::new(speed_rad_s, &shaft.gyroscopic, &modes, &amplitudes, dynamic);
+            gyroscopic.factor = effective.gyroscopic_factor;
+            gyroscopic
+        });
+        let strain = assembly
+            .derivatives
+            .then(|| Strain::new(shaft, &scale, &modes, &amplitudes, dynamic));
+        let circulates = |f: &Feedback| f.law == Law::Circulatory && f.value != 0.0;
+        let coupled = gyroscopic.is_some()
+            || damping.circulatory.iter().any(|t| *t != 0.0)
+            || ports.feedback.iter().any(circulates);
+        Ok(Assembled {
+            speed_rad_s,
+            omega: modes.omega,
+            damping,
+            dynamic,
+            gyroscopic,
+            ports: amplitudes,
+            constant,
+            feedback: ports.feedback,
+            effective,
+            strain,
+            coupled,
+        })
+    }
+
+    /// Factor of the modulus of every group: the parameters, and the effects on regions.
+    fn modulus_factors(&self, p: &[f64], effects: &[Effect]) -> Vec<f64> {
+        let mut scale: Vec<f64> = (0..self.parameters.groups).map(|g| p[g].exp()).collect();
+        let of_regions = effects
+            .iter()
+            .filter(|e| e.kind == EffectKind::RegionStiffness);
+        for effect in of_regions {
+            if let (Location::Region(region), Some(factor)) =
+                (&effect.location, effect.values.first())
+            {
+                for group in self.groups_of(region) {
+                    scale[group] *= factor;
+                }
+            }
+        }
+        scale
+    }
+
+    /// Tool, planes and attachments, with the laws at them. A plane between two nodes reads what the parameters say more.
+    fn ports(
+        &self,
+        shaft: &ReducedShaft,
+        machine: &Machine,
+        effective: &Effective,
+        p: &[f64],
+    ) -> Result<Ports, SpindleError> {
+        let mut rows = vec![shaft.row(machine.tool_plane_m())?];
+        for (plane, z) in effective.planes_m().into_iter().enumerate() {
+            let mut row = shaft.row(z)?;
+            let share = p[self.parameters.reading(plane)];
+            if share != 0.0
+                && let Some(more) = shaft.misread(z)?
+            {
+                row.iter_mut()
+                    .zip(&more)
+                    .for_each(|(a, more)| *a += share * more);
+            }
+            rows.push(row);
+        }
+        let magnet = |(b, port): (usize, usize)| Feedback {
+            port,
+            law: Law::Spring,
+            value: -effective.bearings[b].ks_n_per_m,
+        };
+        let mut feedback: Vec<Feedback> = [1, 2].into_iter().enumerate().map(magnet).collect();
+        for (attachment, law, value) in attached(effective) {
+            let z = attachment.position_m;
+            feedback.push(Feedback {
+                port: rows.len(),
+                law,
+                value,
+            });
+            rows.push(match attachment.motion {
+                Motion::Displacement => shaft.row(z)?,
+                Motion::Slope => shaft.slope_row(z)?,
+            });
+        }
+        Ok(Ports { rows, feedback })
+    }
+}
+
+/// Stiffness with moduli `scale` times their own, and with the fitted joint, n×n.
+fn stiffness(shaft: &ReducedShaft, scale: &[f64], joint: Option<&Effect>) -> Mat<f64> {
+    let n = shaft.len();
+    let mut k = shaft.stiffness.clone();
+    for (group, scale) in shaft.groups.iter().zip(scale).filter(|(_, s)| **s != 1.0) {
+        for j in 0..n {
+            let column = k.col_as_slice_mut(j).iter_mut();
+            for (k, own) in column.zip(group.col_as_slice(j)) {
+                *k += (scale - 1.0) * own;
+            }
+        }
+    }
+    if let (Some(effect), Some(rows)) = (joint, &shaft.joint) {
+        for (row, value) in rows.iter().zip(&effect.values) {
+            k = Mat::from_fn(n, n, |i, j| k[(i, j)] + value * row[i] * row[j]);
+        }
+    }
+    k
+}
+
+/// Rows and masses, kg, of the effects that add mass.
+fn added_masses(
+    shaft: &ReducedShaft,
+    effects: &[Effect],
+    finer: Option<&FinerMesh>,
+) -> Result<Vec<(Vec<f64>, f64)>, SpindleError> {
+    let mut masses = vec![];
+    for effect in effects {
+        let value = effect.values.first().copied().unwrap_or_default();
+        let z = match (effect.kind, &effect.location) {
+            (EffectKind::ToolMass, _) => shaft.span_m().0,
+            (EffectKind::AddedMass, Location::Position(z)) => *z,
+            _ => continue,
+        };
+        // No mass has no place: its derivative to the place is exactly none, not rounding.
+        if value == 0.0 {
+            continue;
+        }
+        let mut row = [shaft.row(z)?];
+        if let Some(finer) = finer {
+            finer.move_ports(&mut row)?;
+        }
+        let [row] = row;
+        masses.push((row, value));
+    }
+    Ok(masses)
+}
+
+fn add_joint_damping(ports: &mut Ports, shaft: &ReducedShaft, joint: Option<&Effect>) {
+    if let (Some(effect), Some([_, turning])) = (joint, &shaft.joint) {
+        let value = effect.values.get(2).copied().unwrap_or_default();
+        if value != 0.0 {
+            ports.feedback.push(Feedback {
+                port: ports.rows.len(),
+                law: Law::Dashpot,
+                value,
+            });
+            ports.rows.push(turning.clone());
+        }
+    }
+}
+
+/// Amplitudes of the modes at ports, ports × modes.
+fn amplitudes(modes: &Modes, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let n = modes.omega.len();
+    let modal = modes.shapes.transpose() * Mat::from_fn(n, rows.len(), |i, p| rows[p][i]);
+    (0..rows.len())
+        .map(|p| (0..n).map(|k| modal[(k, p)]).collect())
+        .collect()
+}

@@ -1,0 +1,137 @@
+//! The derivatives to the numbers of every effect, as sums of terms.
+
+use super::electronics_change::Change;
+use super::feedback::Law;
+use super::probe::Probe;
+use super::reduced::ReducedMachine;
+use super::term::{Number, Sum, Term};
+use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
+
+impl ReducedMachine {
+    /// Derivatives to the values of an effect, and then to its position if it has one. `effects` are all that are assembled, the one in
+    /// question at `index`; what it needs to see is added to `probes`.
+    pub fn sensitivity(
+        &self,
+        effects: &[Effect],
+        index: usize,
+        probes: &mut Vec<Probe>,
+    ) -> Vec<Number> {
+        if let Some(change) = Change::new(effects, index) {
+            return vec![Number::Electronics(change)];
+        }
+        let sums = self.sums(effects, index, probes);
+        sums.into_iter().map(Number::Shaft).collect()
+    }
+
+    /// Derivatives to the readings of the planes that are between nodes, with their planes.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when a plane is off the shaft.
+    pub fn readings(
+        &self,
+        effects: &[Effect],
+        probes: &mut Vec<Probe>,
+    ) -> Result<Vec<(usize, Number)>, SpindleError> {
+        let mut all = vec![];
+        let planes = self.with(effects).effective().planes_m();
+        for (plane, z) in planes.into_iter().enumerate() {
+            if self.rigid.misread(z)?.is_some() {
+                let probe = probes.len();
+                probes.push(Probe::Misread(z));
+                let term = Term::of_plane(plane, probe);
+                all.push((plane, Number::Shaft(vec![(1.0, term)])));
+            }
+        }
+        Ok(all)
+    }
+
+    fn sums(&self, effects: &[Effect], index: usize, probes: &mut Vec<Probe>) -> Vec<Sum> {
+        let Some(effect) = effects.get(index) else {
+            return vec![];
+        };
+        let value = effect.values.first().copied().unwrap_or_default();
+        let mut probe = |p: Probe| {
+            probes.push(p);
+            probes.len() - 1
+        };
+        // A law at a port, and the same at a port that moves: its own derivative to the position.
+        let placed = |probe: &mut dyn FnMut(Probe) -> usize, [at, along]: [Probe; 2], law: Law| {
+            let (at, along) = (probe(at), probe(along));
+            vec![
+                vec![(1.0, Term::Bond(at, law))],
+                vec![(value, Term::Shift(at, along, law))],
+            ]
+        };
+        let across = |z: f64| [Probe::Station(z), Probe::Slope(z)];
+        let bearings = |which: &Bearings| -> Vec<usize> {
+            [0, 1].into_iter().filter(|b| which.includes(*b)).collect()
+        };
+        match (effect.kind, &effect.location) {
+            (EffectKind::AddedStiffness, Location::Position(z)) => {
+                placed(&mut probe, across(*z), Law::Spring)
+            }
+            (EffectKind::TiltingStiffness, Location::Position(z)) => {
+                let ports = [Probe::Slope(*z), Probe::Curvature(*z)];
+                placed(&mut probe, ports, Law::Spring)
+            }
+            (EffectKind::CrossCoupling, Location::Position(z)) => {
+                placed(&mut probe, across(*z), Law::Circulatory)
+            }
+            (EffectKind::AddedMass, Location::Position(z)) => {
+                placed(&mut probe, across(*z), Law::Mass)
+            }
+            (EffectKind::ToolMass, _) => {
+                let tip = probe(Probe::Station(self.span_m().0));
+                vec![vec![(1.0, Term::Bond(tip, Law::Mass))]]
+            }
+            (EffectKind::ToolJoint, _) => {
+                let across = probe(Probe::JointAcross);
+                let turning = probe(Probe::JointTurning);
+                vec![
+                    vec![(1.0, Term::Bond(across, Law::Spring))],
+                    vec![(1.0, Term::Bond(turning, Law::Spring))],
+                    vec![(1.0, Term::Bond(turning, Law::Dashpot))],
+                ]
+            }
+            (EffectKind::SensorOffset | EffectKind::ActuatorOffset, Location::Bearing(which)) => {
+                let planes = self.with(effects).effective().planes_m();
+                let signal = effect.kind == EffectKind::SensorOffset;
+                let term = |b: usize| {
+                    let plane = if signal { 2 + b } else { b };
+                    let slope = probe(Probe::Slope(planes[plane]));
+                    (1.0, Term::of_plane(plane, slope))
+                };
+                vec![bearings(which).into_iter().map(term).collect()]
+            }
+            (EffectKind::NegativeStiffness, Location::Bearing(which)) => {
+                let term = |b: usize| (value.recip(), Term::NegativeStiffness(b));
+                vec![bearings(which).into_iter().map(term).collect()]
+            }
+            (EffectKind::RegionStiffness, Location::Region(region)) => {
+                let groups = self.groups_of(region).into_iter();
+                vec![groups.map(|g| (value.recip(), Term::Modulus(g))).collect()]
+            }
+            (EffectKind::ModalDamping, Location::Mode(mode)) if *mode >= 1 => {
+                vec![vec![(value.recip(), Term::Damping(mode - 1))]]
+            }
+            (EffectKind::InternalDamping, _) => vec![vec![(1.0, Term::Loss)]],
+            // The last of several counts.
+            (EffectKind::Gyroscopic, _) => {
+                let mut later = effects[index + 1..].iter();
+                let replaced = later.any(|e| e.kind == EffectKind::Gyroscopic);
+                let factor = f64::from(u8::from(!replaced));
+                vec![vec![(factor, Term::Gyroscopic)]]
+            }
+            (EffectKind::HousingMode, _) => {
+                let housing = |e: &&Effect| e.kind == EffectKind::HousingMode;
+                let before = self.machine.of_kind(EffectKind::HousingMode).count()
+                    + effects[..index].iter().filter(housing).count();
+                (0..3)
+                    .map(|number| vec![(1.0, Term::Housing(before, number))])
+                    .collect()
+            }
+            // An effect without its place does nothing.
+            _ => effect.values.iter().map(|_| vec![]).collect(),
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Amplifiers, delay and eddy currents before the shaft, sensors behind it, at one line.
+//!
+//! Force per current  e^{−sT} k_i /((1 + s/ω_a)(1 + √(s/ω_e))) [1 κ; κ 1],  signal per displacement  g R(α)/((1 + s/ω_s) L(s)),
+//! L = 1 + 2ζ s/ω_l + (s/ω_l)² the second-order low-pass.
+
+use super::channels::{SIDE, Square, ZERO, planar};
+use crate::linalg::c64;
+use crate::spindle::effective::{Effective, EffectiveBearing};
+use std::f64::consts::TAU;
+
+/// Damping ratio of the sensor low-pass: Butterworth's.
+pub const LOWPASS_DAMPING: f64 = 0.707;
+
+/// The electronics at one line: 2×2 blocks (x, y) of each bearing, row-major.
+#[derive(Clone, Debug)]
+pub struct ElectronicsLine {
+    /// Forces per commanded currents, N/A.
+    force: [[c64; 4]; 2],
+    /// Signals per displacements, −.
+    axes: [[c64; 4]; 2],
+}
+
+impl ElectronicsLine {
+    /// The electronics of a machine at angular frequency `omega_rad_s`.
+    pub fn new(machine: &Effective, omega_rad_s: f64) -> Self {
+        let s = c64::new(0.0, omega_rad_s);
+        let delay = (-s * machine.delay_s).exp();
+        let blocks = |gain: c64, shape: [[f64; 2]; 2]| -> [c64; 4] {
+            std::array::from_fn(|k| gain * shape[k / 2][k % 2])
+        };
+        Self {
+            force: machine
+                .bearings
+                .each_ref()
+                .map(|b| blocks(delay * amplifier(b, s), b.force_matrix())),
+            axes: machine.bearings.each_ref().map(|b| {
+                let gain = sensor(b, machine.sensor_bandwidth_hz, s) * b.sensor_gain;
+                blocks(gain, b.axes_matrix())
+            }),
+        }
+    }
+
+    /// F from the closed receptance forwards and backwards (3×3: sensors and tool from magnets and tool).
+    pub fn apply(&self, plus: &[c64; 9], minus: Option<&[c64; 9]>) -> Square {
+        let mut f = [ZERO; SIDE * SIDE];
+        for k in 0..9 {
+            let (o, i) = (2 * (k / 3), 2 * (k % 3));
+            let (a, b) = planar(plus[k], minus.map(|minus| minus[k]));
+            f[o * SIDE + i] = a;
+            f[(o + 1) * SIDE + i + 1] = a;
+            f[(o + 1) * SIDE + i] = b;
+            f[o * SIDE + i + 1] = -b;
+        }
+        self.surround(&mut f, SIDE);
+        f
+    }
+
+    /// From displacements and forces to signals and currents in place: a square row-major response whose first four rows and
+    /// columns are the axes.
+    pub fn surround(&self, f: &mut [c64], side: usize) {
+        for (i, m) in self.force.iter().enumerate() {
+            let (x, y) = (2 * i, 2 * i + 1);
+            // Without coupling across a bearing, the usual case, both axes are only scaled.
+            let apart = m[1] == ZERO && m[2] == ZERO;
+            for row in f.chunks_mut(side) {
+                let (on_x, on_y) = (row[x], row[y]);
+                (row[x], row[y]) = match apart {
+                    true => (on_x * m[0], on_y * m[3]),
+                    false => (on_x * m[0] + on_y * m[2], on_x * m[1] + on_y * m[3]),
+                };
+            }
+        }
+        for (i, m) in self.axes.iter().enumerate() {
+            let (x, y) = (2 * i * side, (2 * i + 1) * side);
+            let apart = m[1] == ZERO && m[2] == ZERO;
+            for column in 0..side {
+                let (of_x, of_y) = (f[x + column], f[y + column]);
+                (f[x + column], f[y + column]) = match apart {
+                    true => (of_x * m[0], of_y * m[3]),
+                    false => (m[0] * of_x + m[1] * of_y, m[2] * of_x + m[3] * of_y),
+                };
+            }
+        }
+    }
+}
+
+/// 1/((1 + s/ω_a)(1 + √(s/ω_e))).
+fn amplifier(bearing: &EffectiveBearing, s: c64) -> c64 {
+    let gain = (s / (TAU * bearing.amplifier_bandwidth_hz) + 1.0).inv();
+    match bearing.eddy_corner_hz {
+        None => gain,
+        Some(corner) => gain / ((s / (TAU * corner)).sqrt() + 1.0),
+    }
+}
+
+/// 1/((1 + s/ω_s) L(s)).
+fn sensor(bearing: &EffectiveBearing, bandwidth_hz: f64, s: c64) -> c64 {
+    let gain = (s / (TAU * bandwidth_hz) + 1.0).inv();
+    match bearing.sensor_lowpass_hz {
+        None => gain,
+        Some(corner) => {
+            let q = s / (TAU * corner);
+            gain / (q * (2.0 * LOWPASS_DAMPING) + q * q + 1.0)
+        }
+    }
+}
+
+impl EffectiveBearing {
+    /// Forces (x, y) per currents (x, y) behind the amplifiers, N/A.
+    pub fn force_matrix(&self) -> [[f64; 2]; 2] {
+        let (direct, cross) = (self.ki_n_per_a, self.ki_n_per_a * self.coupling_ratio);
+        [[direct, cross], [cross, direct]]
+    }
+
+    /// Sensor axes (x', y') from displacements (x, y).
+    pub fn axes_matrix(&self) -> [[f64; 2]; 2] {
+        let (sin, cos) = self.sensor_angle_rad.sin_cos();
+        [[cos, sin], [-sin, cos]]
+    }
+}

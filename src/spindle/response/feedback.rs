@@ -1,0 +1,89 @@
+//! Force laws at ports of the shaft, and the receptance with these loops closed.
+//!
+//! With H the open receptance between all ports and κ the force per displacement of the laws at the ports f, the closed one is
+//! X = H + H_f κ (I − H_ff κ)⁻¹ H_f·.  Sources: magnets (negative stiffness), springs, circulatory laws, dashpots, added masses.
+
+use super::channels::ZERO;
+use crate::linalg::c64;
+use crate::linalg::small::eliminate;
+use crate::spindle::effective::{Attachment, Effective};
+
+/// A force per displacement, of one unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Law {
+    /// Against the displacement.
+    Spring,
+    /// Perpendicular to the displacement.
+    Circulatory,
+    /// Against the velocity.
+    Dashpot,
+    /// Against the acceleration.
+    Mass,
+}
+
+impl Law {
+    /// The springs and circulatory laws, with their stiffness, that make up a constant gain.
+    pub fn parts(gain: c64) -> impl Iterator<Item = (Self, f64)> {
+        let all = [(Self::Spring, -gain.re), (Self::Circulatory, gain.im)];
+        all.into_iter().filter(|(_, value)| *value != 0.0)
+    }
+
+    /// Force per displacement at a signed frequency, rad/s.
+    pub fn gain(self, w: f64) -> c64 {
+        match self {
+            Self::Spring => c64::new(-1.0, 0.0),
+            Self::Circulatory => c64::new(0.0, 1.0),
+            Self::Dashpot => c64::new(0.0, -w),
+            Self::Mass => c64::new(w * w, 0.0),
+        }
+    }
+}
+
+/// A law at a port: `value` units of it (N/m, N s/m, kg).
+#[derive(Clone, Copy, Debug)]
+pub struct Feedback {
+    /// Port that the law reads and acts at.
+    pub port: usize,
+    /// The law.
+    pub law: Law,
+    /// Units of it.
+    pub value: f64,
+}
+
+impl Feedback {
+    /// Force per displacement at a signed frequency, rad/s.
+    pub fn gain(&self, w: f64) -> c64 {
+        self.law.gain(w) * self.value
+    }
+}
+
+/// The laws of the attachments of a machine, each of one kind, with its units.
+pub fn attached(effective: &Effective) -> impl Iterator<Item = (&Attachment, Law, f64)> {
+    let all = effective.attachments.iter();
+    all.flat_map(|a| Law::parts(a.gain).map(move |(law, value)| (a, law, value)))
+}
+
+/// Closes the loops `feedback` with their `gains` round an open receptance between `ports` ports, row-major.
+pub fn close(open: &[c64], ports: usize, feedback: &[Feedback], gains: &[c64]) -> Vec<c64> {
+    let (p, m) = (ports, feedback.len());
+    let mut unit = vec![ZERO; m * m];
+    let mut rows = vec![ZERO; m * p];
+    for (a, f) in feedback.iter().enumerate() {
+        for (b, g) in feedback.iter().enumerate() {
+            let own = c64::new(f64::from(u8::from(a == b)), 0.0);
+            unit[a * m + b] = own - open[f.port * p + g.port] * gains[b];
+        }
+        rows[a * p..(a + 1) * p].copy_from_slice(&open[f.port * p..(f.port + 1) * p]);
+    }
+    eliminate(&mut unit, &mut rows, m, p);
+    let mut closed = open.to_vec();
+    for i in 0..p {
+        for (a, f) in feedback.iter().enumerate() {
+            let through = open[i * p + f.port] * gains[a];
+            for j in 0..p {
+                closed[i * p + j] += through * rows[a * p + j];
+            }
+        }
+    }
+    closed
+}

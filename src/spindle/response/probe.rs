@@ -1,0 +1,45 @@
+//! A further port of the shaft.
+
+use super::ritz::ReducedShaft;
+use crate::spindle::SpindleError;
+
+/// A further port.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Probe {
+    /// Displacement at a position, m.
+    Station(f64),
+    /// Slope of the shaft at a position.
+    Slope(f64),
+    /// Curvature of the shaft at a position.
+    Curvature(f64),
+    /// What another mesh may read more at a position.
+    Misread(f64),
+    /// Tool against nose, across.
+    JointAcross,
+    /// Tool against nose, turning.
+    JointTurning,
+}
+
+impl Probe {
+    /// Amplitudes of the port over the coordinates of a shaft.
+    ///
+    /// # Errors
+    /// [`SpindleError`] for a position off the shaft.
+    pub fn row(self, shaft: &ReducedShaft) -> Result<Vec<f64>, SpindleError> {
+        let joint = |i: usize| {
+            shaft
+                .joint
+                .as_ref()
+                .and_then(|rows| rows.get(i).cloned())
+                .unwrap_or_else(|| vec![0.0; shaft.len()])
+        };
+        Ok(match self {
+            Self::Station(z) => shaft.row(z)?,
+            Self::Misread(z) => shaft.misread(z)?.unwrap_or_else(|| vec![0.0; shaft.len()]),
+            Self::JointAcross => joint(0),
+            Self::JointTurning => joint(1),
+            Self::Slope(z) => shaft.slope_row(z)?,
+            Self::Curvature(z) => shaft.curvature_row(z)?,
+        })
+    }
+}
