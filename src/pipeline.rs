@@ -13,7 +13,7 @@ pub mod synthesis;
 pub mod worst;
 
 use crate::controller::ControllerError;
-use crate::controller::verification::VerificationError;
+use crate::controller::verification_error::VerificationError;
 use crate::linalg::NumericError;
 use crate::predict::chatter::ChatterError;
 use crate::robust::dk::DkError;

@@ -15,7 +15,7 @@ use super::generalized::GeneralizedPlant;
 use super::plane::{LOADS, LOOPS};
 use super::uncertainty::Block;
 use super::weight_plane::WeightPlane;
-use super::weighting::Section;
+use super::weighting::{Section, integral_section};
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, block2, series, stack_rows};
@@ -23,9 +23,6 @@ use crate::lti::{Continuous, StateSpace};
 
 /// Displacement that counts as one at the controller input of the scaled problem, m: the size of the vibrations.
 pub const SIGNAL_SCALE_M: f64 = 1e-5;
-
-/// Rise of the integral weight below its corner: a leaky integrator, since a pole at zero cannot be stabilised.
-const INTEGRAL_RISE: f64 = 1e3;
 
 /// A mode with a port in the plane model and its relative natural-frequency uncertainty.
 #[derive(Clone, Copy, Debug)]
@@ -220,14 +217,6 @@ fn expose_errors(
         .iter()
         .fold(d_errors, |all, next| stack_rows(&all, next));
     StateSpace::new(plane.a.clone(), b, c, d, Continuous)
-}
-
-/// Integral weight of a signal that may be displaced by `allowed_m` at DC.
-///
-/// # Errors
-/// As [`input_weights`].
-pub fn integral_section(allowed_m: f64, corner_hz: f64) -> Result<Section, NumericError> {
-    Section::leaky_integrator(INTEGRAL_RISE / allowed_m, corner_hz / INTEGRAL_RISE)
 }
 
 /// √(2r) ω₀.

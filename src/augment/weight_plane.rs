@@ -6,9 +6,8 @@
 //! uncertainty and loads act between the samples too: in analysis their inputs carry a fitted 1/sinc(ωT/2), so that their
 //! magnitude is that of the continuous response; in synthesis the modal inputs carry its value at their natural frequency.
 
-use super::assembly::integral_section;
 use super::warp::{FittedWeight, fitted, inverse_hold};
-use super::weighting::Section;
+use super::weighting::{Section, integral_section};
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::series;

@@ -122,3 +122,14 @@ pub fn roll_on(
     let both = series(&stage, &stage)?;
     Ok(both.scale_outputs(&Mat::from_fn(1, 1, |_, _| 1.0 / limit)))
 }
+
+/// Rise of the integral weight below its corner: a leaky integrator, since a pole at zero cannot be stabilised.
+const INTEGRAL_RISE: f64 = 1e3;
+
+/// Integral weight of a signal that may be displaced by `allowed_m` at DC.
+///
+/// # Errors
+/// As [`Section::leaky_integrator`].
+pub fn integral_section(allowed_m: f64, corner_hz: f64) -> Result<Section, NumericError> {
+    Section::leaky_integrator(INTEGRAL_RISE / allowed_m, corner_hz / INTEGRAL_RISE)
+}

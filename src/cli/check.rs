@@ -9,6 +9,7 @@ use crate::input::kind::FileKind;
 use crate::input::sweep::read_sweep;
 use crate::input::{
     InputError, load_controller, load_measurement, load_spindle, load_tool, load_weights, mat, uff,
+    uff_frf,
 };
 use crate::spindle::{Machine, Spindle};
 use std::path::Path;
@@ -104,7 +105,7 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>) -> Res
         }
         FileKind::Universal => {
             let functions = uff::read(file, &bytes()?)?;
-            uff::frfs(file, &functions)?;
+            uff_frf::frfs(file, &functions)?;
         }
         FileKind::Mat => mat::check_controller(file, &bytes()?)?,
     }

@@ -5,7 +5,7 @@ use super::export::signal_limits;
 use crate::controller::ControlLaw;
 use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::float32;
-use crate::controller::pid_tune::TunedPid;
+use crate::controller::pid_certificate::TunedPid;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, scaled};
 use crate::pipeline::design::Design;

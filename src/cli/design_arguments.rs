@@ -3,7 +3,7 @@
 use super::Failure;
 use super::controlled_machine::MachineArguments;
 use crate::augment::weights::Weights;
-use crate::controller::pid_tune::TuneSettings;
+use crate::controller::pid_settings::TuneSettings;
 use crate::input::load_weights;
 use crate::spindle::Machine;
 

@@ -3,9 +3,9 @@
 
 use super::machine::of_measurement;
 use super::output::claim;
-use super::plausibility::Records;
+use super::plausibility::{Records, named};
 use super::{Failure, Outcome, stdout};
-use crate::identify::{IdentifyError, MeasuredFrf, identify};
+use crate::identify::{IdentifyError, identify};
 use crate::input::{Measurement, load_measurement};
 use crate::report::identification::{frf_csv, identification_json, plausibility_json};
 use crate::report::results::ResultsFolder;
@@ -45,11 +45,6 @@ impl From<IdentifyError> for Failure {
         };
         Self::new(error.to_string()).with_hint(hint)
     }
-}
-
-/// A failure of identification with the record that it comes from.
-pub(super) fn named(error: IdentifyError, record: &str) -> Failure {
-    Failure::from(error).naming(&[record.to_owned()])
 }
 
 /// Runs the command.
@@ -143,9 +138,4 @@ pub(super) fn record_at_rest(measurement: &Measurement) -> String {
     let mut sweeps = measurement.sweeps.iter().map(|s| &s.record);
     let found = sweeps.find(|r| r.speed_rpm == 0.0);
     found.map_or(String::new(), |r| r.name.clone())
-}
-
-/// The first sweep at standstill.
-pub(super) fn standstill(frfs: &[MeasuredFrf]) -> Option<&MeasuredFrf> {
-    frfs.iter().find(|f| f.speed_rpm == 0.0)
 }

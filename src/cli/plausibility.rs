@@ -1,10 +1,9 @@
 //! The plausibility of every record of a measurement, said before anything is done with them.
 
 use super::Failure;
-use super::identify::{named, standstill};
 use crate::controller::Controller;
 use crate::identify::{
-    MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility,
+    IdentifyError, MeasuredFrf, Plausibility, hammer_plausibility, open_loop, sweep_plausibility,
 };
 use crate::input::{Measurement, load_controller};
 use crate::lti::HeldResponse;
@@ -86,4 +85,14 @@ impl Records {
             None => Ok(()),
         }
     }
+}
+
+/// A failure of identification with the record that it comes from.
+pub(super) fn named(error: IdentifyError, record: &str) -> Failure {
+    Failure::from(error).naming(&[record.to_owned()])
+}
+
+/// The first sweep at standstill.
+pub(super) fn standstill(frfs: &[MeasuredFrf]) -> Option<&MeasuredFrf> {
+    frfs.iter().find(|f| f.speed_rpm == 0.0)
 }

@@ -1,9 +1,10 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
-use super::identify::{named, record_at_rest};
+use super::identify::record_at_rest;
 use super::machine::of_measurement;
 use super::output::claim;
 use super::plausibility::Records;
+use super::plausibility::named;
 use super::{Failure, Outcome, stdout};
 use crate::identify::{Identification, Reading, identify};
 use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};

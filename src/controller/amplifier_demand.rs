@@ -6,9 +6,9 @@
 //! one (at most 0.4 of the sample rate) to the Nyquist frequency: beyond the modes that the design knows, gain only amplifies
 //! noise and unknown modes. Noise: largest rms current of an axis from white sensor noise, at rest and at the top speed.
 
+use super::full_loop::noise_current_a;
 use super::in_step;
-use super::pid_certificate::noise_current_a;
-use super::verification::VerificationError;
+use super::verification_error::VerificationError;
 use crate::linalg::{NumericError, max_singular_value_complex};
 use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace, TimeBase};
 use crate::rotor::modes::PlanarModes;

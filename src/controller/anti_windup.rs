@@ -30,7 +30,8 @@
 
 use super::realise::{Form, Realisation, Row, Term};
 use super::scaling::ScaledRealisation;
-use super::verification::{VerificationError, growth_rate};
+use super::verification::growth_rate;
+use super::verification_error::VerificationError;
 use super::{ControllerError, in_step};
 use crate::linalg::hermitian::hermitian_eigen;
 use crate::linalg::lyapunov::discrete_lyapunov;

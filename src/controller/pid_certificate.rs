@@ -6,17 +6,18 @@
 //! Stiffness: on lines packed round every closed-loop pole, then refined at the lowest dip; the tool's force is not held.
 
 use super::amplifier_demand::{high_frequency_gain, high_frequency_hz};
+use super::full_loop::FullLoop;
 use super::pid::{PidParameters, pid_controller};
-use super::pid_tune::{TuneSettings, TunedPid, decibel};
-use super::verification::{Verification, VerificationError, growth_rate, verify};
-use super::{ControlLaw, ControllerError, in_step};
+use super::pid_settings::TuneSettings;
+use super::verification::{Verification, growth_rate, verify};
+use super::verification_error::VerificationError;
+use super::{ControlLaw, Controller, ControllerError, in_step};
 use crate::augment::plane::connected_part;
-use crate::linalg::lyapunov::discrete_lyapunov;
-use crate::linalg::{Mat, NumericError, c64};
+use crate::linalg::{NumericError, c64};
 use crate::lti::connect::lower_lft;
 use crate::lti::held::closed_response;
 use crate::lti::norm::{HinfNorm, NormError, hinf_norm_discrete};
-use crate::lti::{Discrete, FrequencyGrid, Response, StateSpace, TimeBase};
+use crate::lti::{Discrete, FrequencyGrid, StateSpace, TimeBase};
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
@@ -89,6 +90,17 @@ pub struct PidCertificate {
     pub high_frequency_hz: f64,
     /// Parameter sets judged.
     pub evaluations: usize,
+}
+
+/// A PID with its proof.
+#[derive(Clone, Debug)]
+pub struct TunedPid {
+    /// Parameters.
+    pub parameters: PidParameters,
+    /// As it runs: sampled, u = K y.
+    pub controller: Controller,
+    /// Figures on the full plant.
+    pub certificate: PidCertificate,
 }
 
 impl PidCertificate {
@@ -285,80 +297,6 @@ struct FullFigures {
     stiffness: (f64, f64),
 }
 
-/// The loop of one plane where the planes are apart, else of both, on the full plant at one speed.
-struct FullLoop {
-    plant: Plant,
-    /// Forces → displacements, tool first, for the poles.
-    closed: StateSpace<Discrete>,
-    /// Noise at the sensors → (currents, signals).
-    loops: StateSpace<Discrete>,
-    /// Axes in the loop.
-    axes: usize,
-}
-
-impl FullLoop {
-    fn new(
-        machine: &Machine,
-        law: &StateSpace<Discrete>,
-        speed_rad_s: f64,
-    ) -> Result<Self, VerificationError> {
-        let plant = Plant::new(machine, speed_rad_s, ModelDetail::Full)?;
-        let sampled = plant.sampled()?;
-        let numeric = in_step("loop on the full plant");
-        // Only a law that keeps the planes apart leaves them apart; x axes come first in pairs.
-        let across = |m: &Mat<c64>| {
-            (0..16).any(|k| (k / 4 + k % 4) % 2 == 1 && m[(k / 4, k % 4)].norm() > 0.0)
-        };
-        let apart = speed_rad_s == 0.0
-            && plant.mechanics().planes_are_decoupled()
-            && !across(&law.at(TAU * 100.0));
-        let axes: &[usize] = if apart { &[0, 2] } else { &[0, 1, 2, 3] };
-        let tool: Vec<usize> = [4].iter().chain(axes).copied().collect();
-        let open = connected_part(&sampled.select(&tool, &tool));
-        let own = connected_part(&law.select(axes, axes));
-        let closed = lower_lft(&open, &own).map_err(&numeric)?;
-        let part = connected_part(&sampled.select(axes, axes));
-        Ok(Self {
-            plant,
-            closed,
-            loops: noisy_loops(&part, &own).map_err(&numeric)?,
-            axes: axes.len(),
-        })
-    }
-
-    /// First axis of bearing 0 or 1.
-    fn bearing(&self, j: usize) -> usize {
-        j * self.axes / 2
-    }
-
-    /// Largest rms current per unit of rms noise over the bearings; the loop is stable.
-    fn noise_gain(&self) -> Result<f64, NumericError> {
-        let each: Result<Vec<f64>, NumericError> = [0, 1]
-            .into_par_iter()
-            .map(|j| h2_norm(&self.loops, self.bearing(j), self.axes))
-            .collect();
-        Ok(each?.into_iter().fold(0.0, f64::max))
-    }
-}
-
-/// Largest rms current of an axis from white sensor noise on the full sampled plant at a speed, A; infinite when unstable.
-///
-/// # Errors
-/// [`VerificationError`] from the plant, the poles or the Lyapunov equation.
-pub fn noise_current_a(
-    machine: &Machine,
-    law: &StateSpace<Discrete>,
-    speed_rad_s: f64,
-) -> Result<f64, VerificationError> {
-    let numeric = in_step("noise current");
-    let full = FullLoop::new(machine, law, speed_rad_s)?;
-    if full.loops.growth_rate().map_err(&numeric)? >= 0.0 {
-        return Ok(f64::INFINITY);
-    }
-    let gain = full.noise_gain().map_err(&numeric)?;
-    Ok(gain * machine.spindle.electronics.sensor_noise_m)
-}
-
 /// Sensitivity peaks, noise current and smallest tool stiffness on the full plant at one speed; no stiffness of an
 /// unstable loop.
 fn full_figures(
@@ -411,44 +349,6 @@ fn peak(found: &HinfNorm) -> PeakSensitivity {
     }
 }
 
-/// Noise at the sensors → (currents u, signals y): S and K S of the loop u = K y, y = G u + n.
-fn noisy_loops(
-    plant: &StateSpace<Discrete>,
-    law: &StateSpace<Discrete>,
-) -> Result<StateSpace<Discrete>, NumericError> {
-    let (n, states) = (plant.inputs(), plant.order());
-    let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
-    let b = Mat::from_fn(
-        states,
-        2 * n,
-        |i, j| if j < n { 0.0 } else { plant.b[(i, j - n)] },
-    );
-    let c = Mat::from_fn(
-        3 * n,
-        states,
-        |i, j| if i < n { 0.0 } else { plant.c[(i % n, j)] },
-    );
-    let d = Mat::from_fn(3 * n, 2 * n, |i, j| match (i < n, j < n) {
-        (true, true) => 0.0,
-        (true, false) => unit(i, j - n),
-        (false, true) => unit(i % n, j),
-        (false, false) => plant.d[(i % n, j - n)],
-    });
-    let open = StateSpace::new(plant.a.clone(), b, c, d, plant.time)?;
-    lower_lft(&open, law)
-}
-
-/// ‖row‖₂ of output `row` from the first `inputs` inputs: rms of the output for unit white noise.
-fn h2_norm(system: &StateSpace<Discrete>, row: usize, inputs: usize) -> Result<f64, NumericError> {
-    let c = system.c.submatrix(row, 0, 1, system.order()).to_owned();
-    let x = discrete_lyapunov(&system.a, &(c.transpose() * &c))?;
-    let square = (0..inputs).map(|j| {
-        let b = system.b.submatrix(0, j, system.order(), 1).to_owned();
-        (b.transpose() * &x * &b)[(0, 0)] + system.d[(row, j)].powi(2)
-    });
-    Ok(square.sum::<f64>().max(0.0).sqrt())
-}
-
 /// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the currents
 /// go through the hold. The poles of the sampled loop `closed` say where to look.
 ///
@@ -495,4 +395,8 @@ pub fn softest(
         if x < y { hi = b } else { lo = a }
     }
     Ok((best.0, best.1 / TAU))
+}
+
+fn decibel(x: f64) -> f64 {
+    20.0 * x.log10()
 }

@@ -9,7 +9,7 @@ use super::polish::descent::{Effort, PENALTY, descend};
 use super::polish::loss::Loss;
 use super::polish::responses::{Plants, Role, lines, shifts};
 use super::polish::structure::Line;
-use super::verification::VerificationError;
+use super::verification_error::VerificationError;
 use super::{ControlLaw, ControllerError, in_step};
 use crate::augment::plane::connected_part;
 use crate::linalg::c64;

@@ -11,7 +11,7 @@
 
 use super::ControllerError;
 use super::speed_lift::AffinePlant;
-use super::verification::VerificationError;
+use super::verification_error::VerificationError;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;

@@ -3,9 +3,10 @@
 
 use super::ControllerError;
 use super::speed_proof::{SpeedProof, prove};
+use super::verification_error::VerificationError;
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, StateSpace, TimeBase};
-use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -200,15 +201,4 @@ pub fn verify_at(
         top_rpm: machine.spindle.max_rpm,
         forced: false,
     })
-}
-
-/// Failure of the stability check.
-#[derive(Clone, Debug, thiserror::Error, PartialEq)]
-pub enum VerificationError {
-    /// The plant could not be built.
-    #[error(transparent)]
-    Plant(#[from] SpindleError),
-    /// The loop could not be evaluated.
-    #[error(transparent)]
-    Loop(#[from] ControllerError),
 }

@@ -2,7 +2,8 @@
 
 use super::error::InputError;
 use super::sweep::{at, check_header, csv_error, number};
-use super::uff::{self, UffFrf};
+use super::uff;
+use super::uff_frf::{self, UffFrf};
 use crate::identify::HammerFrf;
 use crate::linalg::c64;
 use crate::update::MeasuredShape;
@@ -55,7 +56,7 @@ pub fn read_hammer(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<HammerFrf
 
 fn from_universal(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<HammerFrf, InputError> {
     let functions = uff::read(file, bytes)?;
-    let frfs: Vec<UffFrf> = uff::frfs(file, &functions)?;
+    let frfs: Vec<UffFrf> = uff_frf::frfs(file, &functions)?;
     let driving: Vec<&UffFrf> = frfs.iter().filter(|f| f.is_driving_point()).collect();
     let chosen = match (frfs.as_slice(), driving.as_slice()) {
         ([one], _) => one,
@@ -73,7 +74,7 @@ fn from_universal(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<HammerFrf,
             .with_hint("a hammer record is one FRF: force and displacement at the tool plane"));
         }
     };
-    let coherence = uff::coherence_for(&functions, chosen);
+    let coherence = uff_frf::coherence_for(&functions, chosen);
     Ok(HammerFrf {
         speed_rpm,
         frequency_hz: chosen.frequency_hz.clone(),

@@ -7,7 +7,6 @@
 
 use super::error::InputError;
 use super::shipped::BYTE_ORDER_MARK;
-pub use super::uff_frf::{UffFrf, coherence_for, frfs};
 use crate::linalg::c64;
 
 /// Header lines of a dataset 58 after its identifier line.

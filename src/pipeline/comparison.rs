@@ -3,7 +3,7 @@
 use super::PipelineError;
 use super::loop_stability::{LoopPoles, loop_poles};
 use crate::controller::amplifier_demand::amplifier_demand;
-use crate::controller::pid_tune::TuneSettings;
+use crate::controller::pid_settings::TuneSettings;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::sample::tustin;

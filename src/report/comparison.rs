@@ -2,8 +2,9 @@
 
 use super::run_summary::verification_json;
 use super::summary::{number, numbers};
+use crate::controller::pid_certificate::TunedPid;
 use crate::controller::pid_certificate::{PeakSensitivity, PidCertificate, ZONE_B_DB};
-use crate::controller::pid_tune::{TuneSettings, TunedPid};
+use crate::controller::pid_settings::TuneSettings;
 use crate::identify::peaks::Resonance;
 use crate::pipeline::comparison::{LOW_HZ, Prediction};
 use crate::pipeline::worst::WorstPrediction;

@@ -1,6 +1,6 @@
 //! What a design proves and what it was compared with, as JSON: speeds, stability of the controller, arithmetics, variants.
 
-use super::run_summary::{sensitivity_json, stiffness_json};
+use super::prediction_summary::{sensitivity_json, stiffness_json};
 use super::summary::number;
 use crate::augment::plane::Route;
 use crate::controller::speed_proof::SpeedProof;

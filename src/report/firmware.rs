@@ -3,6 +3,7 @@
 
 use super::controller_json::{channel_name, controller_json};
 use super::firmware_c::{FirmwareLabels, header, source};
+pub use super::firmware_error::FirmwareError;
 use super::firmware_sections::section_tables;
 use super::mat::mat_file;
 use crate::controller::arithmetic::{Float32Program, Q31Program, float32, q31};
@@ -10,14 +11,13 @@ use crate::controller::continuous::continuous_fit;
 use crate::controller::hand_over::hand_over;
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::verification::Verification;
-use crate::controller::{ControlLaw, Controller, ControllerError, MachineTag};
+use crate::controller::{ControlLaw, Controller, MachineTag};
 use crate::linalg::Mat;
 use crate::lti::{Discrete, StateSpace};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
-use thiserror::Error;
 
 /// Samples in the test vectors.
 const TEST_SAMPLES: usize = 256;
@@ -69,31 +69,6 @@ pub struct Firmware<'a> {
     pub tag: Option<&'a MachineTag>,
     /// What every C symbol of the controller begins with, see [`super::firmware_c::is_prefix`].
     pub prefix: &'a str,
-}
-
-/// Failure of the export.
-#[derive(Debug, Error)]
-pub enum FirmwareError {
-    /// The arithmetic cannot hold the controller.
-    #[error(transparent)]
-    Controller(#[from] ControllerError),
-    /// The `.mat` file could not be made.
-    #[error("controller.mat: {0}")]
-    Mat(#[from] std::io::Error),
-    /// Controllers that cannot share a table.
-    #[error("controller {prefix}: it has {what}")]
-    Table {
-        /// Its prefix.
-        prefix: String,
-        /// What differs, and what to do.
-        what: &'static str,
-    },
-    /// A C file could not be rendered.
-    #[error("C template: {0}")]
-    Template(#[from] minijinja::Error),
-    /// Only sampled controllers run on a processor.
-    #[error("{0}: firmware needs a sampled controller; discretise it first")]
-    Continuous(String),
 }
 
 /// SHA-256 of a byte string, hex.

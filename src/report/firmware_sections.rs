@@ -2,8 +2,8 @@
 //! Control Library, in the sign conventions of each.
 
 use super::controller_json::channel_name;
-use super::firmware::FirmwareError;
 use super::firmware_c::{comment, render};
+use super::firmware_error::FirmwareError;
 use super::firmware_rows::hex_float;
 use crate::controller::ControllerError;
 use crate::controller::sections::{Section, cascades};

@@ -1,8 +1,9 @@
 //! Several exported controllers as one table for firmware: `controllers.h` and `controllers.c` beside one folder a
 //! controller, with a change at run time that continues the currents.
 
-use super::firmware::{Firmware, FirmwareError};
+use super::firmware::Firmware;
 use super::firmware_c::{comment, render};
+use super::firmware_error::FirmwareError;
 use minijinja::{Value, context};
 
 const HEADER: &str = include_str!("templates/controllers.h");

@@ -8,6 +8,7 @@
 use super::UpdateError;
 use super::determine::{determined, prior_root};
 use super::outcome::{self, Explanation, Finish, Method, Updated, assemble};
+use super::peak_kind::PeakKind;
 use super::problem::{Evaluation, Problem, UpdateSettings};
 use super::targets::Targets;
 use crate::linalg::{Mat, symmetric_eigen};
@@ -129,8 +130,8 @@ impl Objective<'_> {
             .map(|(peak, compared)| {
                 let f = peak.target.frequency_hz;
                 let exponent = match peak.kind {
-                    outcome::PeakKind::Resonance => self.settings.resonance_exponent,
-                    outcome::PeakKind::Antiresonance => self.settings.antiresonance_exponent,
+                    PeakKind::Resonance => self.settings.resonance_exponent,
+                    PeakKind::Antiresonance => self.settings.antiresonance_exponent,
                 };
                 let error = f * compared.residual_ln.exp_m1();
                 error.abs().powf(exponent)

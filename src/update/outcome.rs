@@ -3,6 +3,7 @@
 
 use super::UpdateError;
 use super::determine::Determined;
+use super::peak_kind::PeakKind;
 use super::problem::{Evaluation, Peak, Problem};
 use super::shapes::{self, ShapeComparison};
 use super::targets::Targets;
@@ -26,15 +27,6 @@ impl Method {
             Self::NelderMead => "nelder-mead",
         }
     }
-}
-
-/// What kind of peak.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PeakKind {
-    /// A pole of the free-free rotor.
-    Resonance,
-    /// A zero of one of its FRFs.
-    Antiresonance,
 }
 
 /// Modulus factor of one region.

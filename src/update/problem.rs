@@ -5,7 +5,7 @@
 
 use super::UpdateError;
 use super::matching::{align, warp};
-use super::outcome::PeakKind;
+use super::peak_kind::PeakKind;
 use super::targets::{Target, Targets};
 use crate::rotor::Rotor;
 use crate::rotor::chain::{Chain, Factor, Port};

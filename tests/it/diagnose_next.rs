@@ -5,10 +5,10 @@ use muspin::diagnose::Evidence;
 use muspin::diagnose::coverage::detectable;
 use muspin::diagnose::evidence::Use;
 use muspin::diagnose::experiment::Measurement;
-use muspin::diagnose::fit::Point;
 use muspin::diagnose::hypothesis::{Hypothesis, Scope, catalogue};
 use muspin::diagnose::model::Model;
 use muspin::diagnose::next::proposals;
+use muspin::diagnose::problem::Point;
 use muspin::diagnose::search::{Candidate, Search};
 use muspin::spindle::{Bearings, EffectKind, Location};
 use std::f64::consts::TAU;
@@ -26,8 +26,8 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
     };
     let all = catalogue(
         &folder.machine,
-        model.span_m(),
-        model.flexible_rad_s(),
+        model.reduced.span_m(),
+        model.reduced.flexible_rad_s(),
         scope,
     )
     .expect("catalogue");

@@ -6,7 +6,8 @@ use muspin::controller::amplifier_demand::{
 };
 use muspin::controller::pid::{pid_continuous, pid_controller, reference_start};
 use muspin::controller::pid_certificate::{PidCertificate, ZONE_B_DB, certify};
-use muspin::controller::pid_tune::{TuneSettings, textbook, tune};
+use muspin::controller::pid_settings::TuneSettings;
+use muspin::controller::pid_tune::{textbook, tune};
 use muspin::controller::verification::growth_rate;
 use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64};

@@ -4,7 +4,8 @@
 use super::program::muspin;
 use muspin::controller::anti_windup::with_anti_windup;
 use muspin::controller::arithmetic::{Float32Program, float32};
-use muspin::controller::pid_tune::{TuneSettings, textbook};
+use muspin::controller::pid_settings::TuneSettings;
+use muspin::controller::pid_tune::textbook;
 use muspin::controller::realise::modal_form;
 use muspin::controller::scaling::{SignalLimits, scaled};
 use muspin::controller::{ControlLaw, Controller};

@@ -1,7 +1,8 @@
 //! Universal files: third-party ones, every binary variant, and what is written is read back.
 
 use muspin::input::hammer::read_hammer;
-use muspin::input::uff::{frfs, read};
+use muspin::input::uff::read;
+use muspin::input::uff_frf::frfs;
 use muspin::linalg::c64;
 use muspin::report::uff::{UffRecord, universal_file};
 use std::f64::consts::TAU;

@@ -8,7 +8,7 @@ use super::stage::specification_of;
 use super::structure::Structure;
 use crate::augment::assembly::UncertainMode;
 use crate::augment::weights::Weights;
-use crate::controller::verification::VerificationError;
+use crate::controller::verification_error::VerificationError;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
 

@@ -11,7 +11,7 @@ use crate::augment::assembly::UncertainMode;
 use crate::augment::plane::{LOADS, LOOPS, isotropic};
 use crate::augment::split::gyroscopic_split;
 use crate::augment::weights::Weights;
-use crate::controller::verification::VerificationError;
+use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::c64;
 use crate::lti::connect::{append, lower_lft};

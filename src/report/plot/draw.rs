@@ -4,9 +4,9 @@ use super::PlotError;
 use super::canvas::{Anchor, Canvas, Ink};
 use super::figure::{Figure, HeatMap, Series, Shape};
 use super::frame::{Frame, Rect};
-use super::render::face;
 use super::style::{Color, Dash, Look};
 use super::ticks::ticks;
+use super::typography::face;
 
 /// Half size of a marker, px.
 const MARKER: f64 = 3.4;

@@ -10,6 +10,7 @@ mod render;
 pub mod style;
 mod table;
 mod ticks;
+mod typography;
 
 pub mod animation;
 pub mod diagnosis;

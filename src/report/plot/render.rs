@@ -11,21 +11,12 @@ use super::figure::{Figure, Panel};
 use super::frame::{Direction, Frame, Rect, axis_range, spread};
 use super::style::Dash;
 use super::ticks::{Ticks, ticks};
+use super::typography::face;
 
 /// Em of axis numbers and labels, px.
 const SMALL: f64 = 12.0;
 const TITLE: f64 = 16.0;
 const LINE: f64 = 18.0;
-
-/// A face of the figure's typography.
-pub(super) fn face(size_px: f64, bold: bool, level: u8) -> Type {
-    Type {
-        size_px,
-        bold,
-        upright: false,
-        ink: Ink::grey(level),
-    }
-}
 
 /// A panel with its ranges, ticks and margins settled.
 struct Prepared<'a> {
