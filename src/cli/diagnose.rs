@@ -7,7 +7,7 @@ use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
-use crate::diagnose::experiment::{Axis, Measurement, Tap};
+use crate::diagnose::data::measurement::{Axis, HammerTest, Measurement};
 use crate::diagnose::{DiagnoseError, Verdict, diagnose};
 use crate::input::{load_controller, load_measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             .hammers
             .iter()
             .zip(&controllers)
-            .map(|(h, k)| Tap {
+            .map(|(h, k)| HammerTest {
                 frf: h.frf.clone(),
                 axis: if h.axis == 0 { Axis::X } else { Axis::Y },
                 controller: k,

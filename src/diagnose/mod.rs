@@ -1,35 +1,16 @@
 //! Find where simulation and measurement disagree, name the missing effect, show the gap shrink.
 //!
-//! Measured records become whitened evidence ([`evidence`]); a Ritz-reduced refined model ([`skeleton`], [`model`]) answers
-//! for any small parameters ([`nuisance`]) and any hypothesis of the catalogue ([`hypothesis`]) in milliseconds; [`fit`]
-//! finds the most probable parameters; [`search`] chooses; [`localise`] looks for the place without a hypothesis;
-//! [`judge`] gives the verdict.
+//! [`data`]: measured records become whitened evidence. [`fit`]: the reduced model of the machine
+//! ([`crate::spindle::response`]) is fitted with nuisance parameters and any effects of the catalogue. [`locate`]: the place of a discrepancy
+//! without a hypothesis. [`decide`]: screening, selection by BIC, verdict, next measurement.
 
-mod choose;
-pub mod compare;
-pub mod correction;
-pub mod coverage;
-pub mod evidence;
-pub mod experiment;
+pub mod data;
+pub mod decide;
 pub mod fit;
-mod geodesic;
-pub mod hypothesis;
-pub mod impedance;
-pub mod jacobian;
-pub mod judge;
-pub mod linearise;
-pub mod localise;
-pub mod model;
-pub mod next;
-pub mod nuisance;
-pub mod place;
-pub mod problem;
-pub mod projection;
-pub mod search;
-pub mod view;
+pub mod locate;
 
-pub use evidence::{Evidence, Gap};
-pub use judge::{Diagnosis, NamedEffect, Verdict, diagnose};
+pub use data::evidence::{Evidence, Gap};
+pub use decide::verdict::{Diagnosis, NamedEffect, Verdict, diagnose};
 
 use crate::identify::IdentifyError;
 use crate::linalg::NumericError;

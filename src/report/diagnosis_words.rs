@@ -1,7 +1,7 @@
 //! A diagnosis in plain words: the effect, its size, its interval, and what to do about it.
 
 use super::readable::four_digits;
-use crate::diagnose::place::Place;
+use crate::diagnose::locate::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
 use crate::spindle::effects::entry::Shown;
 use crate::spindle::{Effect, EffectKind, Location};

@@ -2,7 +2,7 @@
 //! catalogue stays unexplained.
 
 use super::diagnose_folder::read;
-use muspin::diagnose::impedance::Shape;
+use muspin::diagnose::locate::recovered_law::Shape;
 use muspin::diagnose::{Diagnosis, Verdict, diagnose};
 use muspin::report::diagnosis::stage;
 use muspin::report::results::ResultsFolder;

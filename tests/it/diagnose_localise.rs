@@ -3,18 +3,18 @@
 use super::diagnose_folder::read;
 use super::generator::{Draw, Outside, simulate};
 use muspin::diagnose::Evidence;
-use muspin::diagnose::experiment::Measurement;
-use muspin::diagnose::impedance::Shape;
-use muspin::diagnose::localise::{Localisation, localise};
-use muspin::diagnose::model::Model;
-use muspin::diagnose::search::Search;
+use muspin::diagnose::data::measurement::Measurement;
+use muspin::diagnose::fit::case::Case;
+use muspin::diagnose::fit::model::Model;
+use muspin::diagnose::locate::localisation::{Localisation, localise};
+use muspin::diagnose::locate::recovered_law::Shape;
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 use std::f64::consts::TAU;
 
 fn located(label: &str, machine: &Machine, measurement: &Measurement) -> Localisation {
     let evidence = Evidence::new(measurement).expect("evidence");
     let model = Model::new(machine, &evidence.axis_gain_sd()).expect("model");
-    let search = Search {
+    let search = Case {
         model: &model,
         evidence: &evidence,
         catalogue: &[],

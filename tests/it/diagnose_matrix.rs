@@ -5,7 +5,7 @@
 
 use super::diagnose_folder::read;
 use super::generator::{Draw, Outside, simulate};
-use muspin::diagnose::experiment::{Axis, Measurement, Tap};
+use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
 use muspin::diagnose::{Diagnosis, NamedEffect, Verdict, diagnose};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 use std::f64::consts::TAU;
@@ -127,7 +127,7 @@ fn run(case: &Case, points: usize) -> (Diagnosis, f64) {
     }
     let measurement = Measurement {
         sweeps,
-        taps: vec![Tap {
+        taps: vec![HammerTest {
             frf: drawn.hammer,
             axis: Axis::X,
             controller: &folder.controller,

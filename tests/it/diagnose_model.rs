@@ -1,8 +1,8 @@
 //! The reduced model against the plant, for every effect.
 
 use super::diagnose_folder::read;
-use muspin::diagnose::hypothesis::{Hypothesis, Scope, catalogue};
-use muspin::diagnose::model::Model;
+use muspin::diagnose::fit::hypothesis::{Hypothesis, Scope, catalogue};
+use muspin::diagnose::fit::model::Model;
 use muspin::lti::Response;
 use muspin::rotor::element;
 use muspin::rotor::section::{Material, Section};

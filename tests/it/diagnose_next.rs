@@ -2,14 +2,15 @@
 
 use super::diagnose_folder::read;
 use muspin::diagnose::Evidence;
-use muspin::diagnose::coverage::detectable;
-use muspin::diagnose::evidence::Use;
-use muspin::diagnose::experiment::Measurement;
-use muspin::diagnose::hypothesis::{Hypothesis, Scope, catalogue};
-use muspin::diagnose::model::Model;
-use muspin::diagnose::next::proposals;
-use muspin::diagnose::problem::Point;
-use muspin::diagnose::search::{Candidate, Search};
+use muspin::diagnose::data::evidence::Subset;
+use muspin::diagnose::data::measurement::Measurement;
+use muspin::diagnose::decide::candidate::Candidate;
+use muspin::diagnose::decide::detectability::detectable;
+use muspin::diagnose::decide::next_measurement::proposals;
+use muspin::diagnose::fit::case::Case;
+use muspin::diagnose::fit::hypothesis::{Hypothesis, Scope, catalogue};
+use muspin::diagnose::fit::model::Model;
+use muspin::diagnose::fit::problem::Point;
 use muspin::spindle::{Bearings, EffectKind, Location};
 use std::f64::consts::TAU;
 
@@ -31,14 +32,14 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
         scope,
     )
     .expect("catalogue");
-    let search = Search {
+    let search = Case {
         model: &model,
         evidence: &evidence,
         catalogue: &all,
         progress: &|_| {},
     };
     let null = search
-        .finish(&[], &search.origin(), 0.03, Use::ALL)
+        .finish(&[], &search.origin(), 0.03, Subset::ALL)
         .expect("null");
     // Two explanations of the same size, as a fit to a tie would leave them: 2 µs of delay in the loop, or of lag in all sensors.
     let member = |kind: EffectKind, place: Location, theta: f64| -> Candidate {
@@ -52,7 +53,7 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
             theta: vec![vec![theta]],
         };
         let mut candidate = search
-            .finish(&[h], &start, 1e-3, Use::ALL)
+            .finish(&[h], &start, 1e-3, Subset::ALL)
             .expect("candidate");
         candidate.fit.at = start;
         candidate

@@ -2,12 +2,12 @@
 //!
 //! A place offers directions D_a at a line: F_new = F + Σ X_a D_a holds exactly for any law there, however large.  On the shaft
 //! X = (Δ⁻¹ − G)⁻¹ of a law Δ (forces −Δ q), forwards and backwards apart where x and y are coupled; in the electronics X is
-//! the relative change itself. [`View::moved`] is the response with X and its derivatives to the small parameters, Δ held:
+//! the relative change itself. [`PlaceResponse::moved`] is the response with X and its derivatives to the small parameters, Δ held:
 //! dH_new = dH + dB X C + B X dC + B X dG X C.
 
-use super::DiagnoseError;
-use super::model::Model;
-use super::nuisance::Layout;
+use super::super::DiagnoseError;
+use super::super::fit::model::Model;
+use super::super::fit::nuisance::Layout;
 use super::place::Place;
 use crate::linalg::c64;
 use crate::linalg::small::eliminate;
@@ -23,7 +23,7 @@ const RIGID_JOINT: [f64; 2] = [2e10, 2e7];
 const ONE: c64 = c64::new(1.0, 0.0);
 
 /// A machine with open ports for a place, at one speed.
-pub struct Scene<'a> {
+pub struct OpenedPlace<'a> {
     place: &'a Place,
     assembled: Assembled,
     extra: Vec<usize>,
@@ -32,8 +32,8 @@ pub struct Scene<'a> {
 }
 
 /// One line of a scene.
-pub struct View<'a> {
-    scene: &'a Scene<'a>,
+pub struct PlaceResponse<'a> {
+    scene: &'a OpenedPlace<'a>,
     electronics: ElectronicsLine,
     plus: Ported,
     minus: Option<Ported>,
@@ -44,7 +44,7 @@ pub struct View<'a> {
 }
 
 /// B, C, G of one sign of frequency: 3×m, m×3, m×m.
-struct Bond {
+struct PortBlocks {
     m: usize,
     b: Vec<c64>,
     c: Vec<c64>,
@@ -63,7 +63,7 @@ impl Place {
         effects: &[Effect],
         speed_rad_s: f64,
         derivatives: bool,
-    ) -> Result<Scene<'a>, DiagnoseError> {
+    ) -> Result<OpenedPlace<'a>, DiagnoseError> {
         let probes = self.probes(model);
         let mut effects = effects.to_vec();
         if *self == Self::Joint {
@@ -91,7 +91,7 @@ impl Place {
         };
         let split =
             self.mechanical() && (assembled.coupled() || matches!(self, Self::Circulating(_)));
-        Ok(Scene {
+        Ok(OpenedPlace {
             place: self,
             assembled,
             extra,
@@ -100,14 +100,14 @@ impl Place {
     }
 }
 
-impl Scene<'_> {
+impl OpenedPlace<'_> {
     /// Whether forwards and backwards have laws of their own.
     pub fn split(&self) -> bool {
         self.split
     }
 
     /// One line; with derivatives when there is a layout.
-    pub fn view(&self, omega_rad_s: f64, layout: Option<&Layout>) -> View<'_> {
+    pub fn view(&self, omega_rad_s: f64, layout: Option<&Layout>) -> PlaceResponse<'_> {
         let a = &self.assembled;
         let parameters = layout.map(|l| &l.machine);
         let electronics = a.electronics_line(omega_rad_s);
@@ -115,7 +115,7 @@ impl Scene<'_> {
         let minus =
             (a.coupled() || self.split).then(|| a.ported(-omega_rad_s, &self.extra, parameters));
         let response = Assembled::response(&electronics, &plus, minus.as_ref());
-        let mut view = View {
+        let mut view = PlaceResponse {
             scene: self,
             electronics,
             plus,
@@ -127,16 +127,16 @@ impl Scene<'_> {
         view
     }
 
-    fn bond(&self, at: &Ported) -> Bond {
+    fn bond(&self, at: &Ported) -> PortBlocks {
         self.bond_of(at, &at.response, true)
     }
 
-    /// Bond of a matrix of the shape of `at`; of a derivative without the parts that are constant.
-    fn bond_of(&self, at: &Ported, values: &[c64], whole: bool) -> Bond {
+    /// PortBlocks of a matrix of the shape of `at`; of a derivative without the parts that are constant.
+    fn bond_of(&self, at: &Ported, values: &[c64], whole: bool) -> PortBlocks {
         let (n, m) = (at.side, at.side - 3);
         let v = |r: usize, c: usize| values[r * n + c];
         if *self.place != Place::Housing {
-            return Bond {
+            return PortBlocks {
                 m,
                 b: (0..3 * m).map(|i| v(i / m, 3 + i % m)).collect(),
                 c: (0..3 * m).map(|i| v(3 + i / 3, i % 3)).collect(),
@@ -151,7 +151,7 @@ impl Scene<'_> {
             let row = v(3 + f, 3) * ks[0] + v(3 + f, 4) * ks[1];
             sum + (unit(0) + row) * ks[f]
         });
-        Bond {
+        PortBlocks {
             m: 1,
             b: b.collect(),
             c: c.collect(),
@@ -160,7 +160,7 @@ impl Scene<'_> {
     }
 
     /// Derivative of the bond to analytic parameter `i` of the layout's order (moduli, ln ks, ln ζ).
-    fn bond_slope(&self, at: &Ported, i: usize, groups: usize) -> Bond {
+    fn bond_slope(&self, at: &Ported, i: usize, groups: usize) -> PortBlocks {
         let mut d = self.bond_of(at, &at.slopes[i], false);
         if *self.place == Place::Housing && (groups..groups + 2).contains(&i) {
             let (f, ks) = (i - groups, self.assembled.negative_stiffness());
@@ -202,7 +202,7 @@ fn product(a: &[c64], b: &[c64], rows: usize, inner: usize, columns: usize) -> V
     c
 }
 
-impl View<'_> {
+impl PlaceResponse<'_> {
     /// The place.
     pub fn place(&self) -> &Place {
         self.scene.place
@@ -286,7 +286,7 @@ impl View<'_> {
             }
             place if place.mechanical() => {
                 let nothing = [ZERO; 9];
-                let plane = |bond: &Bond| -> Vec<[c64; 9]> {
+                let plane = |bond: &PortBlocks| -> Vec<[c64; 9]> {
                     pairs(bond.m)
                         .map(|(a, b)| {
                             std::array::from_fn(|n| {

@@ -174,7 +174,7 @@ fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape
     // A line on which the law cannot be seen weighs nothing; one that is seen far too well does not decide alone.
     let mut typical: Vec<f64> = sd.iter().copied().filter(|s| *s > 0.0).collect();
     typical.sort_by(f64::total_cmp);
-    let floor = 0.1 * typical.get(typical.len() / 4).copied().unwrap_or(1.0);
+    let model_error = 0.1 * typical.get(typical.len() / 4).copied().unwrap_or(1.0);
     let seen = |v: &c64, s: &f64| v.re.is_finite() && v.im.is_finite() && s.is_finite();
     let data = Data {
         omega: frequency_hz.iter().map(|f| TAU * f).collect(),
@@ -184,7 +184,7 @@ fn shape(frequency_hz: &[f64], values: &[c64], sd: &[f64], unit: Unit) -> (Shape
             .zip(sd)
             .map(|(v, s)| {
                 if seen(v, s) && *s > 0.0 {
-                    s.max(floor).powi(-2)
+                    s.max(model_error).powi(-2)
                 } else {
                     0.0
                 }

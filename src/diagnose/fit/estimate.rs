@@ -1,8 +1,8 @@
-//! The most probable parameters of a set of effects: min χ²(θ, η) + Σ(η/sd)² by Levenberg–Marquardt, the model floor lowered
+//! The most probable parameters of a set of effects: min χ²(θ, η) + Σ(η/sd)² by Levenberg–Marquardt, the model model_error lowered
 //! in steps.
 
-use super::DiagnoseError;
-use super::geodesic::Valley;
+use super::super::DiagnoseError;
+use super::geodesic::GaussNewtonStep;
 use super::jacobian::Jacobian;
 use super::linearise::Linearised;
 use super::problem::{Point, Problem};
@@ -11,8 +11,8 @@ use crate::spindle::response::Receptance;
 use crate::spindle::response::electronics_change::on_electronics;
 use crate::spindle::{Effect, EffectKind, Location};
 
-/// Model floor of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
-pub const FINAL_FLOOR: f64 = 5e-4;
+/// Model model_error of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
+pub const FINAL_MODEL_ERROR: f64 = 5e-4;
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -49,7 +49,7 @@ impl Linear {
     }
 }
 
-/// A step of the schedule: model floor and iterations.
+/// A step of the schedule: model model_error and iterations.
 pub type Stage = (f64, usize);
 
 /// Curvature of χ² that every effect's coordinate has at least in a step. A unit is a large effect, so that a coordinate of which the data
@@ -65,12 +65,12 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn linear(&self, at: &Point, floor: f64) -> Result<Linear, DiagnoseError> {
+    pub fn linear(&self, at: &Point, model_error: f64) -> Result<Linear, DiagnoseError> {
         let Linearised {
             residual,
             jacobian,
             shaft,
-        } = self.linearised(at, floor)?;
+        } = self.linearised(at, model_error)?;
         let mut normal = jacobian.normal();
         for (k, sd) in self.model.layout.sd.iter().enumerate() {
             normal[(k, k)] += sd.powi(-2);
@@ -91,7 +91,7 @@ impl Problem<'_> {
         &self,
         base: &Linear,
         from: &Point,
-        floor: f64,
+        model_error: f64,
     ) -> Result<(Point, f64), DiagnoseError> {
         let (Some(hypothesis), Some(theta)) = (self.effects.last(), from.theta.last()) else {
             return Ok((from.clone(), f64::INFINITY));
@@ -102,7 +102,7 @@ impl Problem<'_> {
             residual: here,
             jacobian,
             ..
-        } = self.newest(from, floor, shaft)?;
+        } = self.newest(from, model_error, shaft)?;
         let (n, d) = (base.jacobian.columns(), theta.len());
         let r = Mat::from_fn(here.len(), 1, |i, _| here[i]);
         let cross = base.jacobian.transpose_times_columns(&jacobian);
@@ -150,10 +150,10 @@ impl Problem<'_> {
         &self,
         from: &Point,
         to: &Point,
-        floor: f64,
+        model_error: f64,
     ) -> Result<(Point, f64), DiagnoseError> {
-        let here = self.chi2(from, floor)?;
-        let chi2 = |at: &Point| self.chi2(at, floor).unwrap_or(f64::INFINITY);
+        let here = self.chi2(from, model_error)?;
+        let chi2 = |at: &Point| self.chi2(at, model_error).unwrap_or(f64::INFINITY);
         let mut there = to.clone();
         let mut value = chi2(&there);
         for _ in 0..4 {
@@ -185,8 +185,8 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn chi2(&self, at: &Point, floor: f64) -> Result<f64, DiagnoseError> {
-        let r = self.residual(at, floor)?;
+    pub fn chi2(&self, at: &Point, model_error: f64) -> Result<f64, DiagnoseError> {
+        let r = self.residual(at, model_error)?;
         Ok(r.iter().map(|r| r * r).sum::<f64>() + self.prior(&at.p))
     }
 
@@ -250,8 +250,8 @@ impl Problem<'_> {
         let small = layout.len();
         let mut at = start.clone();
         let mut end = None;
-        for (floor, iterations) in stages {
-            let mut here = self.linearised(&at, *floor)?;
+        for (model_error, iterations) in stages {
+            let mut here = self.linearised(&at, *model_error)?;
             for iteration in 0..=*iterations {
                 let (r, j) = (&here.residual, &here.jacobian);
                 let data: f64 = r.iter().map(|r| r * r).sum();
@@ -302,18 +302,21 @@ impl Problem<'_> {
                 }
                 let there = self.stepped(&at, &whole);
                 // The whole step is nearly always taken: its derivatives come with it.
-                let mut accepted = self.linearised(&there, *floor).ok().and_then(|ahead| {
-                    let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
-                    (data + self.prior(&there.p) < chi2).then_some((there, Some(ahead)))
-                });
+                let mut accepted = self
+                    .linearised(&there, *model_error)
+                    .ok()
+                    .and_then(|ahead| {
+                        let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
+                        (data + self.prior(&there.p) < chi2).then_some((there, Some(ahead)))
+                    });
                 if accepted.is_none() {
-                    let valley = Valley {
+                    let valley = GaussNewtonStep {
                         normal: &normal,
                         held: &held,
                         step: &whole,
                         chi2,
                     };
-                    let bent = self.along(&at, &here, &valley, *floor)?;
+                    let bent = self.along(&at, &here, &valley, *model_error)?;
                     accepted = bent.map(|there| (there, None));
                 }
                 // Twelve tries span twelve decades of damping; beyond, the point is a minimum to rounding.
@@ -330,7 +333,10 @@ impl Problem<'_> {
                         continue;
                     };
                     let there = self.stepped(&at, &step);
-                    if self.chi2(&there, *floor).is_ok_and(|value| value < chi2) {
+                    if self
+                        .chi2(&there, *model_error)
+                        .is_ok_and(|value| value < chi2)
+                    {
                         accepted = Some((there, None));
                     }
                 }
@@ -340,14 +346,14 @@ impl Problem<'_> {
                 at = there;
                 here = match ahead {
                     Some(ahead) => ahead,
-                    None => self.linearised(&at, *floor)?,
+                    None => self.linearised(&at, *model_error)?,
                 };
             }
         }
         match end {
             Some(fit) => Ok(fit),
             None => {
-                let r = self.residual(&at, FINAL_FLOOR)?;
+                let r = self.residual(&at, FINAL_MODEL_ERROR)?;
                 let data: f64 = r.iter().map(|r| r * r).sum();
                 Ok(Fit {
                     chi2: data + self.prior(&at.p),

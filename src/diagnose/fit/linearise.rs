@@ -2,8 +2,8 @@
 //!
 //! Lines do not depend on each other: they are computed in parallel and joined in order.
 
-use super::DiagnoseError;
-use super::evidence::whiten;
+use super::super::DiagnoseError;
+use super::super::data::evidence::whiten;
 use super::hypothesis;
 use super::jacobian::Jacobian;
 use super::nuisance::Layout;
@@ -22,14 +22,14 @@ const HEIGHT: (usize, usize) = (32, 2);
 #[derive(Clone, Copy)]
 enum Record {
     Sweep(usize),
-    Tap(usize),
+    HammerTest(usize),
 }
 
 impl Record {
     fn height(self) -> usize {
         match self {
             Self::Sweep(_) => HEIGHT.0,
-            Self::Tap(_) => HEIGHT.1,
+            Self::HammerTest(_) => HEIGHT.1,
         }
     }
 }
@@ -53,7 +53,7 @@ enum Wanted {
 }
 
 /// What a linearisation gives.
-pub(super) struct Linearised {
+pub(crate) struct Linearised {
     /// Whitened residuals.
     pub residual: Vec<f64>,
     /// Derivatives of the prediction.
@@ -88,7 +88,7 @@ impl Problem<'_> {
         }
         for (t, tap) in self.evidence.taps.iter().enumerate() {
             if self.usage.taps {
-                add(Record::Tap(t), tap.speed_rad_s, &tap.omega_rad_s);
+                add(Record::HammerTest(t), tap.speed_rad_s, &tap.omega_rad_s);
             }
         }
         tasks
@@ -105,8 +105,8 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when the model cannot be assembled.
-    pub fn residual(&self, at: &Point, floor: f64) -> Result<Vec<f64>, DiagnoseError> {
-        let all = self.evaluated(at, floor, Wanted::Residual, None)?;
+    pub fn residual(&self, at: &Point, model_error: f64) -> Result<Vec<f64>, DiagnoseError> {
+        let all = self.evaluated(at, model_error, Wanted::Residual, None)?;
         Ok(all.residual)
     }
 
@@ -114,8 +114,12 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub(super) fn linearised(&self, at: &Point, floor: f64) -> Result<Linearised, DiagnoseError> {
-        self.evaluated(at, floor, Wanted::All, None)
+    pub(super) fn linearised(
+        &self,
+        at: &Point,
+        model_error: f64,
+    ) -> Result<Linearised, DiagnoseError> {
+        self.evaluated(at, model_error, Wanted::All, None)
     }
 
     /// The same with derivatives to the coordinates of the last effect only. Where that changes the electronics alone, the receptances of the
@@ -123,19 +127,19 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub(super) fn newest(
+    pub(crate) fn newest(
         &self,
         at: &Point,
-        floor: f64,
+        model_error: f64,
         shaft: Option<&[Receptance]>,
     ) -> Result<Linearised, DiagnoseError> {
-        self.evaluated(at, floor, Wanted::Newest, shaft)
+        self.evaluated(at, model_error, Wanted::Newest, shaft)
     }
 
     fn evaluated(
         &self,
         at: &Point,
-        floor: f64,
+        model_error: f64,
         wanted: Wanted,
         shaft: Option<&[Receptance]>,
     ) -> Result<Linearised, DiagnoseError> {
@@ -205,7 +209,7 @@ impl Problem<'_> {
                     for (record, at_line) in &task.lines {
                         let to = (&mut r, &mut block);
                         let (f, d) = (&line.response, &line.derivatives);
-                        self.compare(*record, *at_line, f, d, &at.p, floor, to, &order);
+                        self.compare(*record, *at_line, f, d, &at.p, model_error, to, &order);
                     }
                     shaft.push(line.receptance);
                 }
@@ -234,7 +238,7 @@ impl Problem<'_> {
         f: &Square,
         derivatives: &[Square],
         p: &[f64],
-        floor: f64,
+        model_error: f64,
         (r, block): (&mut Vec<f64>, &mut Mat<f64>),
         order: &[Column],
     ) {
@@ -242,7 +246,7 @@ impl Problem<'_> {
         match record {
             Record::Sweep(s) => {
                 let sweep = &self.evidence.sweeps[s];
-                let rows = sweep.whitening(line, floor, self.usage.off_diagonal);
+                let rows = sweep.whitening(line, model_error, self.usage.off_diagonal);
                 let g = &sweep.response[line];
                 let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[self.model.layout.axis(s, i)]);
                 for i in 0..4 {
@@ -271,9 +275,9 @@ impl Problem<'_> {
                     }
                 }
             }
-            Record::Tap(t) => {
+            Record::HammerTest(t) => {
                 let tap = &self.evidence.taps[t];
-                let sd = tap.sd(line, floor);
+                let sd = tap.sd(line, model_error);
                 let (h, left, right) = tap.close(line, f);
                 push(r, &[(tap.compliance[line] - h) / sd]);
                 for (c, column) in order.iter().enumerate() {

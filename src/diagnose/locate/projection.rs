@@ -1,13 +1,13 @@
 //! A free law at a place together with the small parameters: variable projection.
 //!
 //! At every line the whitened residual r loses what the directions of the place explain (orthogonal projection P), and the small parameters
-//! follow from  min Σ 2‖P(r − J dp)‖² + Σ((p + dp)/sd)²  by Gauss–Newton, the law held in J, relinearised while the model floor falls.
+//! follow from  min Σ 2‖P(r − J dp)‖² + Σ((p + dp)/sd)²  by Gauss–Newton, the law held in J, relinearised while the model model_error falls.
 
-use super::DiagnoseError;
-use super::evidence::{SweepEvidence, Use, whiten};
+use super::super::DiagnoseError;
+use super::super::data::evidence::{Subset, SweepEvidence, whiten};
+use super::super::fit::case::Case;
 use super::place::Place;
-use super::search::Search;
-use super::view::{Scene, View};
+use super::place_response::{OpenedPlace, PlaceResponse};
 use crate::linalg::{Mat, c64, solve};
 use crate::spindle::response::{SIDE, Square, ZERO};
 
@@ -50,7 +50,7 @@ pub struct Fitted<'v> {
     /// Standard deviations of X.
     pub sd: Vec<f64>,
     /// The model.
-    pub view: &'v View<'v>,
+    pub view: &'v PlaceResponse<'v>,
     basis: Basis,
     residual: [c64; 16],
     rows: [[c64; 16]; 4],
@@ -147,21 +147,21 @@ fn power(a: &[c64; 16]) -> f64 {
 /// # Errors
 /// [`DiagnoseError`] when the machine cannot be assembled.
 pub fn lines(
-    search: &Search,
+    case: &Case,
     place: &Place,
     p: &[f64],
-    floor: f64,
-    usage: Use,
+    model_error: f64,
+    usage: Subset,
     derivatives: bool,
     mut visit: impl FnMut(Fitted),
 ) -> Result<(), DiagnoseError> {
-    let layout = &search.model.layout;
-    for (s, sweep) in search.evidence.sweeps.iter().enumerate() {
-        let scene: Scene = place.scene(search.model, p, &[], sweep.speed_rad_s, derivatives)?;
+    let layout = &case.model.layout;
+    for (s, sweep) in case.evidence.sweeps.iter().enumerate() {
+        let scene: OpenedPlace = place.scene(case.model, p, &[], sweep.speed_rad_s, derivatives)?;
         for line in (0..sweep.omega_rad_s.len()).step_by(usage.stride) {
             let omega = sweep.omega_rad_s[line];
             let view = scene.view(omega, derivatives.then_some(layout));
-            let rows = sweep.whitening(line, floor, usage.off_diagonal);
+            let rows = sweep.whitening(line, model_error, usage.off_diagonal);
             let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(s, i)]);
             let residual = residual(sweep, line, &view.response, &gain, &rows);
             let white: Vec<[c64; 16]> = view
@@ -216,18 +216,18 @@ fn whitened(f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] {
     all
 }
 
-/// Small parameters with a free law at a place, through stages of model floor and number of steps.
+/// Small parameters with a free law at a place, through stages of model model_error and number of steps.
 ///
 /// # Errors
 /// [`DiagnoseError`] when the machine cannot be assembled or a step cannot be computed.
 pub fn settle(
-    search: &Search,
+    case: &Case,
     place: &Place,
     from: &[f64],
     stages: &[(f64, usize)],
-    usage: Use,
+    usage: Subset,
 ) -> Result<Settled, DiagnoseError> {
-    let layout = &search.model.layout;
+    let layout = &case.model.layout;
     let n = layout.len();
     let mut sd = layout.sd.clone();
     if let Place::Freed(parameter) = place {
@@ -236,13 +236,13 @@ pub fn settle(
     let prior = |p: &[f64]| -> f64 { p.iter().zip(&sd).map(|(p, sd)| (p / sd).powi(2)).sum() };
     let mut p = from.to_vec();
     let mut best: Option<Settled> = None;
-    for (floor, steps) in stages {
+    for (model_error, steps) in stages {
         best = None;
         for step in 0..=*steps {
             let last = step == *steps;
             let (mut normal, mut slope) = (vec![0.0; n * n], vec![0.0; n]);
             let (mut chi2, mut residuals, mut numbers) = (0.0, 0.0, 0);
-            lines(search, place, &p, *floor, usage, !last, |line| {
+            lines(case, place, &p, *model_error, usage, !last, |line| {
                 chi2 += line.chi2.1;
                 residuals += 32.0;
                 numbers += line.basis.q.len();
@@ -291,7 +291,7 @@ impl Fitted<'_> {
     /// Adds 2 Re JᴴPJ and 2 Re JᴴPr of this line.
     fn accumulate(
         &self,
-        layout: &super::nuisance::Layout,
+        layout: &super::super::fit::nuisance::Layout,
         p: &[f64],
         normal: &mut [f64],
         slope: &mut [f64],

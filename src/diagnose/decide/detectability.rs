@@ -1,16 +1,17 @@
 //! What a set of records can show: the smallest size of every effect of the catalogue that would be found.
 //!
 //! With v the derivative of the whitened residuals to an effect, J those of the small parameters and of what was named, N = JᵀJ with priors:
-//! what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the score falls by [`ACCEPT`] ([`ALONE`]); it is found nine
+//! what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the score falls by [`FURTHER_EFFECT_BIC_GAIN`] ([`FIRST_EFFECT_BIC_GAIN`]); it is found nine
 //! times in ten when √λ exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are.
 //! What is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is: then that is the smallest size.
 
-use super::DiagnoseError;
-use super::evidence::Use;
-use super::fit::FINAL_FLOOR;
-use super::hypothesis::Hypothesis;
-use super::problem::{Point, Problem};
-use super::search::{ACCEPT, ALONE, Search};
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::fit::case::Case;
+use super::super::fit::estimate::FINAL_MODEL_ERROR;
+use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::problem::{Point, Problem};
+use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN};
 use crate::linalg::{Mat, solve};
 use crate::spindle::{Effect, EffectKind, Location};
 use rayon::prelude::*;
@@ -34,22 +35,26 @@ pub struct Detectable {
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
 pub fn detectable(
-    search: &Search,
+    case: &Case,
     named: &[Hypothesis],
     at: &Point,
 ) -> Result<Vec<Detectable>, DiagnoseError> {
-    let base = problem(search, named).linear(at, FINAL_FLOOR)?;
+    let base = problem(case, named).linear(at, FINAL_MODEL_ERROR)?;
     let (jacobian, normal) = base.parts();
     let residuals = (base.residuals() * STRIDE).max(2) as f64;
-    let least = if named.is_empty() { ALONE } else { ACCEPT };
+    let least = if named.is_empty() {
+        FIRST_EFFECT_BIC_GAIN
+    } else {
+        FURTHER_EFFECT_BIC_GAIN
+    };
     let needed = (least + residuals.ln()).sqrt() + NINE_IN_TEN;
-    let wanted: Vec<&Hypothesis> = search
+    let wanted: Vec<&Hypothesis> = case
         .catalogue
         .iter()
         .enumerate()
         // One start of a name is enough where the start does not say what is meant.
         .filter(|(i, h)| {
-            let before = &search.catalogue[..*i];
+            let before = &case.catalogue[..*i];
             h.kind == EffectKind::HousingMode
                 || matches!(h.place, Location::Position(_))
                 || !before.iter().any(|b| b.same_name(h))
@@ -62,10 +67,10 @@ pub fn detectable(
         .map(|h| {
             let theta = h.nothing();
             let with: Vec<Hypothesis> = named.iter().chain([h]).cloned().collect();
-            let problem = problem(search, &with);
+            let problem = problem(case, &with);
             let mut there = at.clone();
             there.theta.push(theta.clone());
-            let linearised = problem.newest(&there, FINAL_FLOOR, None)?;
+            let linearised = problem.newest(&there, FINAL_MODEL_ERROR, None)?;
             let start = theta.first().copied().unwrap_or_default();
             // Of the numbers of an effect the first is its size.
             let own = linearised.jacobian.normal()[(0, 0)];
@@ -105,13 +110,13 @@ pub fn detectable(
         .collect())
 }
 
-fn problem<'a>(search: &Search<'a>, effects: &'a [Hypothesis]) -> Problem<'a> {
+fn problem<'a>(case: &Case<'a>, effects: &'a [Hypothesis]) -> Problem<'a> {
     Problem {
-        model: search.model,
-        evidence: search.evidence,
-        usage: Use {
+        model: case.model,
+        evidence: case.evidence,
+        usage: Subset {
             stride: STRIDE,
-            ..Use::ALL
+            ..Subset::ALL
         },
         effects,
     }

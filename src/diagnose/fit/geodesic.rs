@@ -5,7 +5,7 @@
 //! (geodesic acceleration: Transtrum, Machta, Sethna, Phys. Rev. E 83, 036701, 2011): x(t) = x + t δ + ½ t² a, with
 //! (JᵀJ + priors) a = Jᵀ ∂²r/∂t². The prior is linear and has none.
 
-use super::DiagnoseError;
+use super::super::DiagnoseError;
 use super::linearise::Linearised;
 use super::problem::{Point, Problem};
 use crate::linalg::{Mat, solve};
@@ -16,7 +16,7 @@ const NEAR: f64 = 0.1;
 const SHORTEST: f64 = 0.03;
 
 /// A point's neighbourhood, and the Gauss–Newton step that led too high.
-pub(super) struct Valley<'a> {
+pub(super) struct GaussNewtonStep<'a> {
     /// JᵀJ with priors, n×n.
     pub normal: &'a Mat<f64>,
     /// Coordinates that bounds hold.
@@ -36,12 +36,12 @@ impl Problem<'_> {
         &self,
         at: &Point,
         here: &Linearised,
-        valley: &Valley,
-        floor: f64,
+        valley: &GaussNewtonStep,
+        model_error: f64,
     ) -> Result<Option<Point>, DiagnoseError> {
         let n = valley.step.nrows();
         let near = Mat::from_fn(n, 1, |k, _| NEAR * valley.step[(k, 0)]);
-        let Ok(there) = self.residual(&self.stepped(at, &near), floor) else {
+        let Ok(there) = self.residual(&self.stepped(at, &near), model_error) else {
             return Ok(None);
         };
         let straight = here.jacobian.times(&near);
@@ -62,7 +62,7 @@ impl Problem<'_> {
                 share * (valley.step[(k, 0)] + 0.5 * share * bend[(k, 0)])
             });
             let there = self.stepped(at, &step);
-            match self.chi2(&there, floor) {
+            match self.chi2(&there, model_error) {
                 Ok(value) if value < lowest => (best, lowest) = (Some(there), value),
                 // Past the lowest.
                 _ if best.is_some() => break,

@@ -1,12 +1,12 @@
 //! Measured, model before, model after, channel by channel, for what a fit has used and for what it has not seen.
 //!
 //! "After" is the machine that was fitted without the held-out records (or, where nothing has a name, its response with the correction of
-//! [`super::correction`]), so that both kinds of channel are shown with one model.
+//! [`super::super::locate::correction`]), so that both kinds of channel are shown with one model.
 
-use super::DiagnoseError;
-use super::correction::Correction;
-use super::evidence::Gap;
-use super::search::Search;
+use super::super::DiagnoseError;
+use super::super::data::evidence::Gap;
+use super::super::fit::case::Case;
+use super::super::locate::correction::Correction;
 use crate::linalg::c64;
 use crate::spindle::Effect;
 use crate::spindle::response::{SIDE, Square};
@@ -77,19 +77,18 @@ pub fn gaps(channels: &[Channel], wanted: impl Fn(&Channel) -> bool) -> (f64, f6
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
 pub fn channels(
-    search: &Search,
+    case: &Case,
     fitted: &Fitted,
     correction: Option<&Correction>,
 ) -> Result<Vec<Channel>, DiagnoseError> {
-    let evidence = search.evidence;
-    let origin = search.origin();
+    let evidence = case.evidence;
+    let origin = case.origin();
     let held_taps = !evidence.taps.is_empty();
     let mut all = vec![];
     let models = |speed: f64| -> Result<_, DiagnoseError> {
         Ok((
-            search.model.assemble(&origin.p, &[], speed, false)?,
-            search
-                .model
+            case.model.assemble(&origin.p, &[], speed, false)?,
+            case.model
                 .assemble(&fitted.small, &fitted.effects, speed, false)?,
         ))
     };

@@ -1,6 +1,6 @@
 //! Places where something may be missing: on the shaft, in the electronics, in one small parameter.
 
-use super::model::Model;
+use super::super::fit::model::Model;
 use crate::spindle::effects::LocationKind;
 use crate::spindle::effects::entry::Site;
 use crate::spindle::response::probe::Probe;
@@ -158,7 +158,7 @@ impl Place {
         }
     }
 
-    /// What the laws found here are: names and units, in the order of [`View::laws`].
+    /// What the laws found here are: names and units, in the order of [`PlaceResponse::laws`].
     pub fn laws(&self, split: bool) -> Vec<(&'static str, Unit)> {
         match self {
             Self::Nowhere | Self::Freed(_) => vec![],

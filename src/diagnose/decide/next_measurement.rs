@@ -5,11 +5,12 @@
 //! record, N_b the information that the present data and the priors hold about them. So the rival may use all its freedom, but
 //! must go on fitting what was measured. The experiment's figure is the least D over the pairs. Linear round the fits.
 
-use super::DiagnoseError;
-use super::evidence::GAP_FLOOR;
-use super::hypothesis;
-use super::place::Place;
-use super::search::{Candidate, Search};
+use super::super::DiagnoseError;
+use super::super::data::evidence::GAP_FLOOR;
+use super::super::fit::case::Case;
+use super::super::fit::hypothesis;
+use super::super::locate::place::Place;
+use super::candidate::Candidate;
 use crate::linalg::{Mat, c64, solve};
 use crate::spindle::response::{SIDE, Square, ZERO};
 use crate::spindle::{Bearings, Effect, EffectKind, Location};
@@ -82,8 +83,8 @@ fn effect(kind: EffectKind, location: Location, value: f64) -> Effect {
     }
 }
 
-fn menu(search: &Search, members: &[&Candidate]) -> Vec<Experiment> {
-    let machine = &search.model.reduced.machine;
+fn menu(case: &Case, members: &[&Candidate]) -> Vec<Experiment> {
+    let machine = &case.model.reduced.machine;
     let sweep = |text: String, speed_rad_s: f64, extra: Vec<Effect>| Experiment {
         text,
         speed_rad_s,
@@ -132,7 +133,7 @@ fn menu(search: &Search, members: &[&Candidate]) -> Vec<Experiment> {
     for share in [0.25, 0.5, 1.0] {
         let rpm = share * machine.spindle.max_rpm;
         let speed = rpm * TAU / 60.0;
-        let known = search.evidence.sweeps.iter();
+        let known = case.evidence.sweeps.iter();
         // A speed that was measured adds nothing new.
         if known
             .into_iter()
@@ -165,14 +166,14 @@ struct Predicted {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn proposals(search: &Search, members: &[&Candidate]) -> Result<Vec<Proposal>, DiagnoseError> {
-    let menu = menu(search, members);
+pub fn proposals(case: &Case, members: &[&Candidate]) -> Result<Vec<Proposal>, DiagnoseError> {
+    let menu = menu(case, members);
     let found: Result<Vec<Proposal>, DiagnoseError> = menu
         .into_par_iter()
         .map(|experiment| {
             let all: Result<Vec<Predicted>, DiagnoseError> = members
                 .iter()
-                .map(|m| predicted(search, m, &experiment))
+                .map(|m| predicted(case, m, &experiment))
                 .collect();
             let all = all?;
             let mut least = f64::INFINITY;
@@ -212,20 +213,20 @@ fn effects_of(candidate: &Candidate, theta: &[Vec<f64>], experiment: &Experiment
 }
 
 fn predicted(
-    search: &Search,
+    case: &Case,
     candidate: &Candidate,
     experiment: &Experiment,
 ) -> Result<Predicted, DiagnoseError> {
-    let (model, layout) = (search.model, &search.model.layout);
+    let (model, layout) = (case.model, &case.model.layout);
     let at = &candidate.fit.at;
     let entries = read(experiment.kind);
-    let lines: Vec<f64> = search.evidence.sweeps.first().map_or(vec![], |s| {
+    let lines: Vec<f64> = case.evidence.sweeps.first().map_or(vec![], |s| {
         s.omega_rad_s.iter().step_by(STRIDE).copied().collect()
     });
     let speed = experiment.speed_rad_s;
     let here = effects_of(candidate, &at.theta, experiment);
     let scene = Place::Nowhere.scene(model, &at.p, &here, speed, true)?;
-    let transfer = |effects: &[Effect]| Transfer::new(search, effects, experiment.kind);
+    let transfer = |effects: &[Effect]| Transfer::new(case, effects, experiment.kind);
     let own = transfer(&here);
     let mut values = vec![];
     let mut columns: Vec<Vec<c64>> = vec![];
@@ -304,8 +305,8 @@ struct Transfer {
 }
 
 impl Transfer {
-    fn new(search: &Search, effects: &[Effect], kind: Kind) -> Self {
-        let mut machine = search.model.reduced.machine.clone();
+    fn new(case: &Case, effects: &[Effect], kind: Kind) -> Self {
+        let mut machine = case.model.reduced.machine.clone();
         machine.spindle.effects.extend_from_slice(effects);
         let effective = machine.effective();
         Self {
@@ -347,7 +348,7 @@ impl Transfer {
 
 /// D of a pair: data of `a`, refitted by `b`.
 fn separation(a: &Predicted, b: &Predicted, member: &Candidate) -> Result<f64, DiagnoseError> {
-    // Of the magnitude, with a floor of a tenth of the largest of the channel set, as repeats and drifts leave.
+    // Of the magnitude, with a model_error of a tenth of the largest of the channel set, as repeats and drifts leave.
     let largest = a.values.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let sigma: Vec<f64> = a
         .values

@@ -13,7 +13,7 @@ pub enum Axis {
 }
 
 /// A hammer test at the tool plane.
-pub struct Tap<'a> {
+pub struct HammerTest<'a> {
     /// The compliance.
     pub frf: HammerFrf,
     /// Direction of blow and probe.
@@ -28,5 +28,5 @@ pub struct Measurement<'a> {
     /// Sweeps.
     pub sweeps: Vec<SweepRecord>,
     /// Hammer tests.
-    pub taps: Vec<Tap<'a>>,
+    pub taps: Vec<HammerTest<'a>>,
 }

@@ -1,6 +1,6 @@
 //! What is fitted to what: effects of a hypothesis, and a point in their coordinates and the nuisance parameters.
 
-use super::evidence::{Evidence, Use};
+use super::super::data::evidence::{Evidence, Subset};
 use super::hypothesis::Hypothesis;
 use super::model::Model;
 
@@ -20,7 +20,7 @@ pub struct Problem<'a> {
     /// The data.
     pub evidence: &'a Evidence,
     /// Which of them.
-    pub usage: Use,
+    pub usage: Subset,
     /// The effects.
     pub effects: &'a [Hypothesis],
 }

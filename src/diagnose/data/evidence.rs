@@ -2,12 +2,12 @@
 //!
 //! Between repeats two things change: white noise of the loop, and the gain of every sensor axis (levitated anew). The gains are
 //! estimated repeat by repeat, a_pi = argmin Σ|y_p − (1+a_pi)(Ĝu_p)_i|²/S_i, and leave the noise; their mean error stays as a
-//! small parameter with the standard deviation seen. Row i of Ĝ then has the covariance S_i/P · (ŪŪᴴ)⁻ᵀ. A model floor
+//! small parameter with the standard deviation seen. Row i of Ĝ then has the covariance S_i/P · (ŪŪᴴ)⁻ᵀ. A model model_error
 //! ε²·½(|G_ij|² + local mean) is added: it is lowered step by step in a fit, so that resonances find each other.
 //! Residuals are whitened by the Cholesky factor, χ² = 2Σ|w|² with the real and imaginary part counted each.
 
-use super::DiagnoseError;
-use super::experiment::{Axis, Measurement};
+use super::super::DiagnoseError;
+use super::measurement::{Axis, Measurement};
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
 use crate::linalg::small::eliminate;
@@ -23,7 +23,7 @@ const AXIS_GAIN_FLOOR: f64 = 2e-4;
 
 /// Which parts of the evidence a fit sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Use {
+pub struct Subset {
     /// Every n-th line.
     pub stride: usize,
     /// Hammer tests.
@@ -32,7 +32,7 @@ pub struct Use {
     pub off_diagonal: bool,
 }
 
-impl Use {
+impl Subset {
     /// Everything.
     pub const ALL: Self = Self {
         stride: 1,
@@ -89,7 +89,7 @@ pub struct Evidence {
     pub taps: Vec<TapEvidence>,
 }
 
-/// Root mean square of |measured − model|/σ over lines and channels, σ with a floor of 0.5 % of the magnitude.
+/// Root mean square of |measured − model|/σ over lines and channels, σ with a model_error of 0.5 % of the magnitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gap {
     sum: f64,
@@ -281,12 +281,12 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
 }
 
 impl SweepEvidence {
-    /// Lower Cholesky factors of the four rows' covariances with a model floor, row-major.
-    pub fn whitening(&self, line: usize, floor: f64, off_diagonal: bool) -> [[c64; 16]; 4] {
+    /// Lower Cholesky factors of the four rows' covariances with a model model_error, row-major.
+    pub fn whitening(&self, line: usize, model_error: f64, off_diagonal: bool) -> [[c64; 16]; 4] {
         std::array::from_fn(|i| {
             let mut c: [c64; 16] = self.spread[line].map(|x| x * self.noise[line][i]);
             for j in 0..4 {
-                c[5 * j] += floor * floor * self.size[line][4 * i + j];
+                c[5 * j] += model_error * model_error * self.size[line][4 * i + j];
                 if !off_diagonal && j / 2 != i / 2 {
                     // A channel that is held out carries no information.
                     for l in 0..4 {
@@ -331,9 +331,9 @@ impl SweepEvidence {
 }
 
 impl TapEvidence {
-    /// Standard deviation of a line with a model floor.
-    pub fn sd(&self, line: usize, floor: f64) -> f64 {
-        (self.noise[line] + floor * floor * self.size[line]).sqrt()
+    /// Standard deviation of a line with a model model_error.
+    pub fn sd(&self, line: usize, model_error: f64) -> f64 {
+        (self.noise[line] + model_error * model_error * self.size[line]).sqrt()
     }
 
     /// σ of the gap at a line.

@@ -3,7 +3,7 @@
 //! Where an effect can vanish, its coordinate is 0 there: bandwidths as 1/f, the eddy corner as f^(−1/2), joints as flexibility,
 //! the housing as 1/m, factors as logarithms. A fit can then start at the machine as it is.
 
-use super::DiagnoseError;
+use super::super::DiagnoseError;
 use crate::spindle::effects::LocationKind;
 use crate::spindle::effects::entry::{Nominal, Parameter, Starts};
 use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};

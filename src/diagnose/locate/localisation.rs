@@ -2,40 +2,40 @@
 //!
 //! Every place gets a free complex law at every line; the small parameters are fitted with it by variable projection ([`super::projection`]).
 //! The place that explains most with fewest free numbers is the best: score = χ² + 2 × (real numbers of the laws), after Akaike. Only
-//! sweeps are looked at, so that hammer tests stay held out. All places are compared at a coarse floor on thinned lines; the
-//! better half and then the best few are followed down to the floor at which a named model is judged.
+//! sweeps are looked at, so that hammer tests stay held out. All places are compared at a coarse model_error on thinned lines; the
+//! better half and then the best few are followed down to the model_error at which a named model is judged.
 
-use super::DiagnoseError;
-use super::evidence::Use;
-use super::impedance::Law;
-use super::model::Model;
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::fit::case::Case;
+use super::super::fit::model::Model;
 use super::place::{Place, Unit};
 use super::projection::{Settled, lines, settle};
-use super::search::Search;
+use super::recovered_law::Law;
 use crate::linalg::c64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Model floor of the comparison: what an independent simulation or a good test rig leaves, relative.
-pub const FLOOR: f64 = 2e-3;
+/// Model model_error of the comparison: what an independent simulation or a good test rig leaves, relative.
+pub const MODEL_ERROR: f64 = 2e-3;
 /// Floors with steps, and which lines are looked at (every n-th), of the three rounds: all places, the better half, the best few.
 type Round = (&'static [(f64, usize)], usize);
 const ROUNDS: [Round; 3] = [
     (&[(0.1, 1), (0.03, 1)], 8),
     (&[(0.01, 2)], 4),
-    (&[(FLOOR, 3)], 4),
+    (&[(MODEL_ERROR, 3)], 4),
 ];
 /// Places that pass each round.
 const PASS: [usize; 2] = [20, 8];
 /// Steps by which the best station is moved: stations are a few centimetres apart.
 const STATION_STEPS_M: [f64; 3] = [0.016, 0.008, 0.004];
-/// χ² per degree of freedom below which a place explains everything: noise and floor leave 0.6 to 0.8.
+/// χ² per degree of freedom below which a place explains everything: noise and model_error leave 0.6 to 0.8.
 const EXPLAINED: f64 = 1.2;
 /// Lines of a band, and χ² per degree of freedom that noise does not leave over so many.
 const BAND: usize = 10;
 const QUIET: f64 = 2.2;
 /// Ratio to the χ² of every other place from which a place is the only one.
-const ALONE: f64 = 3.0;
+const FIRST_EFFECT_BIC_GAIN: f64 = 3.0;
 /// A station closer than this to a named one has its name, m.
 const NEAR_M: f64 = 0.006;
 /// Small parameters further out than this many standard deviations are tried without their prior, the furthest few.
@@ -98,7 +98,7 @@ impl Localisation {
         let (best, others) = self.ports.split_first()?;
         let alone = others
             .iter()
-            .all(|p| p.chi2_after > ALONE * best.chi2_after);
+            .all(|p| p.chi2_after > FIRST_EFFECT_BIC_GAIN * best.chi2_after);
         // A second effect may hide in a narrow band.
         let mut left: Vec<(f64, f64)> = best
             .frequency_hz
@@ -169,12 +169,12 @@ fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
-    let turning = search.evidence.sweeps.iter().any(|s| s.speed_rad_s != 0.0);
+pub fn localise(case: &Case) -> Result<Localisation, DiagnoseError> {
+    let turning = case.evidence.sweeps.iter().any(|s| s.speed_rad_s != 0.0);
     type Entry = (String, Place, Settled);
     let mut field: Vec<Entry> = vec![];
-    let origin = search.origin().p;
-    let mut next: Vec<(String, Place, Vec<f64>)> = places(search.model, turning)
+    let origin = case.origin().p;
+    let mut next: Vec<(String, Place, Vec<f64>)> = places(case.model, turning)
         .into_iter()
         .map(|(name, place)| (name, place, origin.clone()))
         .collect();
@@ -184,15 +184,15 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
         f.2.chi2 + 2.0 * free
     };
     for (round, (stages, stride)) in ROUNDS.iter().enumerate() {
-        let usage = Use {
+        let usage = Subset {
             stride: *stride,
-            ..Use::ALL
+            ..Subset::ALL
         };
         let follow = |tried: Vec<(String, Place, Vec<f64>)>| -> Result<Vec<Entry>, DiagnoseError> {
             tried
                 .into_par_iter()
                 .map(|(name, place, p)| {
-                    let settled = settle(search, &place, &p, stages, usage)?;
+                    let settled = settle(case, &place, &p, stages, usage)?;
                     Ok((name, place, settled))
                 })
                 .collect()
@@ -209,11 +209,11 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
                     break;
                 };
                 let Some(z) = place.position_m() else { break };
-                let (from, to) = search.model.reduced.span_m();
+                let (from, to) = case.model.reduced.span_m();
                 let beside = [z - step, z + step].map(|z| z.clamp(from, to));
                 let tried = beside.into_iter().filter(|b| *b != z).map(|z| {
                     let moved = place.moved_to(z);
-                    (station_name(search.model, &moved), moved, s.p.clone())
+                    (station_name(case.model, &moved), moved, s.p.clone())
                 });
                 let tried = follow(tried.collect())?;
                 field.extend(tried);
@@ -233,7 +233,7 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
             let strained = field
                 .iter()
                 .find(|f| f.1 == Place::Nowhere)
-                .map_or(vec![], |f| strained(search.model, &f.2.p));
+                .map_or(vec![], |f| strained(case.model, &f.2.p));
             let most = PASS[0];
             trim(&mut field, most);
             next = field.iter().map(again).collect();
@@ -252,11 +252,11 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
         .unwrap_or(origin);
     let mut line_before = vec![];
     lines(
-        search,
+        case,
         &Place::Nowhere,
         &before,
-        FLOOR,
-        Use::ALL,
+        MODEL_ERROR,
+        Subset::ALL,
         false,
         |l| line_before.push(l.chi2.1 / 32.0),
     )?;
@@ -266,7 +266,7 @@ pub fn localise(search: &Search) -> Result<Localisation, DiagnoseError> {
         .map(|entry| {
             let above = score(&entry) - best;
             let (port, place, settled) = entry;
-            let mut seen = Seen::new(search, &place, &settled.p, Use::ALL)?;
+            let mut seen = Seen::new(case, &place, &settled.p, Subset::ALL)?;
             Ok(PortScore {
                 port,
                 chi2_before: mean,
@@ -389,12 +389,12 @@ pub(super) struct Seen {
 
 impl Seen {
     pub(super) fn new(
-        search: &Search,
+        case: &Case,
         place: &Place,
         p: &[f64],
-        usage: Use,
+        usage: Subset,
     ) -> Result<Self, DiagnoseError> {
-        let sweeps = search.evidence.sweeps.len();
+        let sweeps = case.evidence.sweeps.len();
         let mut seen = Self {
             chi2: 0.0,
             freedom: 0.0,
@@ -405,7 +405,7 @@ impl Seen {
             laws: vec![],
             x: vec![vec![]; sweeps],
         };
-        lines(search, place, p, FLOOR, usage, false, |line| {
+        lines(case, place, p, MODEL_ERROR, usage, false, |line| {
             let freedom = (32 - 2 * line.x.len()) as f64;
             seen.chi2 += line.chi2.1;
             seen.freedom += freedom;

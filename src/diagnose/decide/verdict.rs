@@ -1,29 +1,32 @@
 //! From data to verdict: `adequate`, `named`, `tie` or `unexplained`, with the corrected machine and the gap before and after.
 //!
-//! [`super::choose`] finds the effects. A name is given only when the whole then explains the data; else the verdict is
+//! [`super::selection`] finds the effects. A name is given only when the whole then explains the data; else the verdict is
 //! `unexplained`. Rivals of equal score are a tie. Held-out data (hammer tests, or the channels between the bearings) are predicted
 //! from a fit that has not seen them.
 
-use super::DiagnoseError;
-use super::choose::choose;
-use super::compare::{Channel, Fitted, channels, gaps};
-use super::correction::{Correction, correct};
-use super::coverage::{Detectable, detectable};
-use super::evidence::{Evidence, Gap, Use};
-use super::experiment::Measurement;
-use super::fit::FINAL_FLOOR;
-use super::hypothesis::{self, Hypothesis, Scope, catalogue};
-use super::localise::{Localisation, localise};
-use super::model::Model;
-use super::next::{Proposal, proposals};
-use super::problem::Point;
-use super::search::{BLOCK_FAILS, Candidate, Misfit, Search, TIE};
+use super::super::DiagnoseError;
+use super::super::data::evidence::{Evidence, Gap, Subset};
+use super::super::data::measurement::Measurement;
+use super::super::fit::case::Case;
+use super::super::fit::estimate::FINAL_MODEL_ERROR;
+use super::super::fit::hypothesis::{self, Hypothesis, Scope, catalogue};
+use super::super::fit::model::Model;
+use super::super::fit::problem::Point;
+use super::super::locate::correction::{Correction, correct};
+use super::super::locate::localisation::{Localisation, localise};
+use super::candidate::Candidate;
+use super::detectability::{Detectable, detectable};
+use super::misfit::{FAILING_BLOCK_CHI2, Misfit};
+use super::next_measurement::{Proposal, proposals};
+use super::residuals::{Channel, Fitted, channels, gaps};
+use super::screening::TIE_BIC;
+use super::selection::choose;
 use crate::spindle::{Effect, Machine};
 
-/// Model floor at which a named model must explain the data: what an independent simulation or a good test rig leaves, relative.
+/// Model model_error at which a named model must explain the data: what an independent simulation or a good test rig leaves, relative.
 const JUDGE_FLOOR: f64 = 2e-3;
 
-/// Gap on held-out records that noise and a floor of 0.5 % leave to a right explanation: 0.7 to 1.3 in an independent simulation.
+/// Gap on held-out records that noise and a model_error of 0.5 % leave to a right explanation: 0.7 to 1.3 in an independent simulation.
 const PREDICTED: f64 = 1.5;
 /// Most of the held-out gap that may remain else: a name that takes away less than seven tenths is one of many that fit.
 const REMAINS: f64 = 0.3;
@@ -86,9 +89,9 @@ pub struct Diagnosis {
     pub nearest: Vec<Effect>,
     /// Members of a tie, the best first; empty otherwise.
     pub tie: Vec<Rival>,
-    /// Best explanations at the last search, best first: names with score above the best.
+    /// Best explanations at the last case, best first: names with score above the best.
     pub ranking: Vec<(Effect, f64)>,
-    /// Fall of the score by the best single effect, at least; an effect is named from [`super::search::ALONE`] on.
+    /// Fall of the score by the best single effect, at least; an effect is named from [`super::screening::FIRST_EFFECT_BIC_GAIN`] on.
     pub strength: f64,
     /// The machine with effects and small parameters.
     pub corrected: Machine,
@@ -154,30 +157,30 @@ pub fn diagnose(
         model.reduced.flexible_rad_s(),
         scope,
     )?;
-    let search = Search {
+    let case = Case {
         model: &model,
         evidence: &evidence,
         catalogue: &catalogue,
         progress,
     };
     progress("the machine as it is");
-    let null = search.stand(&[], &search.origin(), Use::ALL)?;
+    let null = case.fit_down(&[], &case.origin(), Subset::ALL)?;
     progress("where it sits");
-    let localisation = localise(&search)?;
-    let chosen = choose(&search, &null, localisation.sole())?;
+    let localisation = localise(&case)?;
+    let chosen = choose(&case, &null, localisation.sole())?;
     let best = chosen.standing.candidate.clone();
-    let misfit = search.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
-    let explained = best.floor == FINAL_FLOOR && misfit.value < BLOCK_FAILS;
+    let misfit = case.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
+    let explained = best.model_error == FINAL_MODEL_ERROR && misfit.value < FAILING_BLOCK_CHI2;
     progress("held-out records");
-    let held_out = HeldOut::new(&search);
-    let origin = search.origin();
-    let before = overall(&search, &[], &origin)?;
+    let held_out = HeldOut::new(&case);
+    let origin = case.origin();
+    let before = overall(&case, &[], &origin)?;
     let start = Point {
         p: vec![0.0; model.layout.len()],
         theta: best.fit.at.theta.clone(),
     };
-    let trained = search.finish(&best.effects, &start, 0.03, held_out.training)?;
-    let predicted = overall(&search, &best.effects, &trained.fit.at)?;
+    let trained = case.finish(&best.effects, &start, 0.03, held_out.training)?;
+    let predicted = overall(&case, &best.effects, &trained.fit.at)?;
     // A name must also predict what it has not seen; where nothing is left to predict, it need not.
     let predicts = predicted.held_out < PREDICTED.max(REMAINS * before.held_out);
     let mut verdict = match (explained && predicts, best.effects.is_empty()) {
@@ -188,16 +191,16 @@ pub fn diagnose(
     let mut tie = vec![];
     let mut members: Vec<&Candidate> = vec![&best];
     if verdict == Verdict::Named {
-        // χ² differences count less where a floor, not the noise, carries the model error.
+        // χ² differences count less where a model_error, not the noise, carries the model error.
         for rival in &chosen.rivals {
-            if rival.floor > best.floor {
+            if rival.model_error > best.model_error {
                 continue;
             }
             let distance = rival.score() - best.score();
             let known = members
                 .iter()
                 .any(|m| same_names(&m.effects, &rival.effects));
-            if distance < TIE && !known {
+            if distance < TIE_BIC && !known {
                 members.push(rival);
             }
         }
@@ -226,21 +229,21 @@ pub fn diagnose(
         },
     };
     let correction = match (verdict, localisation.named()) {
-        (Verdict::Unexplained, Some(port)) => Some(correct(&search, port, held_out.training)?),
+        (Verdict::Unexplained, Some(port)) => Some(correct(&case, port, held_out.training)?),
         _ => None,
     };
     let fitted = Fitted {
         small: shown.without_held_out.p.clone(),
         effects: hypothesis::effects(shown.hypotheses, &shown.without_held_out.theta),
     };
-    let channels = channels(&search, &fitted, correction.as_ref())?;
+    let channels = channels(&case, &fitted, correction.as_ref())?;
     let menu = match verdict {
-        Verdict::Tie => proposals(&search, &members)?,
+        Verdict::Tie => proposals(&case, &members)?,
         _ => vec![],
     };
     let detectable = match verdict {
         Verdict::Unexplained => vec![],
-        _ => detectable(&search, shown.hypotheses, shown.point)?,
+        _ => detectable(&case, shown.hypotheses, shown.point)?,
     };
     let axis_gains = (0..evidence.sweeps.len())
         .map(|s| std::array::from_fn(|i| shown.point.p[model.layout.axis(s, i)]))
@@ -255,10 +258,10 @@ pub fn diagnose(
         menu,
         detectable,
         gap_before: before.all,
-        gap_after: overall(&search, shown.hypotheses, shown.point)?.all,
+        gap_after: overall(&case, shown.hypotheses, shown.point)?.all,
         gap_before_held_out: before.held_out,
         gap_after_held_out: match verdict {
-            Verdict::Unexplained => overall(&search, &[], &null.from)?.held_out,
+            Verdict::Unexplained => overall(&case, &[], &null.from)?.held_out,
             _ => predicted.held_out,
         },
         held_out: held_out.name.into(),
@@ -289,26 +292,26 @@ struct Shown<'a> {
 
 /// What a fit may not see.
 struct HeldOut {
-    training: Use,
+    training: Subset,
     name: &'static str,
 }
 
 impl HeldOut {
     /// The hammer tests, or without any the channels between the bearings.
-    fn new(search: &Search) -> Self {
-        if search.evidence.taps.is_empty() {
+    fn new(case: &Case) -> Self {
+        if case.evidence.taps.is_empty() {
             Self {
-                training: Use {
+                training: Subset {
                     off_diagonal: false,
-                    ..Use::ALL
+                    ..Subset::ALL
                 },
                 name: "channels between the bearings",
             }
         } else {
             Self {
-                training: Use {
+                training: Subset {
                     taps: false,
-                    ..Use::ALL
+                    ..Subset::ALL
                 },
                 name: "hammer at the tool",
             }
@@ -323,7 +326,7 @@ fn same_names(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
 /// Effects of a candidate with standard deviations and 90 % intervals from the curvature.
 fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
     let covariance = candidate.fit.covariance()?;
-    // Model error beyond noise and floor widens everything.
+    // Model error beyond noise and model_error widens everything.
     let excess = (candidate.fit.data_chi2 / candidate.fit.residuals.max(1) as f64)
         .max(1.0)
         .sqrt();
@@ -371,16 +374,12 @@ struct Overall {
     held_out: f64,
 }
 
-fn overall(
-    search: &Search,
-    hypotheses: &[Hypothesis],
-    at: &Point,
-) -> Result<Overall, DiagnoseError> {
+fn overall(case: &Case, hypotheses: &[Hypothesis], at: &Point) -> Result<Overall, DiagnoseError> {
     let effects = hypothesis::effects(hypotheses, &at.theta);
-    let evidence = search.evidence;
+    let evidence = case.evidence;
     let (mut used, mut across, mut taps) = (Gap::default(), Gap::default(), Gap::default());
     for sweep in &evidence.sweeps {
-        let model = search
+        let model = case
             .model
             .assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
         for (line, omega) in sweep.omega_rad_s.iter().enumerate() {
@@ -390,7 +389,7 @@ fn overall(
         }
     }
     for tap in &evidence.taps {
-        let model = search
+        let model = case
             .model
             .assemble(&at.p, &effects, tap.speed_rad_s, false)?;
         for (line, omega) in tap.omega_rad_s.iter().enumerate() {

@@ -4,13 +4,16 @@
 //! by one. Each member is then taken out and the catalogue searched again in
 //! its place, so that the order does not matter, and members that are not needed any more go.
 
-use super::DiagnoseError;
-use super::evidence::Use;
-use super::fit::FINAL_FLOOR;
-use super::hypothesis::Hypothesis;
-use super::place::Place;
-use super::problem::Point;
-use super::search::{ACCEPT, ALONE, BLOCK_FAILS, Candidate, Round, Search, Standing};
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::fit::case::Case;
+use super::super::fit::estimate::FINAL_MODEL_ERROR;
+use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::problem::Point;
+use super::super::locate::place::Place;
+use super::candidate::{Candidate, Standing};
+use super::misfit::FAILING_BLOCK_CHI2;
+use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round};
 use crate::spindle::{Effect, EffectKind};
 
 /// Most effects at once: what domain practice separates in one set of sweeps.
@@ -18,7 +21,7 @@ const MOST_EFFECTS: usize = 4;
 /// First effects that are tried as the beginning of a pair.
 const BEAM: usize = 2;
 
-/// Share of the model floor at which the machine as it is fails: an effect that holds down to there explains nearly all.
+/// Share of the model model_error at which the machine as it is fails: an effect that holds down to there explains nearly all.
 const NEARLY: f64 = 0.11;
 
 /// What was chosen.
@@ -38,14 +41,14 @@ pub(super) struct Chosen {
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
 pub(super) fn choose(
-    search: &Search,
+    case: &Case,
     null: &Standing,
     sole: Option<&Place>,
 ) -> Result<Chosen, DiagnoseError> {
-    let round = search.round(null)?;
+    let round = case.round(null)?;
     let ranking = ranked(&round);
     let finalists = round.finalists;
-    let fall = fall(search, null, &finalists)?;
+    let fall = fall(case, null, &finalists)?;
     let chosen = |standing, rivals| Chosen {
         standing,
         rivals,
@@ -53,16 +56,16 @@ pub(super) fn choose(
         // Worse than nothing is no evidence at all.
         strength: fall.max(0.0),
     };
-    let Some(first) = better(search, &finalists, fall, ALONE)? else {
+    let Some(first) = better(case, &finalists, fall, FIRST_EFFECT_BIC_GAIN)? else {
         return Ok(chosen(null.clone(), vec![]));
     };
-    let done = complete(search, &first)?;
+    let done = complete(case, &first)?;
     if let (Some(place), false) = (sole, done) {
         let alone = (first.clone(), finalists.clone());
-        let (standing, rivals) = at_place(search, null, place, alone)?;
+        let (standing, rivals) = at_place(case, null, place, alone)?;
         // A free law takes up some of what happens elsewhere: an effect that explains nearly all is not the end.
-        let far = first.working_floor > NEARLY * null.working_floor;
-        if far || complete(search, &standing)? {
+        let far = first.working_error > NEARLY * null.working_error;
+        if far || complete(case, &standing)? {
             return Ok(chosen(standing, rivals));
         }
     }
@@ -70,48 +73,48 @@ pub(super) fn choose(
     let mut begins = vec![first.clone()];
     if !done {
         for other in finalists.iter().skip(1).take(BEAM - 1) {
-            begins.push(settle(search, other)?);
+            begins.push(settle(case, other)?);
         }
     }
     let (mut standing, mut rivals) = (first, finalists);
-    while let Some((next, others)) = extend(search, &begins)? {
-        let fruitless = !complete(search, &next)? && !next.nearer_than(&standing);
+    while let Some((next, others)) = extend(case, &begins)? {
+        let fruitless = !complete(case, &next)? && !next.nearer_than(&standing);
         (standing, rivals) = (next, others);
         if fruitless || standing.candidate.effects.len() >= MOST_EFFECTS {
             break;
         }
         begins = vec![standing.clone()];
     }
-    if standing.candidate.effects.len() > 1 && complete(search, &standing)? {
-        standing = swapped(search, standing, &mut rivals)?;
-        standing = thinned(search, standing, &mut rivals)?;
+    if standing.candidate.effects.len() > 1 && complete(case, &standing)? {
+        standing = swapped(case, standing, &mut rivals)?;
+        standing = thinned(case, standing, &mut rivals)?;
     }
     Ok(chosen(standing, rivals))
 }
 
 /// Where all that is missing sits at one place and no single effect explains it: one and two effects that the place can host.
 fn at_place(
-    search: &Search,
+    case: &Case,
     null: &Standing,
     place: &Place,
     (mut standing, mut rivals): (Standing, Vec<Candidate>),
 ) -> Result<(Standing, Vec<Candidate>), DiagnoseError> {
-    let hosted: Vec<Hypothesis> = search
+    let hosted: Vec<Hypothesis> = case
         .catalogue
         .iter()
         .filter(|h| place.hosts(h.kind, &h.place))
         .cloned()
         .collect();
-    let narrow = Search {
+    let narrow = Case {
         catalogue: &hosted,
-        ..*search
+        ..*case
     };
     let mut begins = vec![null.clone()];
     for _ in 0..2 {
         let Some((next, others)) = extend(&narrow, &begins)? else {
             break;
         };
-        let done = complete(search, &next)?;
+        let done = complete(case, &next)?;
         begins = vec![next.clone()];
         if done || next.nearer_than(&standing) {
             (standing, rivals) = (next, others);
@@ -125,28 +128,28 @@ fn at_place(
 
 /// The best set with one more effect than one of `begins`, and all that were in the race.
 fn extend(
-    search: &Search,
+    case: &Case,
     begins: &[Standing],
 ) -> Result<Option<(Standing, Vec<Candidate>)>, DiagnoseError> {
     let (mut best, mut rivals): (Option<Standing>, Vec<Candidate>) = (None, vec![]);
     for begin in begins {
-        let finalists = search.round(begin)?.finalists;
-        let fall = fall(search, begin, &finalists)?;
+        let finalists = case.round(begin)?.finalists;
+        let fall = fall(case, begin, &finalists)?;
         let least = if begin.candidate.effects.is_empty() {
-            ALONE
+            FIRST_EFFECT_BIC_GAIN
         } else {
-            ACCEPT
+            FURTHER_EFFECT_BIC_GAIN
         };
-        if let Some(longer) = better(search, &finalists, fall, least)? {
+        if let Some(longer) = better(case, &finalists, fall, least)? {
             rivals.extend(finalists);
-            let rank = |s: &Standing| (s.candidate.floor, s.candidate.score());
+            let rank = |s: &Standing| (s.candidate.model_error, s.candidate.score());
             let ahead = best.as_ref().is_none_or(|b| rank(&longer) < rank(b));
             if ahead {
                 best = Some(longer);
             }
         }
         if let Some(best) = &best
-            && complete(search, best)?
+            && complete(case, best)?
         {
             break;
         }
@@ -156,7 +159,7 @@ fn extend(
 
 /// Were the earlier members the right choice, now that the others are known?
 fn swapped(
-    search: &Search,
+    case: &Case,
     mut standing: Standing,
     rivals: &mut Vec<Candidate>,
 ) -> Result<Standing, DiagnoseError> {
@@ -166,20 +169,25 @@ fn swapped(
         effects.remove(0);
         at.theta.remove(0);
         at.p.fill(0.0);
-        let without = search.stand(&effects, &at, Use::ALL)?;
-        let again = search.round(&without)?.finalists;
+        let without = case.fit_down(&effects, &at, Subset::ALL)?;
+        let again = case.round(&without)?.finalists;
         // One unit of score is a likelihood ratio that means nothing; it keeps equal fits where they are.
         match again.first() {
             Some(other) if other.score() < standing.candidate.score() - 1.0 => {
-                standing = settle(search, other)?;
+                standing = settle(case, other)?;
             }
             _ => {
                 // The same member again: it goes to the end, so that the next one is first.
                 let candidate = &mut standing.candidate;
                 candidate.effects.rotate_left(1);
                 candidate.fit.at.theta.rotate_left(1);
-                candidate.fit = search
-                    .finish(&candidate.effects, &candidate.fit.at, FINAL_FLOOR, Use::ALL)?
+                candidate.fit = case
+                    .finish(
+                        &candidate.effects,
+                        &candidate.fit.at,
+                        FINAL_MODEL_ERROR,
+                        Subset::ALL,
+                    )?
                     .fit;
                 standing.from.theta.rotate_left(1);
             }
@@ -191,12 +199,12 @@ fn swapped(
 
 /// The set without members that are not needed any more.
 fn thinned(
-    search: &Search,
+    case: &Case,
     mut standing: Standing,
     rivals: &mut Vec<Candidate>,
 ) -> Result<Standing, DiagnoseError> {
     let mut i = 0;
-    while complete(search, &standing)?
+    while complete(case, &standing)?
         && standing.candidate.effects.len() > 1
         && i < standing.candidate.effects.len()
     {
@@ -204,9 +212,9 @@ fn thinned(
         let mut at = standing.candidate.fit.at.clone();
         effects.remove(i);
         at.theta.remove(i);
-        let without = search.finish(&effects, &at, 0.01, Use::ALL)?;
-        if without.score() < standing.candidate.score() + ACCEPT {
-            standing = settle(search, &without)?;
+        let without = case.finish(&effects, &at, 0.01, Subset::ALL)?;
+        if without.score() < standing.candidate.score() + FURTHER_EFFECT_BIC_GAIN {
+            standing = settle(case, &without)?;
             rivals.clear();
             i = 0;
         } else {
@@ -216,40 +224,37 @@ fn thinned(
     Ok(standing)
 }
 
-/// Score of a standing at the final floor.
-fn final_score(search: &Search, standing: &Standing) -> Result<f64, DiagnoseError> {
-    if standing.candidate.floor == FINAL_FLOOR {
+/// Score of a standing at the final model_error.
+fn final_score(case: &Case, standing: &Standing) -> Result<f64, DiagnoseError> {
+    if standing.candidate.model_error == FINAL_MODEL_ERROR {
         return Ok(standing.candidate.score());
     }
     let Candidate { effects, .. } = &standing.candidate;
-    let (from, top) = (&standing.from, standing.working_floor);
-    Ok(search.finish(effects, from, top, Use::ALL)?.score())
+    let (from, top) = (&standing.from, standing.working_error);
+    Ok(case.finish(effects, from, top, Subset::ALL)?.score())
 }
 
 /// Whether nothing significant is left.
-fn complete(search: &Search, standing: &Standing) -> Result<bool, DiagnoseError> {
+fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError> {
     let Candidate {
         effects,
         fit,
-        floor,
+        model_error,
     } = &standing.candidate;
-    Ok(*floor == FINAL_FLOOR && search.misfit(effects, &fit.at, FINAL_FLOOR)?.value < BLOCK_FAILS)
+    Ok(*model_error == FINAL_MODEL_ERROR
+        && case.misfit(effects, &fit.at, FINAL_MODEL_ERROR)?.value < FAILING_BLOCK_CHI2)
 }
 
-/// Fall of the score by the best finalist, or what it is at least; without limit where it does not reach the final floor: it explains too
+/// Fall of the score by the best finalist, or what it is at least; without limit where it does not reach the final model_error: it explains too
 /// little, but may be one of two.
-fn fall(
-    search: &Search,
-    standing: &Standing,
-    finalists: &[Candidate],
-) -> Result<f64, DiagnoseError> {
+fn fall(case: &Case, standing: &Standing, finalists: &[Candidate]) -> Result<f64, DiagnoseError> {
     Ok(match finalists.first() {
-        Some(best) if best.floor == FINAL_FLOOR => {
-            // A lower floor makes every χ² larger.
+        Some(best) if best.model_error == FINAL_MODEL_ERROR => {
+            // A lower model_error makes every χ² larger.
             let least = standing.candidate.score() - best.score();
-            match least > ACCEPT {
+            match least > FURTHER_EFFECT_BIC_GAIN {
                 true => least,
-                false => final_score(search, standing)? - best.score(),
+                false => final_score(case, standing)? - best.score(),
             }
         }
         Some(_) => f64::INFINITY,
@@ -259,7 +264,7 @@ fn fall(
 
 /// The best finalist as the new standing, if the score falls by `least`, more than by chance.
 fn better(
-    search: &Search,
+    case: &Case,
     finalists: &[Candidate],
     fall: f64,
     least: f64,
@@ -270,10 +275,10 @@ fn better(
     if fall < least {
         return Ok(None);
     }
-    if best.floor > FINAL_FLOOR {
-        return Ok(Some(settle(search, best)?));
+    if best.model_error > FINAL_MODEL_ERROR {
+        return Ok(Some(settle(case, best)?));
     }
-    let settled = settle(search, best)?;
+    let settled = settle(case, best)?;
     // The number must also differ from nothing by itself.
     let (Some(h), Some(theta)) = (best.effects.last(), settled.candidate.fit.at.theta.last())
     else {
@@ -286,13 +291,13 @@ fn better(
     Ok((significant || joint).then_some(settled))
 }
 
-fn settle(search: &Search, best: &Candidate) -> Result<Standing, DiagnoseError> {
+fn settle(case: &Case, best: &Candidate) -> Result<Standing, DiagnoseError> {
     let fails = best.fit.data_chi2 > best.fit.residuals as f64;
     if !fails {
         return Ok(Standing {
             candidate: best.clone(),
             from: best.fit.at.clone(),
-            working_floor: FINAL_FLOOR,
+            working_error: FINAL_MODEL_ERROR,
             failure: best.fit.data_chi2 / best.fit.residuals.max(1) as f64,
         });
     }
@@ -301,15 +306,15 @@ fn settle(search: &Search, best: &Candidate) -> Result<Standing, DiagnoseError> 
         p: vec![0.0; best.fit.at.p.len()],
         theta: best.fit.at.theta.clone(),
     };
-    let stood = search.stand(&best.effects, &start, Use::ALL)?;
+    let stood = case.fit_down(&best.effects, &start, Subset::ALL)?;
     Ok(Standing {
-        candidate: if stood.working_floor == FINAL_FLOOR {
+        candidate: if stood.working_error == FINAL_MODEL_ERROR {
             stood.candidate
         } else {
             best.clone()
         },
         from: stood.from,
-        working_floor: stood.working_floor,
+        working_error: stood.working_error,
         failure: stood.failure,
     })
 }

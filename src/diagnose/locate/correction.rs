@@ -4,12 +4,12 @@
 //! from Δ and the shaft there. Limits: nothing is said outside the measured band (the end values are held); a law of another speed is
 //! taken as the same.
 
-use super::DiagnoseError;
-use super::evidence::Use;
-use super::localise::{FLOOR, PortScore};
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::fit::case::Case;
+use super::localisation::{MODEL_ERROR, PortScore};
 use super::place::Place;
 use super::projection::{lines, settle};
-use super::search::Search;
 use crate::linalg::c64;
 use crate::spindle::response::Square;
 
@@ -35,18 +35,18 @@ pub struct Correction {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn correct(search: &Search, port: &PortScore, usage: Use) -> Result<Correction, DiagnoseError> {
+pub fn correct(case: &Case, port: &PortScore, usage: Subset) -> Result<Correction, DiagnoseError> {
     let place = &port.place;
     let p = if usage.off_diagonal {
         port.p.clone()
     } else {
-        let stages = [(FLOOR, STEPS)];
-        settle(search, place, &port.p, &stages, usage)?.p
+        let stages = [(MODEL_ERROR, STEPS)];
+        settle(case, place, &port.p, &stages, usage)?.p
     };
-    let count = search.evidence.sweeps.len();
+    let count = case.evidence.sweeps.len();
     let mut sweeps: Vec<Vec<Square>> = vec![vec![]; count];
     let mut free: Vec<Vec<(f64, Vec<c64>)>> = vec![vec![]; count];
-    lines(search, place, &p, FLOOR, usage, false, |line| {
+    lines(case, place, &p, MODEL_ERROR, usage, false, |line| {
         let mut f = line.view.response;
         for (d, x) in line.view.directions.iter().zip(&line.x) {
             for (f, d) in f.iter_mut().zip(d) {
@@ -57,12 +57,12 @@ pub fn correct(search: &Search, port: &PortScore, usage: Use) -> Result<Correcti
         free[line.sweep].push((line.omega_rad_s, line.view.free(&line.x)));
     })?;
     let mut taps = vec![];
-    for tap in &search.evidence.taps {
+    for tap in &case.evidence.taps {
         // The sweep at the speed of the hammer test, or the nearest.
-        let away = |s: &usize| (search.evidence.sweeps[*s].speed_rad_s - tap.speed_rad_s).abs();
+        let away = |s: &usize| (case.evidence.sweeps[*s].speed_rad_s - tap.speed_rad_s).abs();
         let nearest = (0..count).min_by(|a, b| away(a).total_cmp(&away(b)));
         let known = nearest.map_or(&[][..], |s| &free[s]);
-        let scene = place.scene(search.model, &p, &[], tap.speed_rad_s, false)?;
+        let scene = place.scene(case.model, &p, &[], tap.speed_rad_s, false)?;
         let mut all = vec![];
         for omega in &tap.omega_rad_s {
             let view = scene.view(*omega, None);

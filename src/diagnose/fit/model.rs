@@ -1,6 +1,6 @@
 //! The machine in reduced coordinates, with the nuisance parameters of the diagnosis.
 
-use super::DiagnoseError;
+use super::super::DiagnoseError;
 use super::nuisance::Layout;
 use crate::spindle::response::{Assembled, Assembly, ReducedMachine};
 use crate::spindle::{Effect, Machine};

@@ -1,0 +1,148 @@
+//! A set of effects, fitted at ever smaller model errors until it fails.
+//!
+//! A missing effect that is far too large for the noise makes a final fit meaningless, so a fit works at the model error at which the
+//! present model just fails, from the fit at the error before. Score = χ² + d ln N (BIC).
+
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::fit::case::Case;
+use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit};
+use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::problem::Point;
+
+/// Model floors of a fit, coarse to fine.
+const MODEL_ERRORS: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_MODEL_ERROR];
+/// Iterations per rung.
+const ITERATIONS: usize = 4;
+/// Iterations at the last rung.
+const FINAL_ITERATIONS: usize = 20;
+/// χ² per residual above which a model fails at a model_error. Where noise and model_error describe the data it is below 1.
+pub const FAILING_CHI2: f64 = 1.0;
+/// χ² per residual above which lower floors are not tried: what misses by that much will not fit more closely.
+const HOPELESS_CHI2: f64 = 10.0;
+
+/// A set of effects with its fit.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// The effects.
+    pub effects: Vec<Hypothesis>,
+    /// The fit, at `model_error`.
+    pub fit: Fit,
+    /// Model model_error of the fit.
+    pub model_error: f64,
+}
+
+impl Candidate {
+    /// χ² + d ln N.
+    pub fn score(&self) -> f64 {
+        let free: usize = self.fit.at.theta.iter().map(Vec::len).sum();
+        self.fit.chi2 + free as f64 * (self.fit.residuals.max(2) as f64).ln()
+    }
+}
+
+/// A model on the ladder: where it still fits, and where it fails.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// The last fit.
+    pub candidate: Candidate,
+    /// Fit from which further effects start.
+    pub from: Point,
+    /// Floor at which it fails, or the final one.
+    pub working_error: f64,
+    /// χ² per residual there.
+    pub failure: f64,
+}
+
+impl Standing {
+    /// Whether this set brings the data closer within reach than another: a lower model_error, or a fifth less χ² at the same one.
+    pub fn nearer_than(&self, other: &Self) -> bool {
+        self.working_error < other.working_error
+            || self.working_error == other.working_error && self.failure < 0.8 * other.failure
+    }
+}
+
+impl Case<'_> {
+    /// Climbs the ladder until the effects fail or the final model_error is reached.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a model cannot be assembled.
+    pub fn fit_down(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        usage: Subset,
+    ) -> Result<Standing, DiagnoseError> {
+        let problem = self.problem(effects, usage);
+        let (mut at, mut before) = (from.clone(), from.clone());
+        let mut last = None;
+        for model_error in MODEL_ERRORS {
+            let iterations = if model_error == FINAL_MODEL_ERROR {
+                FINAL_ITERATIONS
+            } else {
+                ITERATIONS
+            };
+            let fit = problem.fit(&at, &[(model_error, iterations)])?;
+            let fails = fit.data_chi2 > FAILING_CHI2 * fit.residuals as f64;
+            at = fit.at.clone();
+            last = Some((fit, model_error));
+            if fails {
+                break;
+            }
+            before = at.clone();
+        }
+        let (fit, model_error) = last.ok_or(DiagnoseError::NoSweep)?;
+        Ok(Standing {
+            failure: fit.data_chi2 / fit.residuals.max(1) as f64,
+            candidate: Candidate {
+                effects: effects.to_vec(),
+                fit,
+                model_error,
+            },
+            from: before,
+            working_error: model_error,
+        })
+    }
+
+    /// Fits through all rungs from `top` down to the final model_error, or to where it is hopeless.
+    ///
+    /// # Errors
+    /// As [`Self::fit_down`].
+    pub fn finish(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        top: f64,
+        usage: Subset,
+    ) -> Result<Candidate, DiagnoseError> {
+        let problem = self.problem(effects, usage);
+        let (mut at, mut last) = (from.clone(), None);
+        for model_error in MODEL_ERRORS.into_iter().filter(|f| *f <= top) {
+            let iterations = if model_error == FINAL_MODEL_ERROR {
+                FINAL_ITERATIONS
+            } else {
+                ITERATIONS
+            };
+            let fit = problem.fit(&at, &[(model_error, iterations)])?;
+            let hopeless = fit.data_chi2 > HOPELESS_CHI2 * fit.residuals as f64;
+            at = fit.at.clone();
+            last = Some((fit, model_error));
+            if hopeless {
+                break;
+            }
+        }
+        let (fit, model_error) = last.ok_or(DiagnoseError::NoSweep)?;
+        Ok(Candidate {
+            effects: effects.to_vec(),
+            fit,
+            model_error,
+        })
+    }
+}
+
+/// The model error after this one.
+pub fn next_model_error(model_error: f64) -> f64 {
+    MODEL_ERRORS
+        .into_iter()
+        .find(|f| *f < model_error)
+        .unwrap_or(FINAL_MODEL_ERROR)
+}

@@ -1,0 +1,302 @@
+//! Which effects are missing: every catalogue entry is fitted jointly with the small parameters, the best is kept, and so on.
+//!
+//! Screening on thinned lines, then all lines, then the final
+//! model_error for what is still in the race. Score = χ² + d ln N (BIC). An effect is accepted when the score falls by [`FURTHER_EFFECT_BIC_GAIN`]:
+//! with M ≈ 90 hypotheses of up to three numbers the 95 % quantile of the largest gain under the null is
+//! 12 for one number and 17.5 for three, near d ln N alone; the surplus pays for correlated model error. It is smaller for the first effect
+//! ([`FIRST_EFFECT_BIC_GAIN`]): over 124 null records of an independent simulator it falls in seven, by 4.4 at most: a surplus of 5 leaves about one false alarm
+//! in a hundred.
+
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::fit::case::Case;
+use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
+use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::problem::Point;
+use super::candidate::{Candidate, FAILING_CHI2, Standing, next_model_error};
+use crate::spindle::{Effect, EffectKind};
+use rayon::prelude::*;
+
+/// Least fall of the score for another effect.
+pub const FURTHER_EFFECT_BIC_GAIN: f64 = 16.0;
+/// Least fall for a first one: no large effect is there whose model error a small one could take up.
+pub const FIRST_EFFECT_BIC_GAIN: f64 = 5.0;
+/// Scores closer than this cannot be told apart (odds of 1 to 30).
+pub const TIE_BIC: f64 = 7.0;
+/// Names that reach the thinned second screening, all lines, and the final model_error.
+const SHORT_LISTS: [usize; 3] = [24, 8, 5];
+/// The same for a second effect.
+const PAIR_LISTS: [usize; 3] = [16, 6, 4];
+/// What is still so many times the leader's χ² after a first fit does not come down to it, a resonance that is on its way excepted.
+const DROPPED_CHI2_RATIO: f64 = 3.0;
+/// Starts of one name that are fitted.
+const STARTS: usize = 2;
+/// Names that reach the final model_error where none of them explains the data: those that pairs are begun with; twice as many are fitted to all lines.
+const PAIR_SEEDS: usize = 2;
+
+/// A point with a hypothesis at its start besides.
+fn beside(origin: &Point, h: &Hypothesis) -> Point {
+    let mut from = origin.clone();
+    from.theta.push(h.start.clone());
+    from
+}
+
+/// What a round found.
+#[derive(Clone, Debug)]
+pub struct Round {
+    /// Finalists at the final model_error, best score first.
+    pub finalists: Vec<Candidate>,
+    /// Effects that left the race before, with their score above the best when they left.
+    pub others: Vec<(Effect, f64)>,
+}
+
+impl Case<'_> {
+    /// Adds each hypothesis of the catalogue to a standing.
+    ///
+    /// # Errors
+    /// As [`Self::fit_down`].
+    pub fn round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
+        let present = &standing.candidate.effects;
+        let w = standing.working_error;
+        let lists = if present.is_empty() {
+            SHORT_LISTS
+        } else {
+            PAIR_LISTS
+        };
+        let thin = |stride| Subset {
+            stride,
+            ..Subset::ALL
+        };
+        let with = |h: &Hypothesis| -> Vec<Hypothesis> {
+            let mut effects = present.clone();
+            effects.push(h.clone());
+            effects
+        };
+        // Where nothing fails, a linear step on all lines tells what is worth a fit.
+        let settled = w == FINAL_MODEL_ERROR && standing.failure < FAILING_CHI2;
+        let mut free: Vec<Hypothesis> = vec![];
+        for h in self.catalogue {
+            let taken = |p: &Hypothesis| p.same_name(h) && p.kind != EffectKind::HousingMode;
+            let mut h = h.clone();
+            // What is missing then is small: of a joint, from the rigid one on.
+            if settled && h.kind == EffectKind::ToolJoint {
+                h.start = h.nothing();
+            }
+            if !present.iter().any(taken) && !free.contains(&h) {
+                free.push(h);
+            }
+        }
+        (self.progress)(&format!(
+            "{} hypotheses, beside {} accepted",
+            free.len(),
+            present.len()
+        ));
+        let fit = |h: &Hypothesis, from: &Point, usage: Subset, stages: &[Stage]| {
+            self.problem(&with(h), usage).fit(from, stages)
+        };
+        let lower = next_model_error(w);
+        let screen = if settled { Subset::ALL } else { thin(3) };
+        // Where the small parameters have taken up nothing that the data deny, the step starts from their fit.
+        let origin = if settled {
+            &standing.candidate.fit.at
+        } else {
+            &standing.from
+        };
+        let base = self.problem(present, screen).linear(origin, w)?;
+        let first: Vec<(Hypothesis, Point, f64)> = free
+            .par_iter()
+            .filter_map(|h| {
+                let with = with(h);
+                let problem = self.problem(&with, screen);
+                let (at, chi2) = problem.predicted(&base, &beside(origin, h), w).ok()?;
+                let hopeful = chi2 < standing.candidate.fit.chi2 - 0.5 * FURTHER_EFFECT_BIC_GAIN;
+                (!settled || hopeful).then(|| (h.clone(), at, chi2))
+            })
+            .collect();
+        let first = self.best_starts(first, &with, origin, w);
+        let first = shortlist(first, lists[0]);
+        // From a coarser model_error again: the new effect may have moved what the small parameters had been fitted to.
+        let stages: &[Stage] = if settled {
+            &[(w, 4)]
+        } else {
+            &[(3.0 * w, 3), (w, 2)]
+        };
+        let begun: Vec<(Hypothesis, Fit)> = first
+            .par_iter()
+            .filter_map(|(h, at, _)| {
+                let with = with(h);
+                let problem = self.problem(&with, thin(3));
+                let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
+                Some((h.clone(), problem.fit(&start, stages).ok()?))
+            })
+            .collect();
+        let mut others = vec![];
+        let begun = ahead(
+            begun,
+            Limits {
+                most: 2 * lists[1],
+                beginnings: usize::MAX,
+                factor: DROPPED_CHI2_RATIO,
+                surplus: None,
+            },
+            &mut others,
+        );
+        let second: Vec<(Hypothesis, Fit)> = begun
+            .into_par_iter()
+            .filter_map(|(h, f)| {
+                let further = fit(&h, &f.at, thin(3), &[(lower, 4)]).ok()?;
+                Some((h, further))
+            })
+            .collect();
+        let gate = Limits {
+            most: lists[1],
+            beginnings: 2 * PAIR_SEEDS,
+            factor: 10.0,
+            surplus: Some(100.0),
+        };
+        let second = ahead(second, gate, &mut others);
+        (self.progress)("finalists");
+        let third: Vec<(Hypothesis, Fit)> = second
+            .into_par_iter()
+            .filter_map(|(h, f)| {
+                let all = fit(&h, &f.at, Subset::ALL, &[(lower, 4)]).ok()?;
+                Some((h, all))
+            })
+            .collect();
+        let gate = Limits {
+            most: lists[2],
+            beginnings: PAIR_SEEDS,
+            factor: 4.0,
+            surplus: Some(50.0),
+        };
+        let third = ahead(third, gate, &mut others);
+        let mut finalists: Vec<Candidate> = third
+            .par_iter()
+            .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Subset::ALL).ok())
+            .filter(matters)
+            .collect();
+        // Whoever reaches a lower model_error is ahead; at one model_error the score counts.
+        finalists.sort_by(|a, b| {
+            a.model_error
+                .total_cmp(&b.model_error)
+                .then(a.score().total_cmp(&b.score()))
+        });
+        Ok(Round { finalists, others })
+    }
+
+    /// Two starts of every name, where there are more: those whose step leads lowest; and the one that promises most. A step is linear, and where
+    /// an effect is large the prediction hardly tells one place from another; the places themselves do, unless the step goes too far. All
+    /// starts of a name share its best prediction.
+    fn best_starts(
+        &self,
+        all: Vec<Screened>,
+        with: &(impl Fn(&Hypothesis) -> Vec<Hypothesis> + Sync),
+        origin: &Point,
+        model_error: f64,
+    ) -> Vec<Screened> {
+        let usage = Subset {
+            stride: 3,
+            ..Subset::ALL
+        };
+        let twins = |h: &Hypothesis| all.iter().filter(|o| o.0.same_name(h)).count();
+        let reached: Vec<f64> = all
+            .par_iter()
+            .map(|(h, at, _)| {
+                if twins(h) <= STARTS {
+                    return 0.0;
+                }
+                let with = with(h);
+                let problem = self.problem(&with, usage);
+                let there = problem.downhill(&beside(origin, h), at, model_error);
+                there.map_or(f64::INFINITY, |(_, chi2)| chi2)
+            })
+            .collect();
+        let kept = (0..all.len()).filter_map(|i| {
+            let (h, at, _) = &all[i];
+            let same = || (0..all.len()).filter(|j| all[*j].0.same_name(h));
+            let rank = same()
+                .filter(|j| (reached[*j], *j) < (reached[i], i))
+                .count();
+            let promise = same().filter(|j| (all[*j].2, *j) < (all[i].2, i)).count();
+            let best = same().map(|j| all[j].2).fold(f64::INFINITY, f64::min);
+            (rank < STARTS || promise < 1).then(|| (h.clone(), at.clone(), best))
+        });
+        kept.collect()
+    }
+}
+
+fn score(fit: &Fit) -> f64 {
+    let free: usize = fit.at.theta.last().map_or(0, Vec::len);
+    fit.chi2 + free as f64 * (fit.residuals.max(2) as f64).ln()
+}
+
+/// Whether the newest effect of a candidate is large enough to be named.
+fn matters(candidate: &Candidate) -> bool {
+    let newest = candidate.effects.last().zip(candidate.fit.at.theta.last());
+    newest.is_none_or(|(h, theta)| h.matters(theta))
+}
+
+/// What may go on with the leader of a stage.
+struct Limits {
+    /// Most names.
+    most: usize,
+    /// Most where the leader fails: the beginnings of a pair.
+    beginnings: usize,
+    /// Largest χ² in terms of the leader's while that fails too: what is still to come down does not come down by more.
+    factor: f64,
+    /// Largest χ² above the leader's where that does not fail: a lower model_error makes every distance larger. None after first fits, where the
+    /// factor counts either way and resonances that are on their way go on.
+    surplus: Option<f64>,
+}
+
+/// Best start of every name, best score first, as far as the gate is open; those that go are added to `others`.
+fn ahead(
+    mut all: Vec<(Hypothesis, Fit)>,
+    gate: Limits,
+    others: &mut Vec<(Effect, f64)>,
+) -> Vec<(Hypothesis, Fit)> {
+    all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
+    let Some((best, limit, most)) = all.first().map(|(_, leader)| {
+        let fails = leader.data_chi2 > FAILING_CHI2 * leader.residuals as f64;
+        let limit = match gate.surplus {
+            Some(surplus) if !fails => leader.chi2 + surplus,
+            _ => gate.factor * leader.chi2 + 100.0,
+        };
+        let most = gate
+            .most
+            .min(if fails { gate.beginnings } else { usize::MAX });
+        (score(leader), limit, most)
+    }) else {
+        return all;
+    };
+    let mut kept: Vec<(Hypothesis, Fit)> = vec![];
+    for (h, fit) in all {
+        if kept.iter().any(|k| k.0.same_name(&h)) {
+            continue;
+        }
+        let resonance = h.sole() || h.kind == EffectKind::HousingMode;
+        let on_its_way = gate.surplus.is_none() && resonance;
+        if kept.len() < most && (fit.chi2 <= limit || on_its_way) {
+            kept.push((h, fit));
+        } else if let Some(theta) = fit.at.theta.last() {
+            others.push((h.effect(theta), score(&fit) - best));
+        }
+    }
+    kept
+}
+
+type Screened = (Hypothesis, Point, f64);
+
+/// Hypotheses by predicted χ²: the best `most`, and one start of each effect that has one place
+/// only (a sharp resonance that moves far is not predicted by a linear step).
+fn shortlist(mut all: Vec<Screened>, most: usize) -> Vec<Screened> {
+    all.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let mut kept: Vec<Screened> = vec![];
+    for entry in all {
+        let first = !kept.iter().any(|k| k.0.same_name(&entry.0));
+        if first && entry.0.sole() || kept.len() < most {
+            kept.push(entry)
+        }
+    }
+    kept
+}

@@ -1,0 +1,8 @@
+//! Where something is missing, without a hypothesis: the law recovered at a place, line by line.
+
+pub mod correction;
+pub mod localisation;
+pub mod place;
+pub mod place_response;
+pub mod projection;
+pub mod recovered_law;
