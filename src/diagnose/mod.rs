@@ -1,8 +1,8 @@
 //! Find where simulation and measurement disagree, name the missing effect, show the gap shrink.
 //!
 //! [`data`]: measured records become whitened evidence. [`fit`]: the reduced model of the machine
-//! ([`crate::spindle::response`]) is fitted with nuisance parameters and any effects of the catalogue. [`locate`]: the place of a discrepancy
-//! without a hypothesis. [`decide`]: screening, selection by BIC, verdict, next measurement.
+//! ([`crate::spindle::response`]) is fitted with nuisance parameters and any effects of the catalogue. [`locate`]: the
+//! place of a discrepancy without a hypothesis. [`decide`]: screening, selection by BIC, verdict, next measurement.
 
 pub mod data;
 pub mod decide;

@@ -14,7 +14,7 @@ pub fn sentence(d: &Diagnosis) -> String {
     );
     match d.verdict {
         Verdict::Adequate => format!(
-            "The model describes the measurement: no discrepancy is detectable beyond small parameters (force constants, sensor \
+            "The model describes the measurement: no discrepancy is detectable beyond nuisance parameters (force constants, sensor \
              gains, moduli, damping).{} {gap}",
             smallest(d)
         ),

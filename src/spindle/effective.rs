@@ -1,4 +1,5 @@
-//! Bearings, electronics and what is attached to the shaft, after all effects: what the plant is built from besides the rotor.
+//! Bearings, electronics and what is attached to the shaft, after all effects: what the plant is built from besides the
+//! rotor.
 
 use crate::linalg::c64;
 
@@ -54,7 +55,8 @@ pub struct Attachment {
     pub position_m: f64,
     /// What it reads.
     pub motion: Motion,
-    /// Force per displacement in r = x + jy, N/m, or moment per slope, N m/rad: a spring is negative, a circulatory law imaginary.
+    /// Force per displacement in r = x + jy, N/m, or moment per slope, N m/rad: a spring is negative, a circulatory law
+    /// imaginary.
     pub gain: c64,
 }
 

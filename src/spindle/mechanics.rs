@@ -1,9 +1,9 @@
 //! The magnetically levitated shaft without electronics, in the complex coordinate r = x + jy, at one speed.
 //!
-//! η̈ + (C − jΩG) η̇ + (K − jK_c) η = Φᵀ f,  x_p = φ_p η + Σ_q R_pq f_q, with η the modal coordinates of [`Basis`] and one
-//! more for each housing mode. C is diagonal (2ζω, plus βω² of rotating damping), K = diag ω², K_c = Ωβ diag ω².
-//! Magnets, springs to ground and circulatory forces are feedback at ports: f_p = g_p x_p + d_p ẋ_p, g complex.
-//! Every effect of the catalogue keeps both planes alike here: what does not (cross terms of ki, turned sensors) acts on
+//! η̈ + (C − jΩG) η̇ + (K − jK_c) η = Φᵀ f,  x_p = φ_p η + Σ_q R_pq f_q, with η the modal coordinates of [`Basis`] and
+//! one more for each housing mode. C is diagonal (2ζω, plus βω² of rotating damping), K = diag ω², K_c = Ωβ diag ω².
+//! Magnets, springs to ground and circulatory forces are feedback at ports: f_p = g_p x_p + d_p ẋ_p, g complex. Every
+//! effect of the catalogue keeps both planes alike here: what does not (cross terms of ki, turned sensors) acts on
 //! currents and signals, see [`super::plant`].
 
 use super::SpindleError;
@@ -42,14 +42,15 @@ pub enum Port {
 /// Number of named ports.
 const NAMED: usize = 7;
 
-/// Modes below this stay in [`ModelDetail::Full`], Hz; pseudo-modes of the ports stand for the rest. The error grows with
-/// the fourth power of f/f_cut: measured against the FE matrices 1e-6 at 3.4 kHz, 1.2e-5 beside an antiresonance at 4 kHz.
+/// Modes below this stay in [`ModelDetail::Full`], Hz; pseudo-modes of the ports stand for the rest. The error grows
+/// with the fourth power of f/f_cut: measured against the FE matrices 1e-6 at 3.4 kHz, 1.2e-5 beside an antiresonance
+/// at 4 kHz.
 const FULL_BELOW_HZ: f64 = 24_000.0;
 /// At least so many flexible modes stay in [`ModelDetail::Full`].
 const FULL_AT_LEAST: usize = 8;
 
-/// Lowest angular frequency at which a free rigid mode is evaluated, rad/s: at zero its compliance is infinite. The closed
-/// magnet loop hides the difference to 1e-7.
+/// Lowest angular frequency at which a free rigid mode is evaluated, rad/s: at zero its compliance is infinite. The
+/// closed magnet loop hides the difference to 1e-7.
 const RIGID_FLOOR_RAD_S: f64 = 0.1;
 
 /// The shaft on its magnets at one speed, one complex plane.

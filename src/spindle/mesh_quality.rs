@@ -1,20 +1,23 @@
 //! Whether the elements are short enough for the modes that the model keeps.
 //!
-//! Every element is halved and the natural frequencies of the free-free shaft are compared; where they move, every element is halved
-//! again and the difference to that mesh is the error. With consistent mass the error of a frequency falls with the fourth power of
-//! the element length (Strang and Fix, section 6.3), so that the finest mesh has next to none. The element to split is the one whose halving alone moves the frequency most.
+//! Every element is halved and the natural frequencies of the free-free shaft are compared; where they move, every
+//! element is halved again and the difference to that mesh is the error. With consistent mass the error of a frequency
+//! falls with the fourth power of the element length (Strang and Fix, section 6.3), so that the finest mesh has next to
+//! none. The element to split is the one whose halving alone moves the frequency most.
 
 use super::{Machine, SpindleError};
 use crate::rotor::modes::PlanarModes;
 use crate::rotor::{Rotor, Section};
 
-/// Relative error of a kept frequency that is said: half the smallest uncertainty that frequencies are usually specified with.
+/// Relative error of a kept frequency that is said: half the smallest uncertainty that frequencies are usually
+/// specified with.
 const SAID: f64 = 0.005;
 /// Change on halving from which on the mesh is halved again: the change understates the error of very long elements.
 const SUSPECT: f64 = SAID / 4.0;
 /// Elements that are tried by halving alone, longest against the wavelength first.
 const TRIED: usize = 40;
-/// Shafts with more elements than this are not checked: halving them twice would pass the limit of the dense eigenvalue problem.
+/// Shafts with more elements than this are not checked: halving them twice would pass the limit of the dense eigenvalue
+/// problem.
 const CHECKED: usize = crate::rotor::MOST_ELEMENTS / 4;
 
 /// A frequency that the mesh does not resolve.

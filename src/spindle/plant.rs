@@ -1,9 +1,9 @@
 //! The open-loop plant at one speed: from commanded currents and forces to sensor signals and displacements.
 //!
-//! Chain of an axis: command → delay e^{−sτ} → amplifier 1/(1+s/ω_a) → eddy currents 1/(1+√(s/ω_e)) → force ki·i → shaft on
-//! magnets → sensor axes, gain → sensor 1/(1+s/ω_s) → low-pass. Inputs (10): commanded currents front_x, front_y, rear_x,
-//! rear_y (A); forces tool_x, tool_y, front_actuator_x, …, rear_actuator_y (N). Outputs (10): sensor signals front_x …
-//! rear_y (m); displacements tool_x … rear_actuator_y (m, absolute).
+//! Chain of an axis: command → delay e^{−sτ} → amplifier 1/(1+s/ω_a) → eddy currents 1/(1+√(s/ω_e)) → force ki·i →
+//! shaft on magnets → sensor axes, gain → sensor 1/(1+s/ω_s) → low-pass. Inputs (10): commanded currents front_x,
+//! front_y, rear_x, rear_y (A); forces tool_x, tool_y, front_actuator_x, …, rear_actuator_y (N). Outputs (10): sensor
+//! signals front_x … rear_y (m); displacements tool_x … rear_actuator_y (m, absolute).
 //!
 //! The shaft is isotropic, so it is evaluated in r = x + jy: with H(ω) the response to r-forces,
 //! a = (H(ω) + H̄(−ω))/2 goes x→x and y→y, b = (H(ω) − H̄(−ω))/2j goes x→y, and −b goes y→x.
@@ -92,9 +92,9 @@ impl Plant {
         Self::new(machine, speed_rad_s, detail)
     }
 
-    /// The same plant whose frequency response has the ports of modal uncertainty behind the ten channels: for each of the
-    /// first `modes` flexible modes an input that adds to q̈ (x, then y) and the modal coordinate q (x, then y) as output.
-    /// For a state space see [`Plant::state_space_with_modal_ports`].
+    /// The same plant whose frequency response has the ports of modal uncertainty behind the ten channels: for each of
+    /// the first `modes` flexible modes an input that adds to q̈ (x, then y) and the modal coordinate q (x, then y) as
+    /// output. For a state space see [`Plant::state_space_with_modal_ports`].
     #[must_use]
     pub fn with_modal_ports(&self, modes: usize) -> Self {
         let modes = modes.min(self.mechanics.flexible());
@@ -105,8 +105,8 @@ impl Plant {
         }
     }
 
-    /// The same plant with the natural frequencies of its first flexible modes multiplied by these factors; modal dampers
-    /// 2ζω keep their values. Without modal ports.
+    /// The same plant with the natural frequencies of its first flexible modes multiplied by these factors; modal
+    /// dampers 2ζω keep their values. Without modal ports.
     #[must_use]
     pub fn with_scaled_modes(&self, factors: &[f64]) -> Self {
         Self {

@@ -2,8 +2,9 @@
 //!
 //! States: delays, amplifiers, eddy-current filters, shaft of the x plane (s·η, η̇), shaft of the y plane, sensors. A
 //! matrix A + jB that acts on r = x + jy is [[A, −B], [B, A]] on (x, y). Two things have no finite state space and are
-//! stated: the delay in continuous time (Padé of the order asked), and eddy currents: 1/(1+√(s/ω_e)) is replaced by real
-//! poles half a decade apart from 1 Hz to 100 kHz, fitted to its Stieltjes density √x/(π(1+x)); error below 1 % there.
+//! stated: the delay in continuous time (Padé of the order asked), and eddy currents: 1/(1+√(s/ω_e)) is replaced by
+//! real poles half a decade apart from 1 Hz to 100 kHz, fitted to its Stieltjes density √x/(π(1+x)); error below 1 %
+//! there.
 
 use super::SpindleError;
 use super::effective::EffectiveBearing;
@@ -50,8 +51,8 @@ impl Plant {
         Ok(series(&append(&delay, &pass), &undelayed)?)
     }
 
-    /// Sampled state space, 10×10: zero-order hold on every input, currents later by delay_s − Tₛ/2, outputs at the sample
-    /// instants. Exact between the samples; a delay below half a sample counts as half a sample.
+    /// Sampled state space, 10×10: zero-order hold on every input, currents later by delay_s − Tₛ/2, outputs at the
+    /// sample instants. Exact between the samples; a delay below half a sample counts as half a sample.
     ///
     /// # Errors
     /// [`SpindleError::Numeric`] when the exponential overflows.
@@ -135,7 +136,8 @@ impl Plant {
         let omega = self.mechanics.omega_rad_s();
         let (n, m) = (omega.len(), modes.min(self.mechanics.flexible()));
         let (size, channels) = (2 * n, 5 + m);
-        // Displacement states scaled to velocity size; 100 rad/s for the rigid modes is of the order of the magnets' poles.
+        // Displacement states scaled to velocity size; 100 rad/s for the rigid modes is of the order of the magnets'
+        // poles.
         let scale: Vec<f64> = omega.iter().map(|w| w.max(100.0)).collect();
         let zero = c64::new(0.0, 0.0);
         let a = Mat::from_fn(size, size, |i, j| match (i < n, j < n) {
@@ -197,8 +199,8 @@ fn first_order(bandwidth_hz: f64) -> Result<StateSpace<Continuous>, SpindleError
 const HALF_ORDER_BAND_HZ: (f64, f64) = (0.1, 1e6);
 const HALF_ORDER_PER_DECADE: f64 = 2.0;
 
-/// 1/(1 + √(s/ω_e)) = (1/π) ∫ √x/(1+x) · dx/(x + s/ω_e), by the trapezoidal rule in ln x; the tail beyond the highest pole
-/// becomes a gain, what is missing below the lowest one is added there, so that the DC gain is 1.
+/// 1/(1 + √(s/ω_e)) = (1/π) ∫ √x/(1+x) · dx/(x + s/ω_e), by the trapezoidal rule in ln x; the tail beyond the highest
+/// pole becomes a gain, what is missing below the lowest one is added there, so that the DC gain is 1.
 fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, SpindleError> {
     let (low, high) = HALF_ORDER_BAND_HZ;
     let step = std::f64::consts::LN_10 / HALF_ORDER_PER_DECADE;

@@ -2,8 +2,8 @@
 
 use super::SpindleError;
 
-/// Longest delay of the loop in sample periods. One and a half are usual; the sampled model has four states for each, and no
-/// rotor on negative stiffness is held through twenty.
+/// Longest delay of the loop in sample periods. One and a half are usual; the sampled model has four states for each,
+/// and no rotor on negative stiffness is held through twenty.
 pub(super) const MOST_DELAY_SAMPLES: f64 = 20.0;
 
 /// An error unless the value is positive.

@@ -1,8 +1,9 @@
 //! The rotating shaft without magnets as a sum over its whirl modes, so that a frequency costs O(modes·ports²).
 //!
-//! With z = (Λ^{1/2}η, η̇), Λ = diag ω²:  ż = A z + (0, Φᵀf),  A = [[0, Λ^{1/2}], [−(Λ − jK_c)Λ^{−1/2}, −C + jΩG]]. Without C and K_c
-//! A is skew-Hermitian, so with the light damping of a shaft its eigenvectors V are almost orthogonal and safe to use.
-//! x_p(jω) = φ_p η̇/(jω) = Σ_k (φ_p V_k)(V⁻¹ Φᵀ)_{kq}/(jω (jω − λ_k)) f_q; free translation is λ = 0, exactly.
+//! With z = (Λ^{1/2}η, η̇), Λ = diag ω²:  ż = A z + (0, Φᵀf),  A = [[0, Λ^{1/2}], [−(Λ − jK_c)Λ^{−1/2}, −C + jΩG]].
+//! Without C and K_c A is skew-Hermitian, so with the light damping of a shaft its eigenvectors V are almost orthogonal
+//! and safe to use. x_p(jω) = φ_p η̇/(jω) = Σ_k (φ_p V_k)(V⁻¹ Φᵀ)_{kq}/(jω (jω − λ_k)) f_q; free translation is λ = 0,
+//! exactly.
 
 use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 
@@ -20,8 +21,9 @@ pub struct WhirlForm {
 const TRUSTED: f64 = 1e-10;
 
 impl WhirlForm {
-    /// The form of a shaft with the given angular frequencies, damping 2ζω, circulatory stiffness, Ω·G and amplitudes at the
-    /// ports (ports × coordinates); `None` when the eigenvectors are not accurate, as near a repeated eigenvalue.
+    /// The form of a shaft with the given angular frequencies, damping 2ζω, circulatory stiffness, Ω·G and amplitudes
+    /// at the ports (ports × coordinates); `None` when the eigenvectors are not accurate, as near a repeated
+    /// eigenvalue.
     pub fn new(
         omega_rad_s: &[f64],
         damping: &[f64],

@@ -1,10 +1,11 @@
 //! Records turned into whitened residuals.
 //!
-//! Between repeats two things change: white noise of the loop, and the gain of every sensor axis (levitated anew). The gains are
-//! estimated repeat by repeat, a_pi = argmin Σ|y_p − (1+a_pi)(Ĝu_p)_i|²/S_i, and leave the noise; their mean error stays as a
-//! small parameter with the standard deviation seen. Row i of Ĝ then has the covariance S_i/P · (ŪŪᴴ)⁻ᵀ. A model model_error
-//! ε²·½(|G_ij|² + local mean) is added: it is lowered step by step in a fit, so that resonances find each other.
-//! Residuals are whitened by the Cholesky factor, χ² = 2Σ|w|² with the real and imaginary part counted each.
+//! Between repeats two things change: white noise of the loop, and the gain of every sensor axis (levitated anew). The
+//! gains are estimated repeat by repeat, a_pi = argmin Σ|y_p − (1+a_pi)(Ĝu_p)_i|²/S_i, and leave the noise; their mean
+//! error stays as a nuisance parameter with the standard deviation seen. Row i of Ĝ then has the covariance S_i/P ·
+//! (ŪŪᴴ)⁻ᵀ. A model error ε²·½(|G_ij|² + local mean) is added: it is lowered step by step in a fit, so that resonances
+//! find each other. Residuals are whitened by the Cholesky factor, χ² = 2Σ|w|² with the real and imaginary part counted
+//! each.
 
 use super::super::DiagnoseError;
 use super::measurement::{Axis, Measurement};
@@ -89,7 +90,7 @@ pub struct Evidence {
     pub taps: Vec<TapEvidence>,
 }
 
-/// Root mean square of |measured − model|/σ over lines and channels, σ with a model_error of 0.5 % of the magnitude.
+/// Root mean square of |measured − model|/σ over lines and channels, σ with a model error of 0.5 % of the magnitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gap {
     sum: f64,
@@ -176,8 +177,8 @@ fn pooled(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
-    let frf: MeasuredFrf = open_loop(record)?;
+/// Gain errors of the axes in every repeat, and the noise of every line and axis (zero with one repeat), from what repeats differ by.
+fn scatter_of_repeats(record: &SweepRecord, frf: &MeasuredFrf) -> (Vec<[f64; 4]>, Vec<[f64; 4]>) {
     let (lines, experiments, repeats, _) = record.current.dim();
     let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
     // y of a repeat and what Ĝ makes of its u: [line][experiment][repeat][axis].
@@ -228,6 +229,14 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
             }
         }
     }
+    (gains, noise)
+}
+
+fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
+    let frf: MeasuredFrf = open_loop(record)?;
+    let (lines, _, repeats, _) = record.current.dim();
+    let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];
+    let (gains, mut noise) = scatter_of_repeats(record, &frf);
     let axis_gain_sd = std::array::from_fn(|i| {
         let square: f64 = gains.iter().map(|g| g[i] * g[i]).sum();
         let of_one = square / repeats.saturating_sub(1).max(1) as f64;
@@ -281,7 +290,7 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
 }
 
 impl SweepEvidence {
-    /// Lower Cholesky factors of the four rows' covariances with a model model_error, row-major.
+    /// Lower Cholesky factors of the four rows' covariances with A model error, row-major.
     pub fn whitening(&self, line: usize, model_error: f64, off_diagonal: bool) -> [[c64; 16]; 4] {
         std::array::from_fn(|i| {
             let mut c: [c64; 16] = self.spread[line].map(|x| x * self.noise[line][i]);
@@ -331,7 +340,7 @@ impl SweepEvidence {
 }
 
 impl TapEvidence {
-    /// Standard deviation of a line with a model model_error.
+    /// Standard deviation of a line with A model error.
     pub fn sd(&self, line: usize, model_error: f64) -> f64 {
         (self.noise[line] + model_error * model_error * self.size[line]).sqrt()
     }

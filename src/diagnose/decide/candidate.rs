@@ -1,7 +1,7 @@
 //! A set of effects, fitted at ever smaller model errors until it fails.
 //!
-//! A missing effect that is far too large for the noise makes a final fit meaningless, so a fit works at the model error at which the
-//! present model just fails, from the fit at the error before. Score = χ² + d ln N (BIC).
+//! A missing effect that is far too large for the noise makes a final fit meaningless, so a fit works at the model
+//! error at which the present model just fails, from the fit at the error before. Score = χ² + d ln N (BIC).
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
@@ -10,15 +10,16 @@ use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::Point;
 
-/// Model floors of a fit, coarse to fine.
+/// Relative model errors of successive fits, decreasing.
 const MODEL_ERRORS: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_MODEL_ERROR];
-/// Iterations per rung.
+/// Iterations at each model error.
 const ITERATIONS: usize = 4;
-/// Iterations at the last rung.
+/// Iterations at the last one.
 const FINAL_ITERATIONS: usize = 20;
-/// χ² per residual above which a model fails at a model_error. Where noise and model_error describe the data it is below 1.
+/// χ² per residual above which a model fails at a model error. Where noise and model error describe the data it is
+/// below 1.
 pub const FAILING_CHI2: f64 = 1.0;
-/// χ² per residual above which lower floors are not tried: what misses by that much will not fit more closely.
+/// χ² per residual above which smaller model errors are not tried: a fit that is off by so much does not come closer.
 const HOPELESS_CHI2: f64 = 10.0;
 
 /// A set of effects with its fit.
@@ -28,7 +29,7 @@ pub struct Candidate {
     pub effects: Vec<Hypothesis>,
     /// The fit, at `model_error`.
     pub fit: Fit,
-    /// Model model_error of the fit.
+    /// Model model error of the fit.
     pub model_error: f64,
 }
 
@@ -40,7 +41,7 @@ impl Candidate {
     }
 }
 
-/// A model on the ladder: where it still fits, and where it fails.
+/// A set of effects with the smallest model error at which it still fits, and the one at which it fails.
 #[derive(Clone, Debug)]
 pub struct Standing {
     /// The last fit.
@@ -54,7 +55,8 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Whether this set brings the data closer within reach than another: a lower model_error, or a fifth less χ² at the same one.
+    /// Whether this set brings the data closer within reach than another: a lower model error, or a fifth less χ² at
+    /// the same one.
     pub fn nearer_than(&self, other: &Self) -> bool {
         self.working_error < other.working_error
             || self.working_error == other.working_error && self.failure < 0.8 * other.failure
@@ -62,7 +64,7 @@ impl Standing {
 }
 
 impl Case<'_> {
-    /// Climbs the ladder until the effects fail or the final model_error is reached.
+    /// Fits at decreasing model errors until the effects fail or the final model error is reached.
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
@@ -103,7 +105,8 @@ impl Case<'_> {
         })
     }
 
-    /// Fits through all rungs from `top` down to the final model_error, or to where it is hopeless.
+    /// Fits at every model error from `top` down to the final one, or until χ² per residual exceeds the limit beyond
+    /// which no fit comes closer.
     ///
     /// # Errors
     /// As [`Self::fit_down`].

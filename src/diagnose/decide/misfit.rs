@@ -7,8 +7,8 @@ use super::super::fit::hypothesis::{self, Hypothesis};
 use super::super::fit::problem::Point;
 use crate::spindle::response::SIDE;
 
-/// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by 0.1, noise that is not quite
-/// white has reached 1.6.
+/// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by
+/// 0.1, noise that is not quite white has reached 1.6.
 pub const FAILING_BLOCK_CHI2: f64 = 2.2;
 
 /// The worst block.
@@ -25,7 +25,7 @@ pub struct Misfit {
 }
 
 impl Case<'_> {
-    /// Largest χ² per residual over blocks of channels and bands at a model_error: 1 where noise explains everything.
+    /// Largest χ² per residual over blocks of channels and bands at a model error: 1 where noise explains everything.
     ///
     /// # Errors
     /// As [`Self::fit_down`].

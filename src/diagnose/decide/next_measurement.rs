@@ -1,9 +1,10 @@
 //! Which further measurement would separate the members of a tie, and by how much.
 //!
-//! For each experiment of a menu and each pair a, b of members:  D = min_δ ‖d − J_b δ‖² + δᵀ N_b δ,  d = (F_a − F_b)/σ the difference of
-//! their predictions, J_b the derivatives of b's prediction to its own numbers, to the small parameters and to the axis gains of the new
-//! record, N_b the information that the present data and the priors hold about them. So the rival may use all its freedom, but
-//! must go on fitting what was measured. The experiment's figure is the least D over the pairs. Linear round the fits.
+//! For each experiment of a menu and each pair a, b of members:  D = min_δ ‖d − J_b δ‖² + δᵀ N_b δ,  d = (F_a − F_b)/σ
+//! the difference of their predictions, J_b the derivatives of b's prediction to its own numbers, to the nuisance
+//! parameters and to the axis gains of the new record, N_b the information that the present data and the priors hold
+//! about them. So the rival may use all its freedom, but must go on fitting what was measured. The experiment's figure
+//! is the least D over the pairs. Linear round the fits.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::GAP_FLOOR;
@@ -110,8 +111,8 @@ fn menu(case: &Case, members: &[&Candidate]) -> Vec<Experiment> {
             vec![tip],
         ),
         sweep(
-            // Stands for a second, heavier tool whose rest is the same: what sits in the shaft or in the loop stays, what sits in
-            // the tool changes its share.
+            // Stands for a second, heavier tool whose rest is the same: what sits in the shaft or in the loop stays,
+            // what sits in the tool changes its share.
             "sweep with a known collar of 200 g on the nose".into(),
             0.0,
             vec![effect(
@@ -158,7 +159,7 @@ fn menu(case: &Case, members: &[&Candidate]) -> Vec<Experiment> {
 /// Predictions of a member, whitened by the σ of the first of the pair, and their derivatives.
 struct Predicted {
     values: Vec<c64>,
-    /// Small parameters, effects, axis gains.
+    /// Nuisance parameters, effects, axis gains.
     columns: Vec<Vec<c64>>,
 }
 
@@ -329,8 +330,8 @@ impl Transfer {
                     f[n]
                 }
             }),
-            // The stator moves by its flexibility times the force, which is near 1 N/A times ki: its size against the shaft's response tells it from
-            // nothing; without a housing there is no motion at all.
+            // The stator moves by its flexibility times the force, which is near 1 N/A times ki: its size against the
+            // shaft's response tells it from nothing; without a housing there is no motion at all.
             Kind::Housing => {
                 let flexible = self.housing.iter().fold(ZERO, |sum, h| {
                     let own = h.omega_rad_s;
@@ -348,7 +349,7 @@ impl Transfer {
 
 /// D of a pair: data of `a`, refitted by `b`.
 fn separation(a: &Predicted, b: &Predicted, member: &Candidate) -> Result<f64, DiagnoseError> {
-    // Of the magnitude, with a model_error of a tenth of the largest of the channel set, as repeats and drifts leave.
+    // Of the magnitude, with a model error of a tenth of the largest of the channel set, as repeats and drifts leave.
     let largest = a.values.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let sigma: Vec<f64> = a
         .values

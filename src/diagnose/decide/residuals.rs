@@ -1,7 +1,7 @@
 //! Measured, model before, model after, channel by channel, for what a fit has used and for what it has not seen.
 //!
-//! "After" is the machine that was fitted without the held-out records (or, where nothing has a name, its response with the correction of
-//! [`super::super::locate::correction`]), so that both kinds of channel are shown with one model.
+//! "After" is the machine that was fitted without the held-out records (or, where nothing has a name, its response with
+//! the correction of [`super::super::locate::correction`]), so that both kinds of channel are shown with one model.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Gap;
@@ -14,7 +14,7 @@ use crate::spindle::response::{SIDE, Square};
 /// A machine as fitted.
 #[derive(Clone, Debug, Default)]
 pub struct Fitted {
-    /// Small parameters.
+    /// Nuisance parameters.
     pub small: Vec<f64>,
     /// Effects.
     pub effects: Vec<Effect>,

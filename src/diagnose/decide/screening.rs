@@ -1,11 +1,12 @@
-//! Which effects are missing: every catalogue entry is fitted jointly with the small parameters, the best is kept, and so on.
+//! Which effects are missing: every entry of the catalogue is fitted jointly with the nuisance parameters, and the best
+//! is kept.
 //!
-//! Screening on thinned lines, then all lines, then the final
-//! model_error for what is still in the race. Score = χ² + d ln N (BIC). An effect is accepted when the score falls by [`FURTHER_EFFECT_BIC_GAIN`]:
-//! with M ≈ 90 hypotheses of up to three numbers the 95 % quantile of the largest gain under the null is
-//! 12 for one number and 17.5 for three, near d ln N alone; the surplus pays for correlated model error. It is smaller for the first effect
-//! ([`FIRST_EFFECT_BIC_GAIN`]): over 124 null records of an independent simulator it falls in seven, by 4.4 at most: a surplus of 5 leaves about one false alarm
-//! in a hundred.
+//! Screening fits thinned lines, then all lines, then what is left at the final model error. The score is χ² + d ln N
+//! (BIC). An effect is accepted when the score decreases by [`FURTHER_EFFECT_BIC_GAIN`]: with about 90 hypotheses of up
+//! to three numbers the 95 % quantile of the largest gain under the null is 12 for one number and 17.5 for three, close
+//! to d ln N; the surplus covers correlated model error. The first effect needs [`FIRST_EFFECT_BIC_GAIN`]: over 124
+//! null records of an independent simulator the score decreases in seven, by 4.4 at most, so that a surplus of 5 gives
+//! about one false alarm in a hundred.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
@@ -23,16 +24,31 @@ pub const FURTHER_EFFECT_BIC_GAIN: f64 = 16.0;
 pub const FIRST_EFFECT_BIC_GAIN: f64 = 5.0;
 /// Scores closer than this cannot be told apart (odds of 1 to 30).
 pub const TIE_BIC: f64 = 7.0;
-/// Names that reach the thinned second screening, all lines, and the final model_error.
+/// Names that reach the thinned second screening, all lines, and the final model error.
 const SHORT_LISTS: [usize; 3] = [24, 8, 5];
 /// The same for a second effect.
 const PAIR_LISTS: [usize; 3] = [16, 6, 4];
-/// What is still so many times the leader's χ² after a first fit does not come down to it, a resonance that is on its way excepted.
+/// Hypotheses beyond this multiple of the best χ² after a first fit are dropped, except resonances, whose χ² falls
+/// late.
 const DROPPED_CHI2_RATIO: f64 = 3.0;
 /// Starts of one name that are fitted.
 const STARTS: usize = 2;
-/// Names that reach the final model_error where none of them explains the data: those that pairs are begun with; twice as many are fitted to all lines.
+/// Names that reach the final model error where none of them explains the data: those that pairs are begun with; twice
+/// as many are fitted to all lines.
 const PAIR_SEEDS: usize = 2;
+
+/// Every third line: enough to rank hypotheses.
+const THIN: Subset = Subset {
+    stride: 3,
+    ..Subset::ALL
+};
+
+/// The present effects and one more.
+fn beside_present(present: &[Hypothesis], h: &Hypothesis) -> Vec<Hypothesis> {
+    let mut effects = present.to_vec();
+    effects.push(h.clone());
+    effects
+}
 
 /// A point with a hypothesis at its start besides.
 fn beside(origin: &Point, h: &Hypothesis) -> Point {
@@ -44,9 +60,9 @@ fn beside(origin: &Point, h: &Hypothesis) -> Point {
 /// What a round found.
 #[derive(Clone, Debug)]
 pub struct Round {
-    /// Finalists at the final model_error, best score first.
+    /// Finalists at the final model error, best score first.
     pub finalists: Vec<Candidate>,
-    /// Effects that left the race before, with their score above the best when they left.
+    /// Effects dropped before, with their score above the best at that stage.
     pub others: Vec<(Effect, f64)>,
 }
 
@@ -63,17 +79,76 @@ impl Case<'_> {
         } else {
             PAIR_LISTS
         };
-        let thin = |stride| Subset {
-            stride,
-            ..Subset::ALL
-        };
-        let with = |h: &Hypothesis| -> Vec<Hypothesis> {
-            let mut effects = present.clone();
-            effects.push(h.clone());
-            effects
-        };
+        let with = |h: &Hypothesis| beside_present(present, h);
         // Where nothing fails, a linear step on all lines tells what is worth a fit.
         let settled = w == FINAL_MODEL_ERROR && standing.failure < FAILING_CHI2;
+        let free = self.free(present, settled);
+        (self.progress)(&format!(
+            "{} hypotheses, beside {} accepted",
+            free.len(),
+            present.len()
+        ));
+        let fit = |h: &Hypothesis, from: &Point, usage: Subset, stages: &[Stage]| {
+            self.problem(&with(h), usage).fit(from, stages)
+        };
+        let lower = next_model_error(w);
+        let begun = self.first_fits(standing, free, settled, lists[0])?;
+        let mut others = vec![];
+        let begun = ahead(
+            begun,
+            Limits {
+                most: 2 * lists[1],
+                first_effects: usize::MAX,
+                factor: DROPPED_CHI2_RATIO,
+                surplus: None,
+            },
+            &mut others,
+        );
+        let second: Vec<(Hypothesis, Fit)> = begun
+            .into_par_iter()
+            .filter_map(|(h, f)| {
+                let further = fit(&h, &f.at, THIN, &[(lower, 4)]).ok()?;
+                Some((h, further))
+            })
+            .collect();
+        let limits = Limits {
+            most: lists[1],
+            first_effects: 2 * PAIR_SEEDS,
+            factor: 10.0,
+            surplus: Some(100.0),
+        };
+        let second = ahead(second, limits, &mut others);
+        (self.progress)("finalists");
+        let third: Vec<(Hypothesis, Fit)> = second
+            .into_par_iter()
+            .filter_map(|(h, f)| {
+                let all = fit(&h, &f.at, Subset::ALL, &[(lower, 4)]).ok()?;
+                Some((h, all))
+            })
+            .collect();
+        let limits = Limits {
+            most: lists[2],
+            first_effects: PAIR_SEEDS,
+            factor: 4.0,
+            surplus: Some(50.0),
+        };
+        let third = ahead(third, limits, &mut others);
+        let mut finalists: Vec<Candidate> = third
+            .par_iter()
+            .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Subset::ALL).ok())
+            .filter(matters)
+            .collect();
+        // Whoever reaches a lower model error is ahead; at one model error the score counts.
+        finalists.sort_by(|a, b| {
+            a.model_error
+                .total_cmp(&b.model_error)
+                .then(a.score().total_cmp(&b.score()))
+        });
+        Ok(Round { finalists, others })
+    }
+
+    /// Hypotheses of the catalogue that are not among the present ones.
+    fn free(&self, present: &[Hypothesis], settled: bool) -> Vec<Hypothesis> {
         let mut free: Vec<Hypothesis> = vec![];
         for h in self.catalogue {
             let taken = |p: &Hypothesis| p.same_name(h) && p.kind != EffectKind::HousingMode;
@@ -86,24 +161,28 @@ impl Case<'_> {
                 free.push(h);
             }
         }
-        (self.progress)(&format!(
-            "{} hypotheses, beside {} accepted",
-            free.len(),
-            present.len()
-        ));
-        let fit = |h: &Hypothesis, from: &Point, usage: Subset, stages: &[Stage]| {
-            self.problem(&with(h), usage).fit(from, stages)
-        };
-        let lower = next_model_error(w);
-        let screen = if settled { Subset::ALL } else { thin(3) };
-        // Where the small parameters have taken up nothing that the data deny, the step starts from their fit.
+        free
+    }
+
+    /// A linear step for every hypothesis, and a fit on thinned lines of the `most` with the smallest predicted χ².
+    fn first_fits(
+        &self,
+        standing: &Standing,
+        free: Vec<Hypothesis>,
+        settled: bool,
+        most: usize,
+    ) -> Result<Vec<(Hypothesis, Fit)>, DiagnoseError> {
+        let (present, w) = (&standing.candidate.effects, standing.working_error);
+        let with = |h: &Hypothesis| beside_present(present, h);
+        let screen = if settled { Subset::ALL } else { THIN };
+        // Where the nuisance parameters fit the data, the step starts from their fit.
         let origin = if settled {
             &standing.candidate.fit.at
         } else {
             &standing.from
         };
         let base = self.problem(present, screen).linear(origin, w)?;
-        let first: Vec<(Hypothesis, Point, f64)> = free
+        let screened: Vec<Screened> = free
             .par_iter()
             .filter_map(|h| {
                 let with = with(h);
@@ -113,80 +192,25 @@ impl Case<'_> {
                 (!settled || hopeful).then(|| (h.clone(), at, chi2))
             })
             .collect();
-        let first = self.best_starts(first, &with, origin, w);
-        let first = shortlist(first, lists[0]);
-        // From a coarser model_error again: the new effect may have moved what the small parameters had been fitted to.
+        let kept = shortlist(self.best_starts(screened, &with, origin, w), most);
+        // From a larger model error again: the nuisance parameters were fitted without the new effect.
         let stages: &[Stage] = if settled {
             &[(w, 4)]
         } else {
             &[(3.0 * w, 3), (w, 2)]
         };
-        let begun: Vec<(Hypothesis, Fit)> = first
-            .par_iter()
-            .filter_map(|(h, at, _)| {
-                let with = with(h);
-                let problem = self.problem(&with, thin(3));
-                let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
-                Some((h.clone(), problem.fit(&start, stages).ok()?))
-            })
-            .collect();
-        let mut others = vec![];
-        let begun = ahead(
-            begun,
-            Limits {
-                most: 2 * lists[1],
-                beginnings: usize::MAX,
-                factor: DROPPED_CHI2_RATIO,
-                surplus: None,
-            },
-            &mut others,
-        );
-        let second: Vec<(Hypothesis, Fit)> = begun
-            .into_par_iter()
-            .filter_map(|(h, f)| {
-                let further = fit(&h, &f.at, thin(3), &[(lower, 4)]).ok()?;
-                Some((h, further))
-            })
-            .collect();
-        let gate = Limits {
-            most: lists[1],
-            beginnings: 2 * PAIR_SEEDS,
-            factor: 10.0,
-            surplus: Some(100.0),
-        };
-        let second = ahead(second, gate, &mut others);
-        (self.progress)("finalists");
-        let third: Vec<(Hypothesis, Fit)> = second
-            .into_par_iter()
-            .filter_map(|(h, f)| {
-                let all = fit(&h, &f.at, Subset::ALL, &[(lower, 4)]).ok()?;
-                Some((h, all))
-            })
-            .collect();
-        let gate = Limits {
-            most: lists[2],
-            beginnings: PAIR_SEEDS,
-            factor: 4.0,
-            surplus: Some(50.0),
-        };
-        let third = ahead(third, gate, &mut others);
-        let mut finalists: Vec<Candidate> = third
-            .par_iter()
-            .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Subset::ALL).ok())
-            .filter(matters)
-            .collect();
-        // Whoever reaches a lower model_error is ahead; at one model_error the score counts.
-        finalists.sort_by(|a, b| {
-            a.model_error
-                .total_cmp(&b.model_error)
-                .then(a.score().total_cmp(&b.score()))
+        let fits = kept.par_iter().filter_map(|(h, at, _)| {
+            let with = with(h);
+            let problem = self.problem(&with, THIN);
+            let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
+            Some((h.clone(), problem.fit(&start, stages).ok()?))
         });
-        Ok(Round { finalists, others })
+        Ok(fits.collect())
     }
 
-    /// Two starts of every name, where there are more: those whose step leads lowest; and the one that promises most. A step is linear, and where
-    /// an effect is large the prediction hardly tells one place from another; the places themselves do, unless the step goes too far. All
-    /// starts of a name share its best prediction.
+    /// Two starts of every name, where there are more: those with the smallest χ² after the step; and the one with the
+    /// smallest predicted χ². A step is linear, and where an effect is large the prediction hardly tells one place from
+    /// another; the places themselves do, unless the step goes too far. All starts of a name share its best prediction.
     fn best_starts(
         &self,
         all: Vec<Screened>,
@@ -194,10 +218,6 @@ impl Case<'_> {
         origin: &Point,
         model_error: f64,
     ) -> Vec<Screened> {
-        let usage = Subset {
-            stride: 3,
-            ..Subset::ALL
-        };
         let twins = |h: &Hypothesis| all.iter().filter(|o| o.0.same_name(h)).count();
         let reached: Vec<f64> = all
             .par_iter()
@@ -206,7 +226,7 @@ impl Case<'_> {
                     return 0.0;
                 }
                 let with = with(h);
-                let problem = self.problem(&with, usage);
+                let problem = self.problem(&with, THIN);
                 let there = problem.downhill(&beside(origin, h), at, model_error);
                 there.map_or(f64::INFINITY, |(_, chi2)| chi2)
             })
@@ -217,9 +237,9 @@ impl Case<'_> {
             let rank = same()
                 .filter(|j| (reached[*j], *j) < (reached[i], i))
                 .count();
-            let promise = same().filter(|j| (all[*j].2, *j) < (all[i].2, i)).count();
+            let predicted = same().filter(|j| (all[*j].2, *j) < (all[i].2, i)).count();
             let best = same().map(|j| all[j].2).fold(f64::INFINITY, f64::min);
-            (rank < STARTS || promise < 1).then(|| (h.clone(), at.clone(), best))
+            (rank < STARTS || predicted < 1).then(|| (h.clone(), at.clone(), best))
         });
         kept.collect()
     }
@@ -236,36 +256,38 @@ fn matters(candidate: &Candidate) -> bool {
     newest.is_none_or(|(h, theta)| h.matters(theta))
 }
 
-/// What may go on with the leader of a stage.
+/// Which hypotheses a stage keeps beside its best.
 struct Limits {
     /// Most names.
     most: usize,
-    /// Most where the leader fails: the beginnings of a pair.
-    beginnings: usize,
-    /// Largest χ² in terms of the leader's while that fails too: what is still to come down does not come down by more.
+    /// Most where the best one fails: the first effects of pairs.
+    first_effects: usize,
+    /// Largest multiple of the best χ² while the best one fails too.
     factor: f64,
-    /// Largest χ² above the leader's where that does not fail: a lower model_error makes every distance larger. None after first fits, where the
-    /// factor counts either way and resonances that are on their way go on.
+    /// Largest χ² above the best where that does not fail: a smaller model error makes every distance larger. None
+    /// after first fits, where the factor counts either way and resonances, whose χ² falls late, are kept.
     surplus: Option<f64>,
 }
 
-/// Best start of every name, best score first, as far as the gate is open; those that go are added to `others`.
+/// Best start of every name, best score first, within the limits; the others are added to `others`.
 fn ahead(
     mut all: Vec<(Hypothesis, Fit)>,
-    gate: Limits,
+    limits: Limits,
     others: &mut Vec<(Effect, f64)>,
 ) -> Vec<(Hypothesis, Fit)> {
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
-    let Some((best, limit, most)) = all.first().map(|(_, leader)| {
-        let fails = leader.data_chi2 > FAILING_CHI2 * leader.residuals as f64;
-        let limit = match gate.surplus {
-            Some(surplus) if !fails => leader.chi2 + surplus,
-            _ => gate.factor * leader.chi2 + 100.0,
+    let Some((best, limit, most)) = all.first().map(|(_, best)| {
+        let fails = best.data_chi2 > FAILING_CHI2 * best.residuals as f64;
+        let limit = match limits.surplus {
+            Some(surplus) if !fails => best.chi2 + surplus,
+            _ => limits.factor * best.chi2 + 100.0,
         };
-        let most = gate
-            .most
-            .min(if fails { gate.beginnings } else { usize::MAX });
-        (score(leader), limit, most)
+        let most = limits.most.min(if fails {
+            limits.first_effects
+        } else {
+            usize::MAX
+        });
+        (score(best), limit, most)
     }) else {
         return all;
     };
@@ -275,8 +297,8 @@ fn ahead(
             continue;
         }
         let resonance = h.sole() || h.kind == EffectKind::HousingMode;
-        let on_its_way = gate.surplus.is_none() && resonance;
-        if kept.len() < most && (fit.chi2 <= limit || on_its_way) {
+        let late = limits.surplus.is_none() && resonance;
+        if kept.len() < most && (fit.chi2 <= limit || late) {
             kept.push((h, fit));
         } else if let Some(theta) = fit.at.theta.last() {
             others.push((h.effect(theta), score(&fit) - best));

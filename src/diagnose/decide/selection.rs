@@ -1,8 +1,8 @@
 //! Which set of effects stands: one, and more while each one lowers the score and brings the data nearer.
 //!
-//! When the best single effect leaves something, pairs are begun with each of the best single effects. Further ones are added one
-//! by one. Each member is then taken out and the catalogue searched again in
-//! its place, so that the order does not matter, and members that are not needed any more go.
+//! When the best single effect leaves something, pairs are begun with each of the best single effects. Further ones are
+//! added one by one. Each member is then taken out and the catalogue searched again in its place, so that the order
+//! does not matter, and members that are not needed any more go.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
@@ -21,7 +21,8 @@ const MOST_EFFECTS: usize = 4;
 /// First effects that are tried as the beginning of a pair.
 const BEAM: usize = 2;
 
-/// Share of the model model_error at which the machine as it is fails: an effect that holds down to there explains nearly all.
+/// Share of the model model error at which the machine as it is fails: an effect that holds down to there explains
+/// nearly all.
 const NEARLY: f64 = 0.11;
 
 /// What was chosen.
@@ -30,7 +31,7 @@ pub(super) struct Chosen {
     pub standing: Standing,
     /// Other sets of the last searches.
     pub rivals: Vec<Candidate>,
-    /// Single effects by score above the best: the finalists, then the others by their distance when they left the race.
+    /// Single effects by score above the best: the finalists, then the others by their distance when they were dropped.
     pub ranking: Vec<(Effect, f64)>,
     /// Fall of the score by the best single effect.
     pub strength: f64,
@@ -69,7 +70,8 @@ pub(super) fn choose(
             return Ok(chosen(standing, rivals));
         }
     }
-    // What looks explained may hide a second effect behind the small parameters; what does not, has more for certain.
+    // Where the data look explained, nuisance parameters may have absorbed a second effect; where they do not, another
+    // effect is there.
     let mut begins = vec![first.clone()];
     if !done {
         for other in finalists.iter().skip(1).take(BEAM - 1) {
@@ -92,7 +94,8 @@ pub(super) fn choose(
     Ok(chosen(standing, rivals))
 }
 
-/// Where all that is missing sits at one place and no single effect explains it: one and two effects that the place can host.
+/// Where all that is missing sits at one place and no single effect explains it: one and two effects that the place can
+/// host.
 fn at_place(
     case: &Case,
     null: &Standing,
@@ -126,7 +129,7 @@ fn at_place(
     Ok((standing, rivals))
 }
 
-/// The best set with one more effect than one of `begins`, and all that were in the race.
+/// The best set with one more effect than one of `begins`, and all that were compared.
 fn extend(
     case: &Case,
     begins: &[Standing],
@@ -224,7 +227,7 @@ fn thinned(
     Ok(standing)
 }
 
-/// Score of a standing at the final model_error.
+/// Score of a standing at the final model error.
 fn final_score(case: &Case, standing: &Standing) -> Result<f64, DiagnoseError> {
     if standing.candidate.model_error == FINAL_MODEL_ERROR {
         return Ok(standing.candidate.score());
@@ -245,12 +248,12 @@ fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError> {
         && case.misfit(effects, &fit.at, FINAL_MODEL_ERROR)?.value < FAILING_BLOCK_CHI2)
 }
 
-/// Fall of the score by the best finalist, or what it is at least; without limit where it does not reach the final model_error: it explains too
-/// little, but may be one of two.
+/// Fall of the score by the best finalist, or what it is at least; without limit where it does not reach the final
+/// model error: it explains too little, but may be one of two.
 fn fall(case: &Case, standing: &Standing, finalists: &[Candidate]) -> Result<f64, DiagnoseError> {
     Ok(match finalists.first() {
         Some(best) if best.model_error == FINAL_MODEL_ERROR => {
-            // A lower model_error makes every χ² larger.
+            // A lower model error makes every χ² larger.
             let least = standing.candidate.score() - best.score();
             match least > FURTHER_EFFECT_BIC_GAIN {
                 true => least,

@@ -1,8 +1,9 @@
-//! From data to verdict: `adequate`, `named`, `tie` or `unexplained`, with the corrected machine and the gap before and after.
+//! From data to verdict: `adequate`, `named`, `tie` or `unexplained`, with the corrected machine and the gap before and
+//! after.
 //!
-//! [`super::selection`] finds the effects. A name is given only when the whole then explains the data; else the verdict is
-//! `unexplained`. Rivals of equal score are a tie. Held-out data (hammer tests, or the channels between the bearings) are predicted
-//! from a fit that has not seen them.
+//! [`super::selection`] finds the effects. A name is given only when the whole then explains the data; else the verdict
+//! is `unexplained`. Rivals of equal score are a tie. Held-out data (hammer tests, or the channels between the
+//! bearings) are predicted from a fit that has not seen them.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::{Evidence, Gap, Subset};
@@ -14,7 +15,7 @@ use super::super::fit::model::Model;
 use super::super::fit::problem::Point;
 use super::super::locate::correction::{Correction, correct};
 use super::super::locate::localisation::{Localisation, localise};
-use super::candidate::Candidate;
+use super::candidate::{Candidate, Standing};
 use super::detectability::{Detectable, detectable};
 use super::misfit::{FAILING_BLOCK_CHI2, Misfit};
 use super::next_measurement::{Proposal, proposals};
@@ -23,12 +24,15 @@ use super::screening::TIE_BIC;
 use super::selection::choose;
 use crate::spindle::{Effect, Machine};
 
-/// Model model_error at which a named model must explain the data: what an independent simulation or a good test rig leaves, relative.
+/// Model model error at which a named model must explain the data: what an independent simulation or a good test rig
+/// leaves, relative.
 const JUDGE_FLOOR: f64 = 2e-3;
 
-/// Gap on held-out records that noise and a model_error of 0.5 % leave to a right explanation: 0.7 to 1.3 in an independent simulation.
+/// Gap on held-out records that noise and a model error of 0.5 % leave to a right explanation: 0.7 to 1.3 in an
+/// independent simulation.
 const PREDICTED: f64 = 1.5;
-/// Most of the held-out gap that may remain else: a name that takes away less than seven tenths is one of many that fit.
+/// Most of the held-out gap that may remain else: a name that takes away less than seven tenths is one of many that
+/// fit.
 const REMAINS: f64 = 0.3;
 
 /// The four verdicts.
@@ -91,9 +95,10 @@ pub struct Diagnosis {
     pub tie: Vec<Rival>,
     /// Best explanations at the last case, best first: names with score above the best.
     pub ranking: Vec<(Effect, f64)>,
-    /// Fall of the score by the best single effect, at least; an effect is named from [`super::screening::FIRST_EFFECT_BIC_GAIN`] on.
+    /// Fall of the score by the best single effect, at least; an effect is named from
+    /// [`super::screening::FIRST_EFFECT_BIC_GAIN`] on.
     pub strength: f64,
-    /// The machine with effects and small parameters.
+    /// The machine with effects and nuisance parameters.
     pub corrected: Machine,
     /// Gap of the given machine over all records.
     pub gap_before: f64,
@@ -113,7 +118,7 @@ pub struct Diagnosis {
     pub localisation: Localisation,
     /// Axis gains of the sweeps, which belong to the records and not to the machine.
     pub axis_gains: Vec<[f64; 4]>,
-    /// Small parameters of the fit.
+    /// Nuisance parameters of the fit.
     pub small: Vec<f64>,
     /// Measured, model before and model after, channel by channel.
     pub channels: Vec<Channel>,
@@ -121,12 +126,14 @@ pub struct Diagnosis {
     pub correction: Option<Correction>,
     /// Measurements that would separate the members of a tie, the most separating first.
     pub menu: Vec<Proposal>,
-    /// Smallest size of each effect of the catalogue that these data would show beside what was named; empty when unexplained.
+    /// Smallest size of each effect of the catalogue that these data would show beside what was named; empty when
+    /// unexplained.
     pub detectable: Vec<Detectable>,
 }
 
 impl Diagnosis {
-    /// Gaps before and after of the records that were held out, or of those that were used, for the machine fitted to the used ones.
+    /// Gaps before and after of the records that were held out, or of those that were used, for the machine fitted to
+    /// the used ones.
     pub fn gaps(&self, held_out: bool) -> (f64, f64) {
         gaps(&self.channels, |c| c.held_out == held_out)
     }
@@ -143,20 +150,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let evidence = Evidence::new(measurement)?;
     let model = Model::new(machine, &evidence.axis_gain_sd())?;
-    let records = evidence
-        .sweeps
-        .iter()
-        .map(|s| (s.speed_rad_s, s.omega_rad_s.last()));
-    let scope = Scope {
-        turning: records.clone().any(|(speed, _)| speed != 0.0),
-        top_rad_s: records.filter_map(|(_, w)| w.copied()).fold(0.0, f64::max),
-    };
-    let catalogue = catalogue(
-        machine,
-        model.reduced.span_m(),
-        model.reduced.flexible_rad_s(),
-        scope,
-    )?;
+    let catalogue = hypotheses(machine, &model, &evidence)?;
     let case = Case {
         model: &model,
         evidence: &evidence,
@@ -169,65 +163,30 @@ pub fn diagnose(
     let localisation = localise(&case)?;
     let chosen = choose(&case, &null, localisation.sole())?;
     let best = chosen.standing.candidate.clone();
-    let misfit = case.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
-    let explained = best.model_error == FINAL_MODEL_ERROR && misfit.value < FAILING_BLOCK_CHI2;
     progress("held-out records");
-    let held_out = HeldOut::new(&case);
-    let origin = case.origin();
-    let before = overall(&case, &[], &origin)?;
-    let start = Point {
-        p: vec![0.0; model.layout.len()],
-        theta: best.fit.at.theta.clone(),
-    };
-    let trained = case.finish(&best.effects, &start, 0.03, held_out.training)?;
-    let predicted = overall(&case, &best.effects, &trained.fit.at)?;
-    // A name must also predict what it has not seen; where nothing is left to predict, it need not.
-    let predicts = predicted.held_out < PREDICTED.max(REMAINS * before.held_out);
-    let mut verdict = match (explained && predicts, best.effects.is_empty()) {
-        (false, _) => Verdict::Unexplained,
-        (true, true) => Verdict::Adequate,
-        (true, false) => Verdict::Named,
+    let Judgement {
+        mut verdict,
+        misfit,
+        held_out,
+        before,
+        trained,
+        predicted,
+    } = judge(&case, &best)?;
+    let members = match verdict {
+        Verdict::Named => indistinguishable(&best, &chosen.rivals),
+        _ => vec![&best],
     };
     let mut tie = vec![];
-    let mut members: Vec<&Candidate> = vec![&best];
-    if verdict == Verdict::Named {
-        // χ² differences count less where a model_error, not the noise, carries the model error.
-        for rival in &chosen.rivals {
-            if rival.model_error > best.model_error {
-                continue;
-            }
-            let distance = rival.score() - best.score();
-            let known = members
-                .iter()
-                .any(|m| same_names(&m.effects, &rival.effects));
-            if distance < TIE_BIC && !known {
-                members.push(rival);
-            }
-        }
-        if members.len() > 1 {
-            verdict = Verdict::Tie;
-            for member in &members {
-                tie.push(Rival {
-                    effects: named(member)?,
-                    score_above_best: member.score() - best.score(),
-                });
-            }
+    if members.len() > 1 {
+        verdict = Verdict::Tie;
+        for member in &members {
+            tie.push(Rival {
+                effects: named(member)?,
+                score_above_best: member.score() - best.score(),
+            });
         }
     }
-    let shown = match verdict {
-        Verdict::Unexplained => Shown {
-            effects: vec![],
-            hypotheses: &[],
-            point: &null.from,
-            without_held_out: &null.from,
-        },
-        _ => Shown {
-            effects: named(&best)?,
-            hypotheses: &best.effects,
-            point: &best.fit.at,
-            without_held_out: &trained.fit.at,
-        },
-    };
+    let shown = Shown::of(verdict, &best, &trained, &null)?;
     let correction = match (verdict, localisation.named()) {
         (Verdict::Unexplained, Some(port)) => Some(correct(&case, port, held_out.training)?),
         _ => None,
@@ -281,6 +240,83 @@ pub fn diagnose(
     })
 }
 
+/// The verdict on a set of effects, and what it rests on.
+struct Judgement {
+    verdict: Verdict,
+    misfit: Misfit,
+    held_out: HeldOut,
+    /// Gaps of the machine as it is.
+    before: Overall,
+    /// The set fitted without the held-out records.
+    trained: Candidate,
+    /// Its gaps.
+    predicted: Overall,
+}
+
+/// Judges a set of effects by its worst block, and by records that its fit has not seen.
+fn judge(case: &Case, best: &Candidate) -> Result<Judgement, DiagnoseError> {
+    let misfit = case.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
+    let explained = best.model_error == FINAL_MODEL_ERROR && misfit.value < FAILING_BLOCK_CHI2;
+    let held_out = HeldOut::new(case);
+    let before = overall(case, &[], &case.origin())?;
+    let start = Point {
+        theta: best.fit.at.theta.clone(),
+        ..case.origin()
+    };
+    let trained = case.finish(&best.effects, &start, 0.03, held_out.training)?;
+    let predicted = overall(case, &best.effects, &trained.fit.at)?;
+    // A name must also predict what it has not seen; where nothing is left to predict, it need not.
+    let predicts = predicted.held_out < PREDICTED.max(REMAINS * before.held_out);
+    let verdict = match (explained && predicts, best.effects.is_empty()) {
+        (false, _) => Verdict::Unexplained,
+        (true, true) => Verdict::Adequate,
+        (true, false) => Verdict::Named,
+    };
+    Ok(Judgement {
+        verdict,
+        misfit,
+        held_out,
+        before,
+        trained,
+        predicted,
+    })
+}
+
+/// The best set of effects, and the rivals with other names whose score the data cannot tell from its own.
+fn indistinguishable<'a>(best: &'a Candidate, rivals: &'a [Candidate]) -> Vec<&'a Candidate> {
+    let mut members = vec![best];
+    for rival in rivals {
+        // χ² differences count less where the model error, not the noise, limits the fit.
+        if rival.model_error > best.model_error {
+            continue;
+        }
+        let distance = rival.score() - best.score();
+        let known = |m: &&Candidate| same_names(&m.effects, &rival.effects);
+        if distance < TIE_BIC && !members.iter().any(known) {
+            members.push(rival);
+        }
+    }
+    members
+}
+
+/// Hypotheses that the records of a measurement can show.
+fn hypotheses(
+    machine: &Machine,
+    model: &Model,
+    evidence: &Evidence,
+) -> Result<Vec<Hypothesis>, DiagnoseError> {
+    let records = evidence
+        .sweeps
+        .iter()
+        .map(|s| (s.speed_rad_s, s.omega_rad_s.last()));
+    let scope = Scope {
+        turning: records.clone().any(|(speed, _)| speed != 0.0),
+        top_rad_s: records.filter_map(|(_, w)| w.copied()).fold(0.0, f64::max),
+    };
+    let (span_m, modes) = (model.reduced.span_m(), model.reduced.flexible_rad_s());
+    Ok(catalogue(machine, span_m, modes, scope)?)
+}
+
 /// What goes into files and pictures: what was named, or the machine as it is.
 struct Shown<'a> {
     effects: Vec<NamedEffect>,
@@ -288,6 +324,30 @@ struct Shown<'a> {
     point: &'a Point,
     /// The fit that has not seen the held-out records.
     without_held_out: &'a Point,
+}
+
+impl<'a> Shown<'a> {
+    fn of(
+        verdict: Verdict,
+        best: &'a Candidate,
+        trained: &'a Candidate,
+        null: &'a Standing,
+    ) -> Result<Self, DiagnoseError> {
+        Ok(match verdict {
+            Verdict::Unexplained => Self {
+                effects: vec![],
+                hypotheses: &[],
+                point: &null.from,
+                without_held_out: &null.from,
+            },
+            _ => Self {
+                effects: named(best)?,
+                hypotheses: &best.effects,
+                point: &best.fit.at,
+                without_held_out: &trained.fit.at,
+            },
+        })
+    }
 }
 
 /// What a fit may not see.
@@ -326,7 +386,7 @@ fn same_names(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
 /// Effects of a candidate with standard deviations and 90 % intervals from the curvature.
 fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
     let covariance = candidate.fit.covariance()?;
-    // Model error beyond noise and model_error widens everything.
+    // Model error beyond noise and model error widens everything.
     let excess = (candidate.fit.data_chi2 / candidate.fit.residuals.max(1) as f64)
         .max(1.0)
         .sqrt();

@@ -1,5 +1,5 @@
-//! The most probable parameters of a set of effects: min χ²(θ, η) + Σ(η/sd)² by Levenberg–Marquardt, the model model_error lowered
-//! in steps.
+//! The most probable parameters of a set of effects: min χ²(θ, η) + Σ(η/sd)² by Levenberg–Marquardt, the model model
+//! error lowered in steps.
 
 use super::super::DiagnoseError;
 use super::geodesic::GaussNewtonStep;
@@ -11,7 +11,7 @@ use crate::spindle::response::Receptance;
 use crate::spindle::response::electronics_change::on_electronics;
 use crate::spindle::{Effect, EffectKind, Location};
 
-/// Model model_error of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
+/// Model model error of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
 pub const FINAL_MODEL_ERROR: f64 = 5e-4;
 
 /// A fitted hypothesis.
@@ -25,7 +25,7 @@ pub struct Fit {
     pub data_chi2: f64,
     /// Number of real residuals.
     pub residuals: usize,
-    /// JᵀJ with priors at the end, small parameters first, then the effects'.
+    /// JᵀJ with priors at the end, nuisance parameters first, then the effects'.
     pub information: Mat<f64>,
 }
 
@@ -49,11 +49,12 @@ impl Linear {
     }
 }
 
-/// A step of the schedule: model model_error and iterations.
+/// A step of the schedule: model model error and iterations.
 pub type Stage = (f64, usize);
 
-/// Curvature of χ² that every effect's coordinate has at least in a step. A unit is a large effect, so that a coordinate of which the data
-/// know nothing (the place of no mass) stays where it is, and next to priors (weights of 25 to 10⁴) it is nothing.
+/// Curvature of χ² that every effect's coordinate has at least in a step. A unit is a large effect, so that a
+/// coordinate of which the data know nothing (the place of no mass) stays where it is, and next to priors (weights of
+/// 25 to 10⁴) it is nothing.
 const UNKNOWN: f64 = 1.0;
 /// Share of a place's inertia that a negative mass may take away: two of them leave some of it.
 const MOST_TAKEN: f64 = 0.45;
@@ -83,7 +84,8 @@ impl Problem<'_> {
         })
     }
 
-    /// χ² that one joint Gauss step from `from` promises, the last effect of the problem being new; and the point it leads to.
+    /// χ² predicted after one joint Gauss–Newton step from `from`, the last effect of the problem being new; and the
+    /// point of that step.
     ///
     /// # Errors
     /// As [`Self::residual`].
@@ -127,8 +129,8 @@ impl Problem<'_> {
         });
         let step = solve(&normal, &slope)?;
         let gain: f64 = (0..n + d).map(|k| step[(k, 0)] * slope[(k, 0)]).sum();
-        // The whole step where it is short, the same direction where it is long: the prediction is linear. The small parameters
-        // go along, as they have taken up what the new effect explains.
+        // The whole step where it is short, the same direction where it is long: the prediction is linear. The nuisance
+        // parameters go along, as they have taken up what the new effect explains.
         let share = (0..d).fold(1.0f64, |share, i| {
             let limit = 2.0 + theta[i].abs();
             share.min(limit / step[(n + i, 0)].abs().max(f64::MIN_POSITIVE))
@@ -141,8 +143,9 @@ impl Problem<'_> {
         Ok((there, chi2.max(0.0)))
     }
 
-    /// A point between two that lies lower than the first: the second, or half the way, or half of that; the last of them when all lie higher
-    /// (a start without any size may be no better). With its χ², which is infinite where there is no model.
+    /// A point between two that lies lower than the first: the second, or half the way, or half of that; the last of
+    /// them when all lie higher (a start without any size may be no better). With its χ², which is infinite where there
+    /// is no model.
     ///
     /// # Errors
     /// As [`Self::residual`].
@@ -246,101 +249,23 @@ impl Problem<'_> {
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
     pub fn fit(&self, start: &Point, stages: &[Stage]) -> Result<Fit, DiagnoseError> {
-        let layout = &self.model.layout;
-        let small = layout.len();
         let mut at = start.clone();
         let mut end = None;
         for (model_error, iterations) in stages {
             let mut here = self.linearised(&at, *model_error)?;
             for iteration in 0..=*iterations {
-                let (r, j) = (&here.residual, &here.jacobian);
-                let data: f64 = r.iter().map(|r| r * r).sum();
-                let chi2 = data + self.prior(&at.p);
-                let n = j.columns();
-                let mut normal = j.normal();
-                let residual = Mat::from_fn(r.len(), 1, |i, _| r[i]);
-                let mut slope = j.transpose_times(&residual);
-                for k in 0..small {
-                    let weight = layout.sd[k].powi(-2);
-                    normal[(k, k)] += weight;
-                    slope[(k, 0)] -= weight * at.p[k];
-                }
-                let residuals = r.len();
-                let information = normal.clone();
-                let fit = Fit {
-                    at: at.clone(),
-                    chi2,
-                    data_chi2: data,
-                    residuals,
-                    information,
-                };
-                let gain = end.replace(fit).map(|before: Fit| before.chi2 - chi2);
+                let equations = self.equations(&at, &here);
+                let chi2 = equations.fit.chi2;
+                let gain = end
+                    .replace(equations.fit.clone())
+                    .map(|before: Fit| before.chi2 - chi2);
                 // The last step gained next to nothing: the point and its curvature are final.
-                let nothing = (SETTLED * chi2).max(0.01);
-                let still = iteration > 0 && gain.is_some_and(|g| g < nothing);
+                let still = iteration > 0 && gain.is_some_and(|g| g < negligible(chi2));
                 if iteration == *iterations || still {
                     break;
                 }
-                // What a bound holds does not take part, or the others would be moved for what it cannot do.
-                let held = self.held(&at, &slope);
-                for k in (0..n).filter(|k| held[*k]) {
-                    for l in (0..n).filter(|l| *l != k) {
-                        normal[(k, l)] = 0.0;
-                        normal[(l, k)] = 0.0;
-                    }
-                    slope[(k, 0)] = 0.0;
-                }
-                for k in small..n {
-                    normal[(k, k)] += UNKNOWN;
-                }
-                let Ok(whole) = solve(&normal, &slope) else {
-                    break;
-                };
-                let promised: f64 = (0..n).map(|k| whole[(k, 0)] * slope[(k, 0)]).sum();
-                if promised < nothing {
-                    break;
-                }
-                let there = self.stepped(&at, &whole);
-                // The whole step is nearly always taken: its derivatives come with it.
-                let mut accepted = self
-                    .linearised(&there, *model_error)
-                    .ok()
-                    .and_then(|ahead| {
-                        let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
-                        (data + self.prior(&there.p) < chi2).then_some((there, Some(ahead)))
-                    });
-                if accepted.is_none() {
-                    let valley = GaussNewtonStep {
-                        normal: &normal,
-                        held: &held,
-                        step: &whole,
-                        chi2,
-                    };
-                    let bent = self.along(&at, &here, &valley, *model_error)?;
-                    accepted = bent.map(|there| (there, None));
-                }
-                // Twelve tries span twelve decades of damping; beyond, the point is a minimum to rounding.
-                let mut damping = 1e-6;
-                for _ in 0..12 {
-                    if accepted.is_some() {
-                        break;
-                    }
-                    let damped = Mat::from_fn(n, n, |a, b| {
-                        normal[(a, b)] * if a == b { 1.0 + damping } else { 1.0 }
-                    });
-                    damping *= 10.0;
-                    let Ok(step) = solve(&damped, &slope) else {
-                        continue;
-                    };
-                    let there = self.stepped(&at, &step);
-                    if self
-                        .chi2(&there, *model_error)
-                        .is_ok_and(|value| value < chi2)
-                    {
-                        accepted = Some((there, None));
-                    }
-                }
-                let Some((there, ahead)) = accepted else {
+                let Some((there, ahead)) = self.improved(&at, &here, equations, *model_error)?
+                else {
                     break;
                 };
                 at = there;
@@ -352,19 +277,130 @@ impl Problem<'_> {
         }
         match end {
             Some(fit) => Ok(fit),
-            None => {
-                let r = self.residual(&at, FINAL_MODEL_ERROR)?;
-                let data: f64 = r.iter().map(|r| r * r).sum();
-                Ok(Fit {
-                    chi2: data + self.prior(&at.p),
-                    data_chi2: data,
-                    residuals: r.len(),
-                    information: Mat::identity(small, small),
-                    at,
-                })
-            }
+            None => self.unfitted(at),
         }
     }
+
+    /// χ² of a point without a step.
+    fn unfitted(&self, at: Point) -> Result<Fit, DiagnoseError> {
+        let r = self.residual(&at, FINAL_MODEL_ERROR)?;
+        let data: f64 = r.iter().map(|r| r * r).sum();
+        let small = self.model.layout.len();
+        Ok(Fit {
+            chi2: data + self.prior(&at.p),
+            data_chi2: data,
+            residuals: r.len(),
+            information: Mat::identity(small, small),
+            at,
+        })
+    }
+
+    /// The normal equations with priors at a point.
+    fn equations(&self, at: &Point, here: &Linearised) -> Equations {
+        let (r, j) = (&here.residual, &here.jacobian);
+        let data_chi2: f64 = r.iter().map(|r| r * r).sum();
+        let mut normal = j.normal();
+        let residual = Mat::from_fn(r.len(), 1, |i, _| r[i]);
+        let mut slope = j.transpose_times(&residual);
+        for (k, sd) in self.model.layout.sd.iter().enumerate() {
+            let weight = sd.powi(-2);
+            normal[(k, k)] += weight;
+            slope[(k, 0)] -= weight * at.p[k];
+        }
+        Equations {
+            fit: Fit {
+                at: at.clone(),
+                chi2: data_chi2 + self.prior(&at.p),
+                data_chi2,
+                residuals: r.len(),
+                information: normal.clone(),
+            },
+            normal,
+            slope,
+        }
+    }
+
+    /// A point of smaller χ², with its linearisation where that is known; none where no step decreases χ² by more than a negligible part.
+    fn improved(
+        &self,
+        at: &Point,
+        here: &Linearised,
+        equations: Equations,
+        model_error: f64,
+    ) -> Result<Option<(Point, Option<Linearised>)>, DiagnoseError> {
+        let Equations {
+            fit,
+            mut normal,
+            mut slope,
+        } = equations;
+        let (n, small, chi2) = (normal.nrows(), self.model.layout.len(), fit.chi2);
+        // Coordinates at a bound do not take part: the others would be moved for what they cannot do.
+        let held = self.held(at, &slope);
+        for k in (0..n).filter(|k| held[*k]) {
+            for l in (0..n).filter(|l| *l != k) {
+                normal[(k, l)] = 0.0;
+                normal[(l, k)] = 0.0;
+            }
+            slope[(k, 0)] = 0.0;
+        }
+        for k in small..n {
+            normal[(k, k)] += UNKNOWN;
+        }
+        let Ok(whole) = solve(&normal, &slope) else {
+            return Ok(None);
+        };
+        let predicted: f64 = (0..n).map(|k| whole[(k, 0)] * slope[(k, 0)]).sum();
+        if predicted < negligible(chi2) {
+            return Ok(None);
+        }
+        let there = self.stepped(at, &whole);
+        // The whole step is nearly always taken: its derivatives come with it.
+        if let Ok(ahead) = self.linearised(&there, model_error) {
+            let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
+            if data + self.prior(&there.p) < chi2 {
+                return Ok(Some((there, Some(ahead))));
+            }
+        }
+        let gauss_newton = GaussNewtonStep {
+            normal: &normal,
+            held: &held,
+            step: &whole,
+            chi2,
+        };
+        if let Some(there) = self.along(at, here, &gauss_newton, model_error)? {
+            return Ok(Some((there, None)));
+        }
+        // Twelve tries span twelve decades of damping; beyond, the point is a minimum to rounding.
+        for damping in (0..12).map(|k| 10f64.powi(k - 6)) {
+            let damped = Mat::from_fn(n, n, |a, b| {
+                normal[(a, b)] * if a == b { 1.0 + damping } else { 1.0 }
+            });
+            let Ok(step) = solve(&damped, &slope) else {
+                continue;
+            };
+            let there = self.stepped(at, &step);
+            let lower = |value: f64| value < chi2;
+            if self.chi2(&there, model_error).is_ok_and(lower) {
+                return Ok(Some((there, None)));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// The normal equations at a point.
+struct Equations {
+    /// The point with its χ².
+    fit: Fit,
+    /// JᵀJ with priors, n×n.
+    normal: Mat<f64>,
+    /// Jᵀr with priors, n×1.
+    slope: Mat<f64>,
+}
+
+/// A decrease of χ² that means nothing.
+fn negligible(chi2: f64) -> f64 {
+    (SETTLED * chi2).max(0.01)
 }
 
 impl Fit {

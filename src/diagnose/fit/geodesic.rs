@@ -1,9 +1,10 @@
-//! A step along a bent valley.
+//! Geodesic acceleration of a Gauss–Newton step.
 //!
-//! Where the data fix a product or a difference of parameters and only priors fix the rest, χ² has a long narrow valley, and a straight
-//! Gauss–Newton step runs into its side. The second derivative of the residuals along the step, from one more evaluation, bends it
-//! (geodesic acceleration: Transtrum, Machta, Sethna, Phys. Rev. E 83, 036701, 2011): x(t) = x + t δ + ½ t² a, with
-//! (JᵀJ + priors) a = Jᵀ ∂²r/∂t². The prior is linear and has none.
+//! Where the data determine a product or a difference of parameters and only priors determine the rest, the minimum of
+//! χ² is long, narrow and curved, and a straight Gauss–Newton step increases χ². The second derivative of the residuals
+//! along the step, from one more evaluation, curves the step (geodesic acceleration: Transtrum, Machta, Sethna, Phys.
+//! Rev. E 83, 036701, 2011): x(t) = x + t δ + ½ t² a, with (JᵀJ + priors) a = Jᵀ ∂²r/∂t². The prior is linear and has
+//! none.
 
 use super::super::DiagnoseError;
 use super::linearise::Linearised;
@@ -15,7 +16,7 @@ const NEAR: f64 = 0.1;
 /// Shortest share of the step that is tried; shorter ones are left to damping.
 const SHORTEST: f64 = 0.03;
 
-/// A point's neighbourhood, and the Gauss–Newton step that led too high.
+/// The normal equations at a point, and the Gauss–Newton step that increases χ².
 pub(super) struct GaussNewtonStep<'a> {
     /// JᵀJ with priors, n×n.
     pub normal: &'a Mat<f64>,
@@ -28,7 +29,7 @@ pub(super) struct GaussNewtonStep<'a> {
 }
 
 impl Problem<'_> {
-    /// The lowest point on the bent step, trying ever shorter shares; none where all lie higher than the beginning.
+    /// The point of least χ² on the curved step, over decreasing shares of it; none where χ² decreases nowhere.
     ///
     /// # Errors
     /// [`DiagnoseError::Numeric`] when the normal equations are singular.
@@ -36,11 +37,11 @@ impl Problem<'_> {
         &self,
         at: &Point,
         here: &Linearised,
-        valley: &GaussNewtonStep,
+        gauss_newton: &GaussNewtonStep,
         model_error: f64,
     ) -> Result<Option<Point>, DiagnoseError> {
-        let n = valley.step.nrows();
-        let near = Mat::from_fn(n, 1, |k, _| NEAR * valley.step[(k, 0)]);
+        let n = gauss_newton.step.nrows();
+        let near = Mat::from_fn(n, 1, |k, _| NEAR * gauss_newton.step[(k, 0)]);
         let Ok(there) = self.residual(&self.stepped(at, &near), model_error) else {
             return Ok(None);
         };
@@ -49,22 +50,22 @@ impl Problem<'_> {
             2.0 / (NEAR * NEAR) * (there[i] - here.residual[i] + straight[(i, 0)])
         });
         let mut pull = here.jacobian.transpose_times(&second);
-        for (k, held) in valley.held.iter().enumerate() {
+        for (k, held) in gauss_newton.held.iter().enumerate() {
             if *held {
                 pull[(k, 0)] = 0.0;
             }
         }
-        let bend = solve(valley.normal, &pull)?;
-        let (mut best, mut lowest) = (None, valley.chi2);
+        let bend = solve(gauss_newton.normal, &pull)?;
+        let (mut best, mut lowest) = (None, gauss_newton.chi2);
         let mut share = 1.0;
         while share > SHORTEST {
             let step = Mat::from_fn(n, 1, |k, _| {
-                share * (valley.step[(k, 0)] + 0.5 * share * bend[(k, 0)])
+                share * (gauss_newton.step[(k, 0)] + 0.5 * share * bend[(k, 0)])
             });
             let there = self.stepped(at, &step);
             match self.chi2(&there, model_error) {
                 Ok(value) if value < lowest => (best, lowest) = (Some(there), value),
-                // Past the lowest.
+                // χ² rises again.
                 _ if best.is_some() => break,
                 _ => {}
             }

@@ -1,7 +1,7 @@
 //! The catalogue as hypotheses: every effect at every place it may have, in coordinates that are close to linear.
 //!
-//! Where an effect can vanish, its coordinate is 0 there: bandwidths as 1/f, the eddy corner as f^(−1/2), joints as flexibility,
-//! the housing as 1/m, factors as logarithms. A fit can then start at the machine as it is.
+//! Where an effect can vanish, its coordinate is 0 there: bandwidths as 1/f, the eddy corner as f^(−1/2), joints as
+//! flexibility, the housing as 1/m, factors as logarithms. A fit can then start at the machine as it is.
 
 use super::super::DiagnoseError;
 use crate::spindle::effects::LocationKind;

@@ -1,4 +1,4 @@
-//! Whitened residuals of a set of effects, and their derivatives to small parameters and effects in closed form.
+//! Whitened residuals of a set of effects, and their derivatives to nuisance parameters and effects in closed form.
 //!
 //! Lines do not depend on each other: they are computed in parallel and joined in order.
 
@@ -32,6 +32,17 @@ impl Record {
             Self::HammerTest(_) => HEIGHT.1,
         }
     }
+}
+
+/// A line of the model that records are compared with.
+struct Prediction<'a> {
+    f: &'a Square,
+    derivatives: &'a [Square],
+    /// Columns of the Jacobian.
+    order: &'a [Column],
+    /// Nuisance parameters.
+    p: &'a [f64],
+    model_error: f64,
 }
 
 /// A frequency at a speed, and the lines of the records that were measured there.
@@ -122,8 +133,8 @@ impl Problem<'_> {
         self.evaluated(at, model_error, Wanted::All, None)
     }
 
-    /// The same with derivatives to the coordinates of the last effect only. Where that changes the electronics alone, the receptances of the
-    /// shaft without it may be given.
+    /// The same with derivatives to the coordinates of the last effect only. Where that changes the electronics alone,
+    /// the receptances of the shaft without it may be given.
     ///
     /// # Errors
     /// As [`Self::residual`].
@@ -158,7 +169,7 @@ impl Problem<'_> {
                 numbers.push(number.scaled(self.effects[e].slope(i, &at.theta[e])));
             }
         }
-        // The readings of planes between nodes, small parameters that an effect may switch on.
+        // The readings of planes between nodes, nuisance parameters that an effect may switch on.
         let coordinates = numbers.len();
         let mut readings = [None; 4];
         if wanted == Wanted::All {
@@ -206,10 +217,15 @@ impl Problem<'_> {
                 let mut shaft = Vec::with_capacity(piece.len());
                 for (t, task) in piece.iter().enumerate() {
                     let line = line(first * PIECE + t, task);
-                    for (record, at_line) in &task.lines {
-                        let to = (&mut r, &mut block);
-                        let (f, d) = (&line.response, &line.derivatives);
-                        self.compare(*record, *at_line, f, d, &at.p, model_error, to, &order);
+                    let predicted = Prediction {
+                        f: &line.response,
+                        derivatives: &line.derivatives,
+                        order: &order,
+                        p: &at.p,
+                        model_error,
+                    };
+                    for record in &task.lines {
+                        self.compare(*record, &predicted, (&mut r, &mut block));
                     }
                     shaft.push(line.receptance);
                 }
@@ -229,19 +245,21 @@ impl Problem<'_> {
         })
     }
 
-    /// Appends the whitened residual of a line to `r`, and writes its derivatives, in `order`, into the same rows of `block`.
-    #[allow(clippy::too_many_arguments)]
+    /// Appends the whitened residual of a line to `r`, and writes its derivatives, in `order`, into the same rows of
+    /// `block`.
     fn compare(
         &self,
-        record: Record,
-        line: usize,
-        f: &Square,
-        derivatives: &[Square],
-        p: &[f64],
-        model_error: f64,
+        (record, line): (Record, usize),
+        predicted: &Prediction,
         (r, block): (&mut Vec<f64>, &mut Mat<f64>),
-        order: &[Column],
     ) {
+        let Prediction {
+            f,
+            derivatives,
+            order,
+            p,
+            model_error,
+        } = *predicted;
         let first = r.len();
         match record {
             Record::Sweep(s) => {
@@ -312,8 +330,8 @@ enum Column {
     Axis(usize, usize),
 }
 
-/// Columns in the order of the parameters: the small ones where there is a layout, then the `coordinates` of effects. `readings` stand behind
-/// those in a line.
+/// Columns in the order of the parameters: the small ones where there is a layout, then the `coordinates` of effects.
+/// `readings` stand behind those in a line.
 fn order(
     layout: Option<&Layout>,
     coordinates: usize,

@@ -1,8 +1,10 @@
-//! Small parameters that are never exactly right: moduli, force constants, negative stiffness, sensor gains, damping,
-//! the mesh and its reading between nodes, and the gain of every sensor axis after each levitation. They are fitted with every hypothesis, held by priors.
+//! Nuisance parameters that are never exactly right: moduli, force constants, negative stiffness, sensor gains,
+//! damping, the mesh and its reading between nodes, and the gain of every sensor axis after each levitation. They are
+//! fitted with every hypothesis, held by priors.
 //!
-//! Factors are logarithms: a factor and an effect of the same kind then trade along a straight line, which one step follows.
-//! Prior standard deviations: what a careful updating leaves open (ki 2 %, ks 4 %, sensor gain 1 %, moduli 1 %, ζ 20 %).
+//! Factors are logarithms: a factor and an effect of the same kind then trade along a straight line, which one step
+//! follows. Prior standard deviations: what a careful updating leaves open (ki 2 %, ks 4 %, sensor gain 1 %, moduli 1
+//! %, ζ 20 %).
 
 use crate::spindle::response::parameters::{DAMPED_MODES, MachineParameters};
 

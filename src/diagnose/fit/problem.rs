@@ -7,7 +7,7 @@ use super::model::Model;
 /// Parameters of a hypothesis, fitted or not.
 #[derive(Clone, Debug)]
 pub struct Point {
-    /// Small parameters.
+    /// Nuisance parameters.
     pub p: Vec<f64>,
     /// Fit coordinates of each effect.
     pub theta: Vec<Vec<f64>>,

@@ -1,19 +1,19 @@
 //! A correction without a name: the law recovered at the best place, line by line, used for predictions.
 //!
-//! F_new = F + Σ X_a D_a at the lines of the sweeps; elsewhere Δ is interpolated linearly over frequency (X is not smooth, Δ is) and X follows
-//! from Δ and the shaft there. Limits: nothing is said outside the measured band (the end values are held); a law of another speed is
-//! taken as the same.
+//! F_new = F + Σ X_a D_a at the lines of the sweeps; elsewhere Δ is interpolated linearly over frequency (X is not
+//! smooth, Δ is) and X follows from Δ and the shaft there. Limits: nothing is said outside the measured band (the end
+//! values are held); a law of another speed is taken as the same.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
 use super::localisation::{MODEL_ERROR, PortScore};
 use super::place::Place;
-use super::projection::{lines, settle};
+use super::projection::{LawFit, lines, settle};
 use crate::linalg::c64;
 use crate::spindle::response::Square;
 
-/// Steps in which the small parameters follow when channels are left out.
+/// Steps in which the nuisance parameters follow when channels are left out.
 const STEPS: usize = 2;
 
 /// The corrected response at every line of every record.
@@ -27,7 +27,7 @@ pub struct Correction {
     pub sweeps: Vec<Vec<Square>>,
     /// Corrected F at the lines of every hammer test.
     pub taps: Vec<Vec<Square>>,
-    /// Small parameters that go with it.
+    /// Nuisance parameters that go with it.
     pub p: Vec<f64>,
 }
 
@@ -46,7 +46,14 @@ pub fn correct(case: &Case, port: &PortScore, usage: Subset) -> Result<Correctio
     let count = case.evidence.sweeps.len();
     let mut sweeps: Vec<Vec<Square>> = vec![vec![]; count];
     let mut free: Vec<Vec<(f64, Vec<c64>)>> = vec![vec![]; count];
-    lines(case, place, &p, MODEL_ERROR, usage, false, |line| {
+    let fit = LawFit {
+        place,
+        p: &p,
+        model_error: MODEL_ERROR,
+        usage,
+        derivatives: false,
+    };
+    lines(case, &fit, |line| {
         let mut f = line.view.response;
         for (d, x) in line.view.directions.iter().zip(&line.x) {
             for (f, d) in f.iter_mut().zip(d) {

@@ -1,24 +1,26 @@
 //! Where the disagreement sits, without a hypothesis.
 //!
-//! Every place gets a free complex law at every line; the small parameters are fitted with it by variable projection ([`super::projection`]).
-//! The place that explains most with fewest free numbers is the best: score = χ² + 2 × (real numbers of the laws), after Akaike. Only
-//! sweeps are looked at, so that hammer tests stay held out. All places are compared at a coarse model_error on thinned lines; the
-//! better half and then the best few are followed down to the model_error at which a named model is judged.
+//! Every place gets a free complex law at every line; the nuisance parameters are fitted with it by variable projection
+//! ([`super::projection`]). The place that explains most with fewest free numbers is the best: score = χ² + 2 × (real
+//! numbers of the laws), after Akaike. Only sweeps are looked at, so that hammer tests stay held out. All places are
+//! compared at a coarse model error on thinned lines; the better half and then the best few are followed down to the
+//! model error at which a named model is judged.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
 use super::super::fit::model::Model;
 use super::place::{Place, Unit};
-use super::projection::{Settled, lines, settle};
+use super::projection::{LawFit, Settled, lines, settle};
 use super::recovered_law::Law;
 use crate::linalg::c64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Model model_error of the comparison: what an independent simulation or a good test rig leaves, relative.
+/// Model model error of the comparison: what an independent simulation or a good test rig leaves, relative.
 pub const MODEL_ERROR: f64 = 2e-3;
-/// Floors with steps, and which lines are looked at (every n-th), of the three rounds: all places, the better half, the best few.
+/// Floors with steps, and which lines are looked at (every n-th), of the three rounds: all places, the better half, the
+/// best few.
 type Round = (&'static [(f64, usize)], usize);
 const ROUNDS: [Round; 3] = [
     (&[(0.1, 1), (0.03, 1)], 8),
@@ -29,7 +31,7 @@ const ROUNDS: [Round; 3] = [
 const PASS: [usize; 2] = [20, 8];
 /// Steps by which the best station is moved: stations are a few centimetres apart.
 const STATION_STEPS_M: [f64; 3] = [0.016, 0.008, 0.004];
-/// χ² per degree of freedom below which a place explains everything: noise and model_error leave 0.6 to 0.8.
+/// χ² per degree of freedom below which a place explains everything: noise and model error leave 0.6 to 0.8.
 const EXPLAINED: f64 = 1.2;
 /// Lines of a band, and χ² per degree of freedom that noise does not leave over so many.
 const BAND: usize = 10;
@@ -38,7 +40,7 @@ const QUIET: f64 = 2.2;
 const FIRST_EFFECT_BIC_GAIN: f64 = 3.0;
 /// A station closer than this to a named one has its name, m.
 const NEAR_M: f64 = 0.006;
-/// Small parameters further out than this many standard deviations are tried without their prior, the furthest few.
+/// Nuisance parameters further out than this many standard deviations are tried without their prior, the furthest few.
 const STRAINED: (f64, usize) = (2.5, 5);
 
 /// What a place explains.
@@ -48,7 +50,7 @@ pub struct PortScore {
     pub port: String,
     /// The place.
     pub place: Place,
-    /// χ² per residual without a law, small parameters fitted.
+    /// χ² per residual without a law, nuisance parameters fitted.
     pub chi2_before: f64,
     /// χ² per degree of freedom with a free law at every line.
     pub chi2_after: f64,
@@ -64,7 +66,7 @@ pub struct PortScore {
     pub line_after: Vec<f64>,
     /// Recovered laws.
     pub laws: Vec<Law>,
-    /// Small parameters with the law.
+    /// Nuisance parameters with the law.
     pub p: Vec<f64>,
 }
 
@@ -93,7 +95,8 @@ impl Localisation {
         self.ports.iter().find(|p| p.place != Place::Nowhere)
     }
 
-    /// The one place that explains everything while no other comes near. What is missing is then there, in the catalogue or not.
+    /// The one place that explains everything while no other comes near. What is missing is then there, in the
+    /// catalogue or not.
     pub fn sole(&self) -> Option<&Place> {
         let (best, others) = self.ports.split_first()?;
         let alone = others
@@ -170,96 +173,19 @@ fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
 pub fn localise(case: &Case) -> Result<Localisation, DiagnoseError> {
-    let turning = case.evidence.sweeps.iter().any(|s| s.speed_rad_s != 0.0);
-    type Entry = (String, Place, Settled);
-    let mut field: Vec<Entry> = vec![];
-    let origin = case.origin().p;
-    let mut next: Vec<(String, Place, Vec<f64>)> = places(case.model, turning)
-        .into_iter()
-        .map(|(name, place)| (name, place, origin.clone()))
-        .collect();
-    // χ² + 2 k, k real numbers of laws; a freed parameter is one, and where it stood out of its prior costs nothing else.
-    let score = |f: &Entry| {
-        let free = 2.0 * f.2.numbers as f64 + f64::from(u8::from(matches!(f.1, Place::Freed(_))));
-        f.2.chi2 + 2.0 * free
-    };
-    for (round, (stages, stride)) in ROUNDS.iter().enumerate() {
-        let usage = Subset {
-            stride: *stride,
-            ..Subset::ALL
-        };
-        let follow = |tried: Vec<(String, Place, Vec<f64>)>| -> Result<Vec<Entry>, DiagnoseError> {
-            tried
-                .into_par_iter()
-                .map(|(name, place, p)| {
-                    let settled = settle(case, &place, &p, stages, usage)?;
-                    Ok((name, place, settled))
-                })
-                .collect()
-        };
-        field = follow(next)?;
-        let order = |field: &mut Vec<Entry>| {
-            field.sort_by(|a, b| score(a).total_cmp(&score(b)));
-        };
-        order(&mut field);
-        if round + 1 == ROUNDS.len() {
-            // The best station moves along the shaft, and takes the place of its neighbours.
-            for step in STATION_STEPS_M {
-                let Some((_, place, s)) = field.first() else {
-                    break;
-                };
-                let Some(z) = place.position_m() else { break };
-                let (from, to) = case.model.reduced.span_m();
-                let beside = [z - step, z + step].map(|z| z.clamp(from, to));
-                let tried = beside.into_iter().filter(|b| *b != z).map(|z| {
-                    let moved = place.moved_to(z);
-                    (station_name(case.model, &moved), moved, s.p.clone())
-                });
-                let tried = follow(tried.collect())?;
-                field.extend(tried);
-                order(&mut field);
-                let kind = field.first().map(|f| f.1.clone());
-                let mut first = true;
-                field.retain(|f| {
-                    let twin = kind.as_ref().is_some_and(|k| k.beside(&f.1));
-                    let keep = first || !twin;
-                    first = false;
-                    keep
-                });
-            }
-            break;
-        }
-        if round == 0 {
-            let strained = field
-                .iter()
-                .find(|f| f.1 == Place::Nowhere)
-                .map_or(vec![], |f| strained(case.model, &f.2.p));
-            let most = PASS[0];
-            trim(&mut field, most);
-            next = field.iter().map(again).collect();
-            next.extend(strained);
-        } else {
-            trim(&mut field, PASS[1]);
-            next = field.iter().map(again).collect();
-        }
-    }
-    trim(&mut field, PASS[1]);
+    let field = ranked_places(case)?;
     let best = field.first().map_or(0.0, score);
-    let before = field
-        .iter()
-        .find(|f| f.1 == Place::Nowhere)
-        .map(|f| f.2.p.clone())
-        .unwrap_or(origin);
+    let nowhere = field.iter().find(|f| f.1 == Place::Nowhere);
+    let before = nowhere.map_or_else(|| case.origin().p, |f| f.2.p.clone());
     let mut line_before = vec![];
-    lines(
-        case,
-        &Place::Nowhere,
-        &before,
-        MODEL_ERROR,
-        Subset::ALL,
-        false,
-        |l| line_before.push(l.chi2.1 / 32.0),
-    )?;
+    let fit = LawFit {
+        place: &Place::Nowhere,
+        p: &before,
+        model_error: MODEL_ERROR,
+        usage: Subset::ALL,
+        derivatives: false,
+    };
+    lines(case, &fit, |l| line_before.push(l.chi2.1 / 32.0))?;
     let mean = line_before.iter().sum::<f64>() / line_before.len().max(1) as f64;
     let ports: Result<Vec<PortScore>, DiagnoseError> = field
         .into_par_iter()
@@ -286,6 +212,101 @@ pub fn localise(case: &Case) -> Result<Localisation, DiagnoseError> {
         })
         .collect();
     Ok(Localisation { ports: ports? })
+}
+
+/// A place with its name and its fit.
+type Entry = (String, Place, Settled);
+
+/// χ² + 2 k, k real numbers of laws; a freed parameter is one, and its prior does not count.
+fn score(f: &Entry) -> f64 {
+    let free = 2.0 * f.2.numbers as f64 + f64::from(u8::from(matches!(f.1, Place::Freed(_))));
+    f.2.chi2 + 2.0 * free
+}
+
+fn sort(field: &mut [Entry]) {
+    field.sort_by(|a, b| score(a).total_cmp(&score(b)));
+}
+
+/// A law at each of these places, fitted with the nuisance parameters.
+fn fitted(
+    case: &Case,
+    tried: Vec<(String, Place, Vec<f64>)>,
+    stages: &[(f64, usize)],
+    usage: Subset,
+) -> Result<Vec<Entry>, DiagnoseError> {
+    let fit = |(name, place, p): (String, Place, Vec<f64>)| {
+        let settled = settle(case, &place, &p, stages, usage)?;
+        Ok((name, place, settled))
+    };
+    tried.into_par_iter().map(fit).collect()
+}
+
+/// All places, screened on thinned lines and then fitted on more, best first.
+fn ranked_places(case: &Case) -> Result<Vec<Entry>, DiagnoseError> {
+    let turning = case.evidence.sweeps.iter().any(|s| s.speed_rad_s != 0.0);
+    let mut field: Vec<Entry> = vec![];
+    let origin = case.origin().p;
+    let mut next: Vec<(String, Place, Vec<f64>)> = places(case.model, turning)
+        .into_iter()
+        .map(|(name, place)| (name, place, origin.clone()))
+        .collect();
+    for (round, (stages, stride)) in ROUNDS.iter().enumerate() {
+        let usage = Subset {
+            stride: *stride,
+            ..Subset::ALL
+        };
+        field = fitted(case, next, stages, usage)?;
+        sort(&mut field);
+        if round + 1 == ROUNDS.len() {
+            move_best_station(case, &mut field, stages, usage)?;
+            break;
+        }
+        let released = match round {
+            0 => {
+                let nowhere = field.iter().find(|f| f.1 == Place::Nowhere);
+                nowhere.map_or(vec![], |f| strained(case.model, &f.2.p))
+            }
+            _ => vec![],
+        };
+        trim(&mut field, PASS[round.min(1)]);
+        next = field.iter().map(again).collect();
+        next.extend(released);
+    }
+    trim(&mut field, PASS[1]);
+    Ok(field)
+}
+
+/// Moves the best station along the shaft; it replaces its neighbours.
+fn move_best_station(
+    case: &Case,
+    field: &mut Vec<Entry>,
+    stages: &[(f64, usize)],
+    usage: Subset,
+) -> Result<(), DiagnoseError> {
+    for step in STATION_STEPS_M {
+        let Some((_, place, s)) = field.first() else {
+            break;
+        };
+        let Some(z) = place.position_m() else { break };
+        let (from, to) = case.model.reduced.span_m();
+        let beside = [z - step, z + step].map(|z| z.clamp(from, to));
+        let tried = beside.into_iter().filter(|b| *b != z).map(|z| {
+            let moved = place.moved_to(z);
+            (station_name(case.model, &moved), moved, s.p.clone())
+        });
+        let tried = fitted(case, tried.collect(), stages, usage)?;
+        field.extend(tried);
+        sort(field);
+        let kind = field.first().map(|f| f.1.clone());
+        let mut first = true;
+        field.retain(|f| {
+            let twin = kind.as_ref().is_some_and(|k| k.beside(&f.1));
+            let keep = first || !twin;
+            first = false;
+            keep
+        });
+    }
+    Ok(())
 }
 
 type Start = (String, Place, Vec<f64>);
@@ -329,7 +350,7 @@ fn trim(field: &mut Vec<(String, Place, Settled)>, most: usize) {
     });
 }
 
-/// Small parameters that left their priors, as places of their own.
+/// Nuisance parameters that left their priors, as places of their own.
 fn strained(model: &Model, p: &[f64]) -> Vec<Start> {
     let layout = &model.layout;
     let mut far: Vec<(usize, f64)> = p
@@ -405,7 +426,14 @@ impl Seen {
             laws: vec![],
             x: vec![vec![]; sweeps],
         };
-        lines(case, place, p, MODEL_ERROR, usage, false, |line| {
+        let fit = LawFit {
+            place,
+            p,
+            model_error: MODEL_ERROR,
+            usage,
+            derivatives: false,
+        };
+        lines(case, &fit, |line| {
             let freedom = (32 - 2 * line.x.len()) as f64;
             seen.chi2 += line.chi2.1;
             seen.freedom += freedom;

@@ -1,8 +1,10 @@
 //! Where something is missing, without a hypothesis: the law recovered at a place, line by line.
 
 pub mod correction;
+mod joint;
 pub mod localisation;
 pub mod place;
+pub mod place_law;
 pub mod place_response;
 pub mod projection;
 pub mod recovered_law;

@@ -1,4 +1,4 @@
-//! Places where something may be missing: on the shaft, in the electronics, in one small parameter.
+//! Places where something may be missing: on the shaft, in the electronics, in one nuisance parameter.
 
 use super::super::fit::model::Model;
 use crate::spindle::effects::LocationKind;
@@ -9,7 +9,7 @@ use crate::spindle::{EffectKind, Location};
 /// A place; bearings and axes by index, front first, x first.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
-    /// None: only small parameters.
+    /// None: only nuisance parameters.
     Nowhere,
     /// A law between ground and a position of the shaft, m.
     Station(f64),
@@ -41,7 +41,7 @@ pub enum Place {
     ActuatorPlane(usize),
     /// Currents of this bearing that act in the other.
     Crosstalk(usize),
-    /// One small parameter without its prior.
+    /// One nuisance parameter without its prior.
     Freed(usize),
 }
 

@@ -1,42 +1,39 @@
 //! What a free law at a place does to the response of a line.
 //!
-//! A place offers directions D_a at a line: F_new = F + Σ X_a D_a holds exactly for any law there, however large.  On the shaft
-//! X = (Δ⁻¹ − G)⁻¹ of a law Δ (forces −Δ q), forwards and backwards apart where x and y are coupled; in the electronics X is
-//! the relative change itself. [`PlaceResponse::moved`] is the response with X and its derivatives to the small parameters, Δ held:
-//! dH_new = dH + dB X C + B X dC + B X dG X C.
+//! A place offers directions D_a at a line: F_new = F + Σ X_a D_a holds exactly for any law there, however large.  On
+//! the shaft X = (Δ⁻¹ − G)⁻¹ of a law Δ (forces −Δ q), forwards and backwards apart where x and y are coupled; in the
+//! electronics X is the relative change itself. [`PlaceResponse::moved`] is the response with X and its derivatives to
+//! the nuisance parameters, Δ held: dH_new = dH + dB X C + B X dC + B X dG X C.
 
 use super::super::DiagnoseError;
 use super::super::fit::model::Model;
 use super::super::fit::nuisance::Layout;
+use super::joint::RIGID_JOINT;
 use super::place::Place;
 use crate::linalg::c64;
-use crate::linalg::small::eliminate;
 use crate::spindle::response::channels::MAGNETS;
 use crate::spindle::response::electronics::ElectronicsLine;
 use crate::spindle::response::ported::{Ported, factor};
 use crate::spindle::response::{Assembled, Assembly, SIDE, Square, ZERO};
 use crate::spindle::{Effect, EffectKind, Location};
 
-/// Joint that counts as rigid, N/m and N m/rad: a hundred times stiffer than collets. A stiffer one would hide the joint behind the damping
-/// that its own mode has, 2ζω√(K m).
-const RIGID_JOINT: [f64; 2] = [2e10, 2e7];
-const ONE: c64 = c64::new(1.0, 0.0);
+pub(super) const ONE: c64 = c64::new(1.0, 0.0);
 
 /// A machine with open ports for a place, at one speed.
 pub struct OpenedPlace<'a> {
-    place: &'a Place,
+    pub(super) place: &'a Place,
     assembled: Assembled,
     extra: Vec<usize>,
     /// Forwards and backwards have laws of their own.
-    split: bool,
+    pub(super) split: bool,
 }
 
 /// One line of a scene.
 pub struct PlaceResponse<'a> {
-    scene: &'a OpenedPlace<'a>,
+    pub(super) scene: &'a OpenedPlace<'a>,
     electronics: ElectronicsLine,
-    plus: Ported,
-    minus: Option<Ported>,
+    pub(super) plus: Ported,
+    pub(super) minus: Option<Ported>,
     /// F without a law.
     pub response: Square,
     /// D_a.
@@ -44,15 +41,15 @@ pub struct PlaceResponse<'a> {
 }
 
 /// B, C, G of one sign of frequency: 3×m, m×3, m×m.
-struct PortBlocks {
-    m: usize,
+pub(super) struct PortBlocks {
+    pub(super) m: usize,
     b: Vec<c64>,
     c: Vec<c64>,
-    g: Vec<c64>,
+    pub(super) g: Vec<c64>,
 }
 
 impl Place {
-    /// Opens the ports of the place in a machine with small parameters `p` and further effects.
+    /// Opens the ports of the place in a machine with nuisance parameters `p` and further effects.
     ///
     /// # Errors
     /// [`DiagnoseError`] when the machine cannot be assembled.
@@ -127,7 +124,7 @@ impl OpenedPlace<'_> {
         view
     }
 
-    fn bond(&self, at: &Ported) -> PortBlocks {
+    pub(super) fn bond(&self, at: &Ported) -> PortBlocks {
         self.bond_of(at, &at.response, true)
     }
 
@@ -177,11 +174,11 @@ impl OpenedPlace<'_> {
 }
 
 /// Pairs a ≤ b of a symmetric m×m matrix.
-fn pairs(m: usize) -> impl Iterator<Item = (usize, usize)> {
+pub(super) fn pairs(m: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..m).flat_map(move |a| (a..m).map(move |b| (a, b)))
 }
 
-fn matrix(m: usize, x: &[c64]) -> Vec<c64> {
+pub(super) fn matrix(m: usize, x: &[c64]) -> Vec<c64> {
     let mut full = vec![ZERO; m * m];
     for ((a, b), x) in pairs(m).zip(x) {
         full[a * m + b] = *x;
@@ -190,7 +187,7 @@ fn matrix(m: usize, x: &[c64]) -> Vec<c64> {
     full
 }
 
-fn product(a: &[c64], b: &[c64], rows: usize, inner: usize, columns: usize) -> Vec<c64> {
+pub(super) fn product(a: &[c64], b: &[c64], rows: usize, inner: usize, columns: usize) -> Vec<c64> {
     let mut c = vec![ZERO; rows * columns];
     for i in 0..rows {
         for l in 0..inner {
@@ -213,7 +210,8 @@ impl PlaceResponse<'_> {
         self.scene.split
     }
 
-    /// Linear change that a unit law makes to any response of this kind (a derivative too); `None` where it is not a mixture of entries.
+    /// Linear change that a unit law makes to any response of this kind (a derivative too); `None` where it is not a
+    /// mixture of entries.
     fn mixed(&self, f: &Square) -> Option<Square> {
         let rows = |pick: &dyn Fn(usize, usize) -> c64| -> Square {
             std::array::from_fn(|n| pick(n / SIDE, n % SIDE))
@@ -245,8 +243,9 @@ impl PlaceResponse<'_> {
         })
     }
 
-    /// Change when rows or columns are read further along the shaft: with its slope. The magnet that moves with an actuator counts in the
-    /// response itself, not in derivatives (`whole` false), where it is a small part of a small part.
+    /// Change when rows or columns are read further along the shaft: with its slope. The magnet that moves with an
+    /// actuator counts in the response itself, not in derivatives (`whole` false), where it is a small part of a small
+    /// part.
     fn tilted(&self, plus: &[c64], minus: Option<&[c64]>, whole: bool) -> Square {
         let side = self.plus.side;
         let ks = self.scene.assembled.negative_stiffness();
@@ -336,7 +335,7 @@ impl PlaceResponse<'_> {
             .apply(&self.plus.block(&self.plus.slopes[i]), minus.as_ref())
     }
 
-    /// F with X, and its derivatives to the small parameters (without axis gains), the law held.
+    /// F with X, and its derivatives to the nuisance parameters (without axis gains), the law held.
     pub fn moved(&self, x: &[c64], layout: &Layout) -> (Square, Vec<Square>) {
         let mut f = self.response;
         for (d, x) in self.directions.iter().zip(x) {
@@ -418,96 +417,6 @@ impl PlaceResponse<'_> {
                 std::array::from_fn(|n| a[n] + b[n])
             }
             _ => self.electronics.apply(&one(&self.plus, x), None),
-        }
-    }
-
-    /// Δ of a sign from X, or X from Δ: X (1 + G X)⁻¹ and Δ (1 − G Δ)⁻¹.
-    fn exchanged(&self, at: &Ported, from: &[c64], sign: f64) -> Vec<c64> {
-        let bond = self.scene.bond(at);
-        let m = bond.m;
-        let mut to = matrix(m, from);
-        let mut unit = product(&to, &bond.g, m, m, m);
-        for (i, u) in unit.iter_mut().enumerate() {
-            *u = *u * sign + if i % (m + 1) == 0 { ONE } else { ZERO };
-        }
-        eliminate(&mut unit, &mut to, m, m);
-        pairs(m).map(|(a, b)| to[a * m + b]).collect()
-    }
-
-    fn signs(&self, from: &[c64], sign: f64) -> Vec<c64> {
-        let place = self.scene.place;
-        if !place.mechanical() {
-            return from.to_vec();
-        }
-        let half = from.len() / 2;
-        match (&self.minus, place) {
-            (Some(minus), _) if self.scene.split => {
-                let back: Vec<c64> = from[half..].iter().map(|z| z.conj()).collect();
-                let mut all = self.exchanged(&self.plus, &from[..half], sign);
-                let back = self.exchanged(minus, &back, sign);
-                all.extend(back.iter().map(|z| z.conj()));
-                all
-            }
-            (_, Place::Apart(_)) => from
-                .iter()
-                .flat_map(|x| self.exchanged(&self.plus, &[*x], sign))
-                .collect(),
-            _ => self.exchanged(&self.plus, from, sign),
-        }
-    }
-
-    /// Δ from X, entry by entry; unlike X it does not contain the shaft, and is smooth over frequency.
-    pub fn free(&self, x: &[c64]) -> Vec<c64> {
-        self.signs(x, 1.0)
-    }
-
-    /// X from Δ.
-    pub fn bound(&self, free: &[c64]) -> Vec<c64> {
-        self.signs(free, -1.0)
-    }
-
-    /// X of a joint with flexibility across (m/N) and in turning (rad/(N m)) and none between the two.
-    pub fn jointed(&self, flexibility: [c64; 2]) -> Vec<c64> {
-        let law = |i: usize| {
-            let rigid = RIGID_JOINT[i];
-            c64::new(rigid, 0.0) - (flexibility[i] + 1.0 / rigid).inv()
-        };
-        self.bound(&[law(0), ZERO, law(1)])
-    }
-
-    /// The laws that X means, in the order of [`Place::laws`]; stiffness positive for a spring.
-    pub fn laws(&self, x: &[c64]) -> Vec<c64> {
-        let place = self.scene.place;
-        let free = self.free(x);
-        let half = free.len() / 2;
-        match place {
-            Place::Joint => {
-                let one = if self.scene.split {
-                    &free[..half]
-                } else {
-                    &free[..]
-                };
-                let mut total = matrix(2, one).iter().map(|d| -d).collect::<Vec<_>>();
-                total[0] += RIGID_JOINT[0];
-                total[3] += RIGID_JOINT[1];
-                let mut flexible = vec![ONE, ZERO, ZERO, ONE];
-                eliminate(&mut total, &mut flexible, 2, 2);
-                vec![
-                    flexible[3] - 1.0 / RIGID_JOINT[1],
-                    flexible[0] - 1.0 / RIGID_JOINT[0],
-                ]
-            }
-            Place::Housing => free[..1].to_vec(),
-            _ if self.scene.split => {
-                let (a, b) = (-free[0], -free[half]);
-                let (alike, across) = ((a + b) * 0.5, (a - b) * c64::new(0.0, 0.5));
-                match place {
-                    Place::Circulating(_) => vec![across, alike],
-                    _ => vec![alike, across],
-                }
-            }
-            _ if place.mechanical() => free.iter().map(|d| -d).collect(),
-            _ => free,
         }
     }
 }

@@ -1,7 +1,8 @@
-//! A free law at a place together with the small parameters: variable projection.
+//! A free law at a place together with the nuisance parameters: variable projection.
 //!
-//! At every line the whitened residual r loses what the directions of the place explain (orthogonal projection P), and the small parameters
-//! follow from  min Σ 2‖P(r − J dp)‖² + Σ((p + dp)/sd)²  by Gauss–Newton, the law held in J, relinearised while the model model_error falls.
+//! At every line the whitened residual r loses what the directions of the place explain (orthogonal projection P), and
+//! the nuisance parameters follow from  min Σ 2‖P(r − J dp)‖² + Σ((p + dp)/sd)²  by Gauss–Newton, the law held in J,
+//! relinearised while the model model error falls.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::{Subset, SweepEvidence, whiten};
@@ -11,21 +12,21 @@ use super::place_response::{OpenedPlace, PlaceResponse};
 use crate::linalg::{Mat, c64, solve};
 use crate::spindle::response::{SIDE, Square, ZERO};
 
-/// Standard deviation of a small parameter that is under test: free.
+/// Standard deviation of a nuisance parameter that is under test: free.
 const FREE_SD: f64 = 1.0;
 /// Flexibility of a usual collet, across (m/N) and in turning (rad/(N m)): the unit in which joints are sought.
 const COLLET: [f64; 2] = [5e-9, 1e-5];
 /// Numbers below this many standard deviations may as well be zero.
 const INSIGNIFICANT: f64 = 3.0;
-/// Longest step of a small parameter: a factor stays one.
+/// Longest step of a nuisance parameter: a factor stays one.
 const LONGEST_STEP: f64 = 0.3;
 /// Part of a direction below which it repeats the others (rounding of the small springs it comes from).
 const DEPENDENT: f64 = 1e-9;
 
-/// Small parameters with a free law at a place.
+/// Nuisance parameters with a free law at a place.
 #[derive(Clone, Debug)]
 pub struct Settled {
-    /// Small parameters.
+    /// Nuisance parameters.
     pub p: Vec<f64>,
     /// χ² of the lines that were seen, the law taken out, with priors.
     pub chi2: f64,
@@ -142,19 +143,37 @@ fn power(a: &[c64; 16]) -> f64 {
     a.iter().map(|v| v.norm_sqr()).sum()
 }
 
-/// Fits the law at the lines of all sweeps, small parameters held at `p`.
+/// What a law is fitted with.
+#[derive(Clone, Copy, Debug)]
+pub struct LawFit<'a> {
+    /// Where it acts.
+    pub place: &'a Place,
+    /// Nuisance parameters, held.
+    pub p: &'a [f64],
+    /// Relative model error.
+    pub model_error: f64,
+    /// Data that it sees.
+    pub usage: Subset,
+    /// Whether derivatives to the nuisance parameters are wanted.
+    pub derivatives: bool,
+}
+
+/// Fits the law at the lines of all sweeps, nuisance parameters held at `p`.
 ///
 /// # Errors
 /// [`DiagnoseError`] when the machine cannot be assembled.
 pub fn lines(
     case: &Case,
-    place: &Place,
-    p: &[f64],
-    model_error: f64,
-    usage: Subset,
-    derivatives: bool,
+    fit: &LawFit,
     mut visit: impl FnMut(Fitted),
 ) -> Result<(), DiagnoseError> {
+    let LawFit {
+        place,
+        p,
+        model_error,
+        usage,
+        derivatives,
+    } = *fit;
     let layout = &case.model.layout;
     for (s, sweep) in case.evidence.sweeps.iter().enumerate() {
         let scene: OpenedPlace = place.scene(case.model, p, &[], sweep.speed_rad_s, derivatives)?;
@@ -216,7 +235,7 @@ fn whitened(f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] {
     all
 }
 
-/// Small parameters with a free law at a place, through stages of model model_error and number of steps.
+/// Nuisance parameters with a free law at a place, through stages of model model error and number of steps.
 ///
 /// # Errors
 /// [`DiagnoseError`] when the machine cannot be assembled or a step cannot be computed.
@@ -242,7 +261,14 @@ pub fn settle(
             let last = step == *steps;
             let (mut normal, mut slope) = (vec![0.0; n * n], vec![0.0; n]);
             let (mut chi2, mut residuals, mut numbers) = (0.0, 0.0, 0);
-            lines(case, place, &p, *model_error, usage, !last, |line| {
+            let fit = LawFit {
+                place,
+                p: &p,
+                model_error: *model_error,
+                usage,
+                derivatives: !last,
+            };
+            lines(case, &fit, |line| {
                 chi2 += line.chi2.1;
                 residuals += 32.0;
                 numbers += line.basis.q.len();
@@ -334,8 +360,8 @@ impl Fitted<'_> {
             .collect()
     }
 
-    /// Flexibility of a joint in turning and across, nothing between the two: the flexibilities whose X comes nearest to what was found, by
-    /// Gauss–Newton from two starts.
+    /// Flexibility of a joint in turning and across, nothing between the two: the flexibilities whose X comes nearest
+    /// to what was found, by Gauss–Newton from two starts.
     fn joint(&self) -> Vec<(c64, f64)> {
         let at = |z: &[c64; 2]| -> Vec<c64> {
             let s: [c64; 2] = std::array::from_fn(|i| z[i] * COLLET[i]);
@@ -432,8 +458,8 @@ impl Fitted<'_> {
                 *v += (a - b).norm_sqr() * 1e4;
             }
         }
-        // Where X is noise, 1 + G X is noise too and Δ tends to −1/G, however exact it looks: what a law would be without the numbers that
-        // are not significant is within its uncertainty.
+        // Where X is noise, 1 + G X is noise too and Δ tends to −1/G, however exact it looks: what a law would be
+        // without the numbers that are not significant is within its uncertainty.
         let sure: Vec<c64> = self
             .x
             .iter()

@@ -1,9 +1,11 @@
-//! The shape of a law that was recovered line by line: constant, −ω² m, jω c, half order, pure delay, first-order lag, resonance.
+//! The shape of a law that was recovered line by line: constant, −ω² m, jω c, half order, pure delay, first-order lag,
+//! resonance.
 //!
-//! Each shape is a weighted least squares fit, weights 1/σ². The simplest shape that carries nearly all of the law is taken, else the best by
-//! n ln χ² + k ln n, n the number of independent lines (neighbours share what the small parameters left). Rational laws by iterated
-//! linear least squares (Sanathanan–Koerner): N(s)/(1 + d₁s + d₂s²). A relative change has a constant gain beside its shape,
-//! because only priors tell it from force constants and sensor gains.
+//! Each shape is a weighted least squares fit, weights 1/σ². The simplest shape that carries nearly all of the law is
+//! taken, else the best by n ln χ² + k ln n, n the number of independent lines (neighbours share what the nuisance
+//! parameters left). Rational laws by iterated linear least squares (Sanathanan–Koerner): N(s)/(1 + d₁s + d₂s²). A
+//! relative change has a constant gain beside its shape, because only priors tell it from force constants and sensor
+//! gains.
 
 use super::place::Unit;
 use crate::linalg::{Mat, c64, solve};
@@ -14,7 +16,7 @@ use std::f64::consts::TAU;
 const CORRELATED: f64 = 8.0;
 /// Share of the law that a shape must carry to be named.
 const CARRIED: f64 = 0.6;
-/// Share at which a simpler shape is enough: a law that small parameters have bent by a fifth still carries it.
+/// Share at which a simpler shape is enough: a law that nuisance parameters have bent by a fifth still carries it.
 const ENOUGH: f64 = 0.96;
 /// Delays that are tried, s; between them the best is refined.
 const DELAYS_S: (f64, f64, usize) = (1e-6, 1e-3, 40);

@@ -1,7 +1,7 @@
 //! What an effect does to the machine: factors multiply, shifts and delays add, replacements replace, in file order.
 //!
-//! Every effect acts at one of three places: on bearings, electronics and attachments ([`on_machine`]), on the rotor ([`on_rotor`]), or
-//! on the damping ratio of a mode ([`on_damping_ratio`]).
+//! Every effect acts at one of three places: on bearings, electronics and attachments ([`on_machine`]), on the rotor
+//! ([`on_rotor`]), or on the damping ratio of a mode ([`on_damping_ratio`]).
 
 use super::{Bearings, Effect, EffectKind, Location};
 use crate::linalg::c64;

@@ -122,8 +122,8 @@ pub struct Entry {
     pub nominal: Nominal,
     /// Where fits start.
     pub starts: Starts,
-    /// Whether its size is worth a name, from its size and its coordinates and the nominal value: a fifth or less of the smallest
-    /// size that occurs in practice. The data may show a smaller one, and a coarse mesh may cause it.
+    /// Whether its size is worth a name, from its size and its coordinates and the nominal value: a fifth or less of
+    /// the smallest size that occurs in practice. The data may show a smaller one, and a coarse mesh may cause it.
     pub matters: fn(f64, &[f64], f64) -> bool,
     /// The finding as a sentence: `{at}` the place, `{0}` … the numbers, `{way}` the direction.
     pub sentence: &'static str,

@@ -1,7 +1,7 @@
 //! Effects that a spindle file may add to the nominal model.
 //!
-//! [`table`] describes every effect in one entry: name, location, parameters, how a fit moves them, sentence and advice.
-//! [`action`] applies an effect to the machine. Files, plant, diagnosis and report read the table.
+//! [`table`] describes every effect in one entry: name, location, parameters, how a fit moves them, sentence and
+//! advice. [`action`] applies an effect to the machine. Files, plant, diagnosis and report read the table.
 
 pub mod action;
 pub mod coordinate;

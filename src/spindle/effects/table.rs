@@ -1,8 +1,9 @@
 //! The table of effects: one entry describes one effect for files, plant, diagnosis and report.
 //!
-//! To add an effect: a variant of [`EffectKind`] with its entry in [`TABLE`], its action in [`super::action`], and a derivative in
-//! the diagnosis where differences are not good enough. Sources of the physics: G. Schweitzer, E. H. Maslen (eds.), *Magnetic
-//! Bearings*, Springer 2009, chapters 2, 4 and 12; M. I. Friswell et al., *Dynamics of Rotating Machines*, Cambridge 2010, chapter 7.
+//! To add an effect: a variant of [`EffectKind`] with its entry in [`TABLE`], its action in [`super::action`], and a
+//! derivative in the diagnosis where differences are not good enough. Sources of the physics: G. Schweitzer, E. H.
+//! Maslen (eds.), *Magnetic Bearings*, Springer 2009, chapters 2, 4 and 12; M. I. Friswell et al., *Dynamics of
+//! Rotating Machines*, Cambridge 2010, chapter 7.
 
 use super::coordinate::Coordinate;
 use super::entry::{Domain, Entry, Nominal, Parameter, Shown, Site, Starts, positive, signed};
@@ -288,8 +289,8 @@ pub const TABLE: &[Entry] = &[
             |_| (-4.0, 4.0),
             Shown::Scaled(1.0, ""),
         )],
-        // A factor of 1.4, or of 0.45: a ratio that is known to 20 % is that low once in three hundred; its logarithm makes that look
-        // much rarer.
+        // A factor of 1.4, or of 0.45: a ratio that is known to 20 % is that low once in three hundred; its logarithm
+        // makes that look much rarer.
         matters: |size, _, _| size.abs() > if size < 0.0 { 0.8 } else { 0.35 },
         sentence: "the damping of {at} is {0} times that of the model",
         advice: "design with the corrected file, and check the fits that damp this mode",

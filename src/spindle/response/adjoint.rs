@@ -1,6 +1,8 @@
-//! Coordinates of the shaft behind closed loops, at one line: what every derivative to a property of the shaft is made of.
+//! Coordinates of the shaft behind closed loops, at one line: what every derivative to a property of the shaft is made
+//! of.
 //!
-//! With L = I + H_c κ (outputs × ports) and R = I + κ H_c (ports × inputs), a change dZ of the dynamic stiffness gives  −(L Xᵀ) dZ (X R).
+//! With L = I + H_c κ (outputs × ports) and R = I + κ H_c (ports × inputs), a change dZ of the dynamic stiffness gives
+//! −(L Xᵀ) dZ (X R).
 
 use crate::linalg::c64;
 

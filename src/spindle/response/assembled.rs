@@ -1,7 +1,7 @@
 //! A machine assembled at one speed in Ritz coordinates: the receptance between all ports at one signed frequency.
 //!
-//! In r = x + jy:  Z = diag(ω_k² − ω² + jω c_k − circ_k) + ωΩG,  X = Z⁻¹Φᵀ,  H = ΦX + housing, with the laws at ports closed round it
-//! ([`super::feedback`]).
+//! In r = x + jy:  Z = diag(ω_k² − ω² + jω c_k − circ_k) + ωΩG,  X = Z⁻¹Φᵀ,  H = ΦX + housing, with the laws at ports
+//! closed round it ([`super::feedback`]).
 
 use super::channels::{IN, ON_HOUSING, OUT, ZERO};
 use super::damping::ModalDamping;

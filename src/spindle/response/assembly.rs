@@ -2,8 +2,9 @@
 //!
 //! Modes far above the band answer as springs in the derivatives and in the gyroscopic coupling.
 //!
-//! A finer mesh, Z − sω⁴C, is brought back to mass and stiffness: −λ²C = −(K−λ)C(K−λ) + KCK − λ(KC+CK), whose first part is a constant
-//! receptance and whose rest is a change of coordinates: with T = (1 + sKC)⁻¹ the stiffness is TK, ports are T b, and s bᵀCTb is added.
+//! A finer mesh, Z − sω⁴C, is brought back to mass and stiffness: −λ²C = −(K−λ)C(K−λ) + KCK − λ(KC+CK), whose first
+//! part is a constant receptance and whose rest is a change of coordinates: with T = (1 + sKC)⁻¹ the stiffness is TK,
+//! ports are T b, and s bᵀCTb is added.
 
 use super::assembled::Assembled;
 use super::damping::ModalDamping;
@@ -21,7 +22,8 @@ use crate::spindle::effective::Motion;
 use crate::spindle::{Effect, EffectKind, Effective, Location, Machine, SpindleError};
 use std::f64::consts::TAU;
 
-/// Modes up to here are dynamic in derivatives and gyroscopic coupling, those above follow as springs, Hz: six times the end of a 4 kHz sweep.
+/// Modes up to here are dynamic in derivatives and gyroscopic coupling, those above follow as springs, Hz: six times
+/// the end of a 4 kHz sweep.
 const DYNAMIC_BELOW_HZ: f64 = 24_000.0;
 
 /// What is assembled, and for what.
@@ -127,7 +129,8 @@ impl ReducedMachine {
         scale
     }
 
-    /// Tool, planes and attachments, with the laws at them. A plane between two nodes reads what the parameters say more.
+    /// Tool, planes and attachments, with the laws at them. A plane between two nodes reads what the parameters say
+    /// more.
     fn ports(
         &self,
         shaft: &ReducedShaft,

@@ -14,8 +14,8 @@ pub struct ModalDamping {
 }
 
 impl ModalDamping {
-    /// Damping of coordinates with natural frequencies `omega`, rad/s, of which the first two are rigid; `zeta` gives the damping
-    /// ratio of flexible mode k, counted from 0.
+    /// Damping of coordinates with natural frequencies `omega`, rad/s, of which the first two are rigid; `zeta` gives
+    /// the damping ratio of flexible mode k, counted from 0.
     pub fn new(
         omega: &[f64],
         zeta: impl Fn(usize) -> f64,

@@ -48,7 +48,8 @@ impl Assembled {
         }
     }
 
-    /// Derivatives to the logarithm of every modulus, then to the mesh; none when the hypothesis was assembled without derivatives.
+    /// Derivatives to the logarithm of every modulus, then to the mesh; none when the hypothesis was assembled without
+    /// derivatives.
     pub(super) fn strains(&self, behind: &Adjoint, w: f64) -> Vec<Vec<c64>> {
         let mut all = self.strain.as_ref().map_or(vec![], |s| s.slopes(behind));
         // Z − w⁴C where a stiffness is Z + K.
@@ -58,7 +59,7 @@ impl Assembled {
         all
     }
 
-    /// Derivatives to the small parameters: moduli, ks, ln ζ and mesh, of which the strains are known.
+    /// Derivatives to the nuisance parameters: moduli, ks, ln ζ and mesh, of which the strains are known.
     pub(super) fn small(
         &self,
         at: &Planar,

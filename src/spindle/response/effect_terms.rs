@@ -8,8 +8,8 @@ use super::term::{Number, Sum, Term};
 use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
 
 impl ReducedMachine {
-    /// Derivatives to the values of an effect, and then to its position if it has one. `effects` are all that are assembled, the one in
-    /// question at `index`; what it needs to see is added to `probes`.
+    /// Derivatives to the values of an effect, and then to its position if it has one. `effects` are all that are
+    /// assembled, the one in question at `index`; what it needs to see is added to `probes`.
     pub fn sensitivity(
         &self,
         effects: &[Effect],

@@ -1,7 +1,7 @@
 //! Amplifiers, delay and eddy currents before the shaft, sensors behind it, at one line.
 //!
-//! Force per current  e^{−sT} k_i /((1 + s/ω_a)(1 + √(s/ω_e))) [1 κ; κ 1],  signal per displacement  g R(α)/((1 + s/ω_s) L(s)),
-//! L = 1 + 2ζ s/ω_l + (s/ω_l)² the second-order low-pass.
+//! Force per current  e^{−sT} k_i /((1 + s/ω_a)(1 + √(s/ω_e))) [1 κ; κ 1],  signal per displacement  g R(α)/((1 +
+//! s/ω_s) L(s)), L = 1 + 2ζ s/ω_l + (s/ω_l)² the second-order low-pass.
 
 use super::channels::{SIDE, Square, ZERO, planar};
 use crate::linalg::c64;
@@ -55,8 +55,8 @@ impl ElectronicsLine {
         f
     }
 
-    /// From displacements and forces to signals and currents in place: a square row-major response whose first four rows and
-    /// columns are the axes.
+    /// From displacements and forces to signals and currents in place: a square row-major response whose first four
+    /// rows and columns are the axes.
     pub fn surround(&self, f: &mut [c64], side: usize) {
         for (i, m) in self.force.iter().enumerate() {
             let (x, y) = (2 * i, 2 * i + 1);

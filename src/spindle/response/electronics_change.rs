@@ -1,7 +1,7 @@
 //! Derivatives of a response to the numbers of effects on amplifiers, delay, eddy currents and sensors.
 //!
-//! F = A H M, with a 2×2 block of A for the sensors and one of M for the currents of each bearing:  dF = (dA A⁻¹) F + F (M⁻¹dM), and of these
-//! factors all but those of crossed currents and turned axes are numbers.
+//! F = A H M, with a 2×2 block of A for the sensors and one of M for the currents of each bearing:  dF = (dA A⁻¹) F + F
+//! (M⁻¹dM), and of these factors all but those of crossed currents and turned axes are numbers.
 
 use super::channels::{SIDE, Square, ZERO};
 use super::electronics::LOWPASS_DAMPING;

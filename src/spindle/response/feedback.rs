@@ -1,7 +1,8 @@
 //! Force laws at ports of the shaft, and the receptance with these loops closed.
 //!
-//! With H the open receptance between all ports and κ the force per displacement of the laws at the ports f, the closed one is
-//! X = H + H_f κ (I − H_ff κ)⁻¹ H_f·.  Sources: magnets (negative stiffness), springs, circulatory laws, dashpots, added masses.
+//! With H the open receptance between all ports and κ the force per displacement of the laws at the ports f, the closed
+//! one is X = H + H_f κ (I − H_ff κ)⁻¹ H_f·.  Sources: magnets (negative stiffness), springs, circulatory laws,
+//! dashpots, added masses.
 
 use super::channels::ZERO;
 use crate::linalg::c64;

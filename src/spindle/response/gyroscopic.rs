@@ -1,6 +1,7 @@
 //! Gyroscopic coupling of the modes of a shaft at one line.
 //!
-//! In r = x + jy the term is ωΩG. Modes far above the band follow as springs; those between couple with the lowest only.
+//! In r = x + jy the term is ωΩG. Modes far above the band follow as springs; those between couple with the lowest
+//! only.
 
 use super::adjoint::Adjoint;
 use super::channels::ZERO;
@@ -29,7 +30,8 @@ pub struct Gyroscopic {
 }
 
 impl Gyroscopic {
-    /// Of the shaft's G, n×n, in its modes, of which the first `dynamic` are dynamic; `ports` are ports × modes, `speed` is Ω, rad/s.
+    /// Of the shaft's G, n×n, in its modes, of which the first `dynamic` are dynamic; `ports` are ports × modes,
+    /// `speed` is Ω, rad/s.
     pub fn new(
         speed: f64,
         matrix: &Mat<f64>,

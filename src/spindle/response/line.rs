@@ -21,8 +21,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// A line of electronics round a shaft that is known, with derivatives to `numbers` of the electronics; those to numbers of the shaft are
-    /// zero.
+    /// A line of electronics round a shaft that is known, with derivatives to `numbers` of the electronics; those to
+    /// numbers of the shaft are zero.
     pub fn round(
         receptance: &Receptance,
         machine: &Effective,
@@ -87,7 +87,8 @@ impl Assembled {
         }
     }
 
-    /// Derivatives of the closed 3×3 receptance: to moduli, ks, ln ζ and mesh when there are parameters, then to numbers on the shaft.
+    /// Derivatives of the closed 3×3 receptance: to moduli, ks, ln ζ and mesh when there are parameters, then to
+    /// numbers on the shaft.
     fn slopes(
         &self,
         at: &Planar,

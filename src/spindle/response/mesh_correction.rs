@@ -1,8 +1,9 @@
 //! What a mesh twice as fine would change.
 //!
-//! Elements are exact in statics; under inertia the nodes that a finer mesh has in the middle of its elements move by K_ii⁻¹ω²f on top of
-//! the static shape, f = M_i· x. Condensed, Z = K − ω²M − ω⁴C with C = Σ fᵀK_ii⁻¹f over the elements. The error of the mesh falls with the
-//! square of its length, so 4/3 C is that of a continuum, and any finer mesh is some multiple between.
+//! Elements are exact in statics; under inertia the nodes that a finer mesh has in the middle of its elements move by
+//! K_ii⁻¹ω²f on top of the static shape, f = M_i· x. Condensed, Z = K − ω²M − ω⁴C with C = Σ fᵀK_ii⁻¹f over the
+//! elements. The error of the mesh falls with the square of its length, so 4/3 C is that of a continuum, and any finer
+//! mesh is some multiple between.
 
 use crate::linalg::{Mat, solve};
 use crate::rotor::Rotor;

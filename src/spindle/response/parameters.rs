@@ -1,8 +1,8 @@
 //! The parameters that a response is differentiated to, and where each stands in the vector.
 //!
-//! Logarithms of the moduli of element groups, of ki, ks and sensor gain of each bearing, of the damping ratios; then the share of a finer
-//! mesh, and what another mesh reads at each plane. All are zero for the machine as given.
-//! Factors are logarithms: a factor and an effect of the same kind then trade along a straight line, which one step follows.
+//! Logarithms of the moduli of element groups, of ki, ks and sensor gain of each bearing, of the damping ratios; then
+//! the share of a finer mesh, and what another mesh reads at each plane. All are zero for the machine as given. Factors
+//! are logarithms: a factor and an effect of the same kind then trade along a straight line, which one step follows.
 
 use crate::spindle::Machine;
 
@@ -96,7 +96,8 @@ impl MachineParameters {
         self.groups + 6 + DAMPED_MODES
     }
 
-    /// Index of the reading of an actuator plane (front, rear), then of a sensor plane, which counts where the plane is between nodes.
+    /// Index of the reading of an actuator plane (front, rear), then of a sensor plane, which counts where the plane is
+    /// between nodes.
     pub fn reading(&self, plane: usize) -> usize {
         self.mesh() + 1 + plane
     }

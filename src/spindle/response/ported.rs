@@ -1,7 +1,8 @@
 //! The receptance between chosen places of the shaft, magnets closed, with its derivatives.
 //!
-//! A law Δ(jω) at places with displacements q changes the receptance to  H + B (Δ⁻¹ − G)⁻¹ C,  B = ∂x/∂f_q, C = ∂x_q/∂f, G = ∂x_q/∂f_q: with the
-//! places among the ports, B, C and G are entries of one matrix, and so are their derivatives  −L dK R.
+//! A law Δ(jω) at places with displacements q changes the receptance to  H + B (Δ⁻¹ − G)⁻¹ C,  B = ∂x/∂f_q, C =
+//! ∂x_q/∂f, G = ∂x_q/∂f_q: with the places among the ports, B, C and G are entries of one matrix, and so are their
+//! derivatives  −L dK R.
 
 use super::assembled::Assembled;
 use super::channels::{IN, OUT, SIDE, Square, ZERO};
@@ -9,8 +10,8 @@ use super::electronics::ElectronicsLine;
 use super::parameters::MachineParameters;
 use crate::linalg::c64;
 
-/// Receptance between places at one signed frequency: rows front sensor, rear sensor, tool, then the further ones; columns front
-/// bearing, rear bearing, tool, then the further ones.
+/// Receptance between places at one signed frequency: rows front sensor, rear sensor, tool, then the further ones;
+/// columns front bearing, rear bearing, tool, then the further ones.
 #[derive(Clone, Debug)]
 pub struct Ported {
     /// Rows and columns.

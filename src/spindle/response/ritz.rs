@@ -1,40 +1,40 @@
 //! The free-free shaft in Ritz coordinates in which moduli, joint and ports can move without a new FE assembly.
 //!
-//! Every element of the file is halved, and what a finer mesh would change is kept as a number of its own ([`super::mesh_correction`]), so that the
-//! mesh of the model is not what the data complain about. The coordinates are the lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g K_g
-//! (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes.
-//! Limits: valid up to about the highest kept mode; 4 kHz lies far below.
+//! Every element of the file is halved, and what a finer mesh would change is kept as a number of its own
+//! ([`super::mesh_correction`]), so that the mesh of the model is not what the data complain about. The coordinates are
+//! the lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g
+//! K_g (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes. Limits: valid up
+//! to about the highest kept mode; 4 kHz lies far below.
 
 use super::mesh_correction;
+use super::ritz_basis::{
+    MODES, beside, group_stiffness, independent_part, joint_rows, jointed, port_rows,
+    static_forces, without_rigid,
+};
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::rotor::{PlanarModes, Rotor, Section};
-use crate::spindle::SpindleError;
-use crate::spindle::{Effect, EffectKind, Location, Machine};
+use crate::spindle::{Machine, SpindleError};
 use std::ops::Range;
 
-/// Modes kept: of the reference shaft the fortieth lies beyond 100 kHz.
-const MODES: usize = 20;
-/// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept modes' range serves.
+/// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept
+/// modes' range serves.
 const SHIFT_RAD_S: f64 = 2000.0;
-/// A joint as good as rigid, N/m and N m/rad: a hundred times the stiffest tool interface, far from the rounding of the shaft's own stiffness.
+/// A joint as good as rigid, N/m and N m/rad: a hundred times the stiffest tool interface, far from the rounding of the
+/// shaft's own stiffness.
 const RIGID_JOINT: [f64; 3] = [1e12, 1e9, 0.0];
 /// Modes of the shaft with a rigid joint beside those of the loose one: a joint of any stiffness lies between the two.
 const RIGID_JOINT_MODES: usize = 12;
 /// Quasi-static directions kept: the ports of one shaft span few.
 const STATIC_DIRECTIONS: usize = 56;
-/// Modes below the end of a sweep, whose change with a modulus the coordinates must follow.
-const BENT_MODES: usize = 4;
 /// Part of a group's influence on slow motion below which a strain is left out of derivatives.
 const NO_STRAIN: f64 = 1e-4;
 /// Coordinates slower than this count alike in it, rad/s: the end of a 4 kHz sweep.
 const SLOW_RAD_S: f64 = 25_000.0;
-/// Sensors and actuators may sit off their drawing by about this much, m: forces there are ports as well.
-const BESIDE_M: f64 = 4e-3;
 /// How much more the shapes of the ports and of the joint count, so that none of them is lost among the others.
 const PORT_WEIGHT: f64 = 10.0;
-/// Ritz vectors whose independent part is smaller than this (squared, relative) repeat the others.
-const INDEPENDENT: f64 = 1e-8;
+/// Joint with which the coordinates are made, N/m and N m/rad: it shapes them only, not what they can express.
+const JOINT_START: [f64; 3] = [2e8, 1e5, 0.0];
 
 /// Reduced matrices of a shaft, and what its ports see.
 #[derive(Clone, Debug)]
@@ -73,175 +73,49 @@ impl ReducedShaft {
         movable_joint: bool,
     ) -> Result<Self, SpindleError> {
         let fine = refined(machine);
-        // Only the shape of the coordinates depends on these stiffnesses, not what they can express.
-        let joint_values = [2e8, 1e5, 0.0];
-        let jointed = |values: [f64; 3]| -> Result<Machine, SpindleError> {
-            let joint = Effect::new(EffectKind::ToolJoint, Location::None, values.to_vec())?;
-            Ok(fine.clone().with_effect(joint))
-        };
-        let machine = if movable_joint {
-            jointed(joint_values)?
-        } else {
-            fine.clone()
+        let machine = match movable_joint {
+            true => jointed(&fine, JOINT_START)?,
+            false => fine.clone(),
         };
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
-        let (n, kept) = (rotor.dofs(), (RIGID + MODES).min(modes.len()));
         let (k, m) = (&modes.matrices.stiffness, &modes.matrices.mass);
-        let planes = &machine.spindle.planes;
-        let mut rows = vec![];
-        let step = 0.02;
-        let own = [
-            planes.front_sensor_m,
-            planes.front_actuator_m,
-            planes.rear_actuator_m,
-            planes.rear_sensor_m,
-        ];
-        let beside = own.iter().flat_map(|z| [z - BESIDE_M, z + BESIDE_M]);
-        let ports: Vec<f64> = [machine.tool_plane_m(), rotor.from_m()]
-            .into_iter()
-            .chain(own)
-            .chain(beside)
-            .map(|z| z.clamp(rotor.from_m(), rotor.to_m()))
-            .collect();
-        for z in &ports {
-            rows.push(rotor.shape_at("port", *z)?);
-        }
-        for i in 0..=((rotor.to_m() - rotor.from_m()) / step) as usize {
-            rows.push(rotor.shape_at("port", rotor.from_m() + i as f64 * step)?);
-        }
-        let joint_rows = movable_joint
+        let kept = (RIGID + MODES).min(modes.len());
+        let joint = movable_joint
             .then(|| rotor.joints().last().map(|j| j.0))
             .flatten();
-        if let Some([a, b]) = joint_rows {
-            rows.push(vec![(2 * a, 1.0), (2 * b, -1.0)]);
-            rows.push(vec![(2 * a + 1, 1.0), (2 * b + 1, -1.0)]);
-        }
-        let shifted = Mat::from_fn(n, n, |i, j| {
+        let ports = port_rows(&machine, &rotor, joint)?;
+        let (forces, count) = static_forces(&rotor, &modes, &ports, group_of_element);
+        let shifted = Mat::from_fn(k.nrows(), k.ncols(), |i, j| {
             k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]
         });
-        let count = group_of_element.iter().max().map_or(0, |g| g + 1);
-        let bent = BENT_MODES.min(kept.saturating_sub(RIGID));
-        let mut forces = Mat::zeros(n, rows.len() + count * bent);
-        for (c, row) in rows.iter().enumerate() {
-            for (dof, a) in row {
-                forces[(*dof, c)] += a;
-            }
-        }
-        // The forces by which a changed modulus bends the lowest modes.
-        // Every element of the file is two here.
-        let group = |element: usize| group_of_element.get(element / 2).copied();
-        for element in 0..rotor.sections().len() {
-            let Some(group) = group(element) else {
-                continue;
-            };
-            let (own, dofs) = rotor.element_stiffness(element);
-            for mode in 0..bent {
-                for r in 0..4 {
-                    let force: f64 = (0..4)
-                        .map(|c| own[(r, c)] * modes.shapes[(dofs[c], RIGID + mode)])
-                        .sum();
-                    forces[(dofs[r], rows.len() + group * bent + mode)] += force;
-                }
-            }
-        }
         let mut statics = solve(&shifted, &forces)?;
         let mut directions = STATIC_DIRECTIONS;
         if movable_joint {
-            let stiff = PlanarModes::new(&jointed(RIGID_JOINT)?.rotor()?)?;
+            let stiff = PlanarModes::new(&jointed(&fine, RIGID_JOINT)?.rotor()?)?;
             let count = RIGID_JOINT_MODES.min(stiff.len().saturating_sub(RIGID));
-            let columns = statics.ncols();
-            let own = statics;
-            statics = Mat::from_fn(n, columns + count, |i, j| {
-                if j < columns {
-                    own[(i, j)]
-                } else {
-                    stiff.shapes[(i, RIGID + j - columns)]
-                }
-            });
+            statics = beside(
+                &statics,
+                &stiff
+                    .shapes
+                    .submatrix(0, RIGID, stiff.shapes.nrows(), count)
+                    .to_owned(),
+            );
             directions += count;
         }
-        // What the kept modes do not already express, mass-orthonormal.
-        let modal = Mat::from_fn(n, kept, |i, j| modes.shapes[(i, j)]);
-        let shared = modal.transpose() * (m * &statics);
-        let rest = &statics - &modal * shared;
-        let gram = rest.transpose() * (m * &rest);
-        let candidates = statics.ncols();
-        let first =
-            |i: usize| i < ports.len() || (i + 2 >= rows.len() && i < rows.len() && movable_joint);
-        let scale: Vec<f64> = (0..candidates)
-            .map(|i| {
-                let own = gram[(i, i)].max(0.0).sqrt();
-                let weight = if first(i) { PORT_WEIGHT } else { 1.0 };
-                if own > 0.0 { weight / own } else { 0.0 }
-            })
-            .collect();
-        let gram = Mat::from_fn(candidates, candidates, |i, j| {
-            gram[(i, j)] * scale[i] * scale[j]
-        });
-        let (values, vectors) = symmetric_eigen(&gram)?;
-        // The strongest directions: the grid of positions spans a smooth space of few dimensions.
-        let largest = values.last().copied().unwrap_or(0.0);
-        let used: Vec<usize> = (0..candidates)
-            .rev()
-            .filter(|i| values[*i] > INDEPENDENT * largest)
-            .take(directions)
-            .collect();
-        let combine = Mat::from_fn(candidates, used.len(), |i, j| {
-            scale[i] * vectors[(i, used[j])] / values[used[j]].sqrt()
-        });
-        let extra = &rest * combine;
-        let size = kept + extra.ncols();
-        let shapes = Mat::from_fn(n, size, |i, j| {
-            if j < kept {
-                modal[(i, j)]
-            } else {
-                extra[(i, j - kept)]
-            }
-        });
-        let reduce = |a: &Mat<f64>| shapes.transpose() * (a * &shapes);
-        let mut groups = vec![Mat::zeros(size, size); count];
-        for element in 0..rotor.sections().len() {
-            let Some(group) = group(element) else {
-                continue;
-            };
-            let (own, dofs) = rotor.element_stiffness(element);
-            let rows = Mat::from_fn(4, size, |r, c| shapes[(dofs[r], c)]);
-            let own = Mat::from_fn(4, 4, |r, c| own[(r, c)]);
-            groups[group] += rows.transpose() * (own * &rows);
-        }
-        let clean = |a: Mat<f64>| {
-            Mat::from_fn(size, size, |i, j| {
-                if i < RIGID || j < RIGID {
-                    0.0
-                } else {
-                    0.5 * (a[(i, j)] + a[(j, i)])
-                }
-            })
-        };
-        let groups: Vec<Mat<f64>> = groups.into_iter().map(clean).collect();
+        let modal = modes.shapes.submatrix(0, 0, k.nrows(), kept).to_owned();
+        let weight = |i: usize| if ports.first(i) { PORT_WEIGHT } else { 1.0 };
+        let extra = independent_part(&modal, &statics, m, weight, directions)?;
+        let shapes = beside(&modal, &extra);
+        let groups = group_stiffness(&rotor, &shapes, group_of_element, count);
         let finer = refined(&machine).rotor()?;
         let mesh = mesh_correction::flexibility(&rotor, &finer, &shapes)?;
-        let joint = joint_rows.map(|[a, b]| {
-            let row = |d: usize| -> Vec<f64> {
-                (0..size)
-                    .map(|c| shapes[(2 * a + d, c)] - shapes[(2 * b + d, c)])
-                    .map(|x| if x.abs() < 1e-300 { 0.0 } else { x })
-                    .collect()
-            };
-            let mut rows = [row(0), row(1)];
-            for row in &mut rows {
-                row[..RIGID].fill(0.0);
-            }
-            rows
-        });
-        let mut stiffness = clean(reduce(k));
-        if let Some(rows) = &joint {
-            for (row, value) in rows.iter().zip(joint_values) {
-                stiffness = Mat::from_fn(size, size, |i, j| {
-                    stiffness[(i, j)] - value * row[i] * row[j]
-                });
-            }
+        let joint = joint.map(|ends| joint_rows(&shapes, ends));
+        let reduce = |a: &Mat<f64>| shapes.transpose() * (a * &shapes);
+        let mut stiffness = without_rigid(&reduce(k));
+        for (row, value) in joint.iter().flatten().zip(JOINT_START) {
+            let n = stiffness.nrows();
+            stiffness = Mat::from_fn(n, n, |i, j| stiffness[(i, j)] - value * row[i] * row[j]);
         }
         let (strains, strains_of_group) = strains(&groups, &mesh, &stiffness)?;
         Ok(Self {
@@ -299,9 +173,9 @@ impl ReducedShaft {
 
     /// What another mesh may read more or less at a position between the nodes of the file, one unit; none on a node.
     ///
-    /// Cubic functions with the rotations ψ as slopes leave out the shear angle γ: of an element of length L the deflection misses
-    /// γL s(1−s)(1−2s), at most 0.096 γL, and near a node γ times the distance from it. Every mesh that has the nodes of the file stays within
-    /// that, and so does the shaft.
+    /// Cubic functions with the rotations ψ as slopes leave out the shear angle γ: of an element of length L the
+    /// deflection misses γL s(1−s)(1−2s), at most 0.096 γL, and near a node γ times the distance from it. Every mesh
+    /// that has the nodes of the file stays within that, and so does the shaft.
     ///
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
@@ -327,8 +201,8 @@ impl ReducedShaft {
     }
 }
 
-/// Strains of stiffness matrices and of the mesh, coordinates × strains, and the columns of each. Strains that move slow
-/// coordinates next to nothing are left out.
+/// Strains of stiffness matrices and of the mesh, coordinates × strains, and the columns of each. Strains that move
+/// slow coordinates next to nothing are left out.
 fn strains(
     groups: &[Mat<f64>],
     mesh: &Mat<f64>,

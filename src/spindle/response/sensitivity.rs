@@ -1,8 +1,8 @@
 //! Derivatives of F to the numbers of an effect, magnets closed.
 //!
-//! With H the closed receptance between all ports, a force law dκ at a port q gives  dH_oi = H_oq dκ H_qi; a law κ whose place moves, q' its
-//! slope port,  dH_oi = κ (H_oq' H_qi + H_oq H_q'i); a sensor that moves reads H_q'i instead of H_oi; what stands between ports a and b before the
-//! magnets are closed gives  Σ (1 + Hκ)_oa dh (1 + κH)_bi.
+//! With H the closed receptance between all ports, a force law dκ at a port q gives  dH_oi = H_oq dκ H_qi; a law κ
+//! whose place moves, q' its slope port,  dH_oi = κ (H_oq' H_qi + H_oq H_q'i); a sensor that moves reads H_q'i instead
+//! of H_oi; what stands between ports a and b before the magnets are closed gives  Σ (1 + Hκ)_oa dh (1 + κH)_bi.
 
 use super::adjoint::Adjoint;
 use super::assembled::{Assembled, Planar};
@@ -14,8 +14,8 @@ use std::f64::consts::TAU;
 use std::ops::Deref;
 
 impl Assembled {
-    /// A derivative of the 3×3 receptance between sensors, tool and bearings at a signed frequency; `first` is the port of the first
-    /// probe, `strains` are the derivatives to the moduli where they are needed.
+    /// A derivative of the 3×3 receptance between sensors, tool and bearings at a signed frequency; `first` is the port
+    /// of the first probe, `strains` are the derivatives to the moduli where they are needed.
     pub(super) fn sensitive(
         &self,
         at: &Planar,

@@ -12,7 +12,8 @@ pub struct Modes {
     pub shapes: Mat<f64>,
 }
 
-/// Modes of a stiffness whose first coordinates are rigid, with further masses (amplitudes of a place, kg) on a unit mass matrix.
+/// Modes of a stiffness whose first coordinates are rigid, with further masses (amplitudes of a place, kg) on a unit
+/// mass matrix.
 ///
 /// # Errors
 /// [`SpindleError::Numeric`] when an iteration fails, or when negative masses take away more than there is.

@@ -1,9 +1,9 @@
 //! Derivatives of a receptance to moduli, and to the mesh, from the strains of the element groups.
 //!
-//! The stiffness of a group in Ritz coordinates has few directions: K_g = Σ_r v_r v_rᵀ, one strain each. With coordinates X_l and X_r
-//! behind a closed loop, ∂H/∂ln e_g = −X_lᵀ K_g X_r = −Σ_r (v_rᵀX_l)ᵀ(v_rᵀX_r): two rows of products per strain instead of a matrix
-//! per group. Coordinates above the dynamic ones follow the forces at the ports as springs, x_h = Ω_h⁻² B_h f. What a finer mesh adds has
-//! the same form, with the rigid coordinates.
+//! The stiffness of a group in Ritz coordinates has few directions: K_g = Σ_r v_r v_rᵀ, one strain each. With
+//! coordinates X_l and X_r behind a closed loop, ∂H/∂ln e_g = −X_lᵀ K_g X_r = −Σ_r (v_rᵀX_l)ᵀ(v_rᵀX_r): two rows of
+//! products per strain instead of a matrix per group. Coordinates above the dynamic ones follow the forces at the ports
+//! as springs, x_h = Ω_h⁻² B_h f. What a finer mesh adds has the same form, with the rigid coordinates.
 
 use super::adjoint::Adjoint;
 use super::ritz::ReducedShaft;
@@ -15,12 +15,14 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub struct Strain {
     of_group: Vec<Range<usize>>,
-    /// Of the dynamic coordinates, then of the springs above them under a force at each port: strains × (dynamic + ports).
+    /// Of the dynamic coordinates, then of the springs above them under a force at each port: strains × (dynamic +
+    /// ports).
     strains: Mat<f64>,
 }
 
 impl Strain {
-    /// Strains of groups whose stiffness is `scale` times their own, in the modes of the shaft with port amplitudes `ports`.
+    /// Strains of groups whose stiffness is `scale` times their own, in the modes of the shaft with port amplitudes
+    /// `ports`.
     pub fn new(
         shaft: &ReducedShaft,
         scale: &[f64],
