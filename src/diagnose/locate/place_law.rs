@@ -2,7 +2,7 @@
 //!
 //! X = (Δ⁻¹ − G)⁻¹ of a law Δ: unlike X, Δ does not contain the shaft and is smooth over frequency.
 
-use super::joint::RIGID_JOINT;
+use super::joint::STIFFEST_JOINT;
 use super::place::Place;
 use super::place_response::{ONE, PlaceResponse, matrix, pairs, product};
 use crate::linalg::c64;
@@ -59,7 +59,7 @@ impl PlaceResponse<'_> {
     /// X of a joint with flexibility across (m/N) and in turning (rad/(N m)) and none between the two.
     pub fn jointed(&self, flexibility: [c64; 2]) -> Vec<c64> {
         let law = |i: usize| {
-            let rigid = RIGID_JOINT[i];
+            let rigid = STIFFEST_JOINT[i];
             c64::new(rigid, 0.0) - (flexibility[i] + 1.0 / rigid).inv()
         };
         self.bound(&[law(0), ZERO, law(1)])
@@ -78,13 +78,13 @@ impl PlaceResponse<'_> {
                     &free[..]
                 };
                 let mut total = matrix(2, one).iter().map(|d| -d).collect::<Vec<_>>();
-                total[0] += RIGID_JOINT[0];
-                total[3] += RIGID_JOINT[1];
+                total[0] += STIFFEST_JOINT[0];
+                total[3] += STIFFEST_JOINT[1];
                 let mut flexible = vec![ONE, ZERO, ZERO, ONE];
                 eliminate(&mut total, &mut flexible, 2, 2);
                 vec![
-                    flexible[3] - 1.0 / RIGID_JOINT[1],
-                    flexible[0] - 1.0 / RIGID_JOINT[0],
+                    flexible[3] - 1.0 / STIFFEST_JOINT[1],
+                    flexible[0] - 1.0 / STIFFEST_JOINT[0],
                 ]
             }
             Place::Housing => free[..1].to_vec(),

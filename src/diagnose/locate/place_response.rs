@@ -8,7 +8,7 @@
 use super::super::DiagnoseError;
 use super::super::fit::model::Model;
 use super::super::fit::nuisance::Layout;
-use super::joint::RIGID_JOINT;
+use super::joint::STIFFEST_JOINT;
 use super::place::Place;
 use crate::linalg::c64;
 use crate::spindle::response::channels::MAGNETS;
@@ -67,7 +67,7 @@ impl Place {
             effects.push(Effect {
                 kind: EffectKind::ToolJoint,
                 location: Location::None,
-                values: vec![RIGID_JOINT[0], RIGID_JOINT[1], 0.0],
+                values: vec![STIFFEST_JOINT[0], STIFFEST_JOINT[1], 0.0],
             });
         }
         let assembled = model.reduced.assemble(
