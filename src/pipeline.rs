@@ -2,9 +2,11 @@
 
 pub mod certificates;
 pub mod comparison;
+mod delivery;
 pub mod design;
 pub mod emulation;
 pub mod loop_stability;
+pub mod polishing;
 pub mod problems;
 mod reduction;
 pub mod speed_mu;

@@ -12,6 +12,7 @@ use crate::input::{spindle_yaml, tool_yaml};
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::{Design, DesignSettings, design};
+use crate::pipeline::polishing::PolishEffort;
 use crate::predict::sensitivity::Zone;
 use crate::report::design_summary::arithmetic_json;
 use crate::report::firmware::{Firmware, Format, write_all};
@@ -40,6 +41,9 @@ pub struct Arguments {
     /// complementary sensitivity gives way, unless the weights file states it), and compare with the design as written
     #[arg(long, value_name = "auto|FACTOR")]
     tighten: Option<Tighten>,
+    /// Deliver the reduced controller of the D-K iteration without the polish for tool stiffness
+    #[arg(long)]
+    no_polish: bool,
     /// Folder for controller, certificates, pictures and report
     #[arg(long, default_value = "results/design")]
     out: String,
@@ -68,6 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let progress = Progress::start();
     let settings = DesignSettings {
         route: arguments.route.into(),
+        polish: (!arguments.no_polish).then(PolishEffort::default),
         ..DesignSettings::default()
     };
     let (found, factor) = match arguments.tighten {
@@ -109,6 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         summary.set("routes.designs", json);
     }
     add_predictions(&mut summary, "mu", &rest, &speed);
+    add_unpolished(&mut summary, &machine, &found)?;
     for (stem, figure) in robustness(&found).into_iter().chain(predictions(
         &[(Role::Mu, &rest), (Role::Mu, &speed)],
         &[],
@@ -196,6 +202,20 @@ pub fn add_predictions(summary: &mut Summary, name: &str, rest: &Prediction, spe
         &format!("sensitivity.{name}.at_top_speed"),
         sensitivity_json(speed),
     );
+}
+
+/// What the D-K iteration gave before the polish, where a polished controller is delivered.
+pub fn add_unpolished(
+    summary: &mut Summary,
+    machine: &Machine,
+    design: &Design,
+) -> Result<(), Failure> {
+    if let Some(polish) = design.polish.as_ref().filter(|p| p.delivered) {
+        let top = machine.spindle.max_rpm;
+        let [rest, speed] = [0.0, top].map(|rpm| predict(machine, &polish.dk, rpm));
+        add_predictions(summary, "dk", &rest?, &speed?);
+    }
+    Ok(())
 }
 
 /// The `controller/` folder of a run: JSON, `.mat`, C, tables, test vectors; `tag` names the machine's files beside it.

@@ -1,7 +1,10 @@
 //! `muspin run`: the whole pipeline, from drawing and measurement to firmware tables and a report.
 
 use super::controlled_machine::{MachineArguments, machine_tag};
-use super::design::{add_arithmetic, add_controller, add_predictions, finish, outcome, run_design};
+use super::design::{
+    add_arithmetic, add_controller, add_predictions, add_unpolished, finish, outcome,
+    run_design_with,
+};
 use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
@@ -14,8 +17,9 @@ use crate::controller::pid_settings::TuneSettings;
 use crate::controller::pid_tune::{found_or_reason, textbook, tune};
 use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict, rival_settings};
-use crate::pipeline::design::Design;
+use crate::pipeline::design::{Design, DesignSettings};
 use crate::pipeline::loop_stability::unstable_words;
+use crate::pipeline::polishing::PolishEffort;
 use crate::report::comparison::pid_json;
 use crate::report::controller_json::controller_json;
 use crate::report::identification::identification_json;
@@ -117,7 +121,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             u.nelder_mead.fit.evaluations
         ));
     }
-    let design = run_design(machine, &weights, &progress)?;
+    let settings = DesignSettings {
+        polish: Some(PolishEffort::default()),
+        ..DesignSettings::default()
+    };
+    let design = run_design_with(machine, &weights, &settings, &progress)?;
+    if let Some(polish) = &design.polish {
+        progress.line(polish.sentence.clone());
+    }
     progress.line(format!(
         "controller: μ {} as specified, {} with the gyroscopic split covered, order {}",
         design.rounded.specification.words(),
@@ -229,6 +240,7 @@ fn assemble(
             modal_damping_json(rest, &flexible),
         );
     }
+    add_unpolished(&mut summary, machine, design)?;
     summary.set(
         "pid",
         match pid {

@@ -7,29 +7,25 @@
 //! bound on T that keeps μ within its target. The w plane is exact in both directions, so nothing is lost to discretisation.
 
 use super::PipelineError;
-use super::certificates::{DScaleCurve, PeakFigures, Stage, attained, d_scales, mu_curve, stage};
+use super::certificates::{DScaleCurve, Stage, d_scales, stage};
+use super::delivery::deliver;
 use super::emulation::Emulated;
+use super::polishing::{PolishEffort, PolishOutcome, polished};
 use super::problems::Problems;
 use super::reduction::reduce;
-use super::speed_mu::{SpeedMu, mu_at_speed, mu_over_speed};
+use super::speed_mu::SpeedMu;
 use super::stable::OwnStability;
 use super::synthesis::{Round, Synthesised, synthesise_for_machine};
-use crate::augment::GeneralizedPlant;
-use crate::augment::assembly::{UncertainMode, scale_controller, unscale_controller};
-use crate::augment::plane::{LOADS, Route, connected_part};
+use crate::augment::assembly::unscale_controller;
+use crate::augment::plane::{LOADS, Route};
 use crate::augment::weights::Weights;
-use crate::controller::anti_windup::with_anti_windup;
-use crate::controller::arithmetic::q31;
-use crate::controller::realise::modal_form;
-use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled as scaled_realisation};
-use crate::controller::speed_proof::{SpeedProof, prove};
-use crate::controller::verification::{Verification, verify, verify_at};
-use crate::controller::{ControlLaw, Controller};
-use crate::lti::sample::{inverse_tustin, tustin};
-use crate::lti::{Continuous, Discrete, StateSpace};
-use crate::predict::closed_loop::{both_planes, compliance};
+use crate::controller::Controller;
+use crate::controller::scaling::ScaledRealisation;
+use crate::controller::speed_proof::SpeedProof;
+use crate::controller::verification::Verification;
+use crate::lti::sample::tustin;
 use crate::robust::dk::{DkSettings, DkStep};
-use crate::spindle::{Machine, ModelDetail, Plant};
+use crate::spindle::Machine;
 
 /// What a designer may turn, with the defaults of the reference run.
 #[derive(Clone, Debug)]
@@ -56,6 +52,8 @@ pub struct DesignSettings {
     pub dk: DkSettings,
     /// Speeds checked between zero and the top speed, evenly spaced, both ends included.
     pub speeds: usize,
+    /// Effort of the polish after the reduction; `None`: the reduced controller of the D-K iteration is delivered.
+    pub polish: Option<PolishEffort>,
 }
 
 impl Default for DesignSettings {
@@ -79,6 +77,7 @@ impl Default for DesignSettings {
                 ..DkSettings::default()
             },
             speeds: 11,
+            polish: None,
         }
     }
 }
@@ -115,6 +114,8 @@ pub struct Design {
     pub own_stability: OwnStability,
     /// What sampling did, on the emulation route.
     pub emulated: Option<Emulated>,
+    /// What the polish did, when it was asked for.
+    pub polish: Option<PolishOutcome>,
     /// Level that μ of the synthesis problem had to keep in reduction.
     pub reduction_limit: f64,
     /// Controller of one plane as synthesised.
@@ -196,84 +197,26 @@ pub fn design(
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let unlimited = scaled_realisation(
-        &modal_form(&both_planes(&sampled))?,
-        SignalLimits {
-            input_m: machine.spindle.backup_clearance_m,
-            output_a: machine
-                .spindle
-                .front
-                .bias_current_a
-                .min(machine.spindle.rear.bias_current_a),
-        },
-    )?;
-    let (realisation, _) = with_anti_windup(unlimited, machine)?;
-    // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
-    // design plane.
-    let rounded = realisation.rows.rounded_f32()?;
-    let rounded_plane = plane_of(&rounded)?;
-    let certified = stage("rounded", &problems, &rounded_plane)?;
-    let at_rest = |modes: &[UncertainMode]| mu_at_speed(machine, weights, modes, &rounded, 0.0);
-    let rounded_stage = Stage {
-        specification: certified
-            .specification
-            .at_least(&at_rest(&problems.written_modes)?),
-        covered: certified
-            .covered
-            .at_least(&at_rest(&problems.covered_modes)?),
-        ..certified
-    };
-    let top = machine.spindle.max_rpm;
-    let speed_proof = prove(machine, &rounded, OVERSPEED * top)?;
-    let verification = Verification {
-        mu_peak: Some(rounded_stage.specification.upper).filter(|mu| mu.is_finite()),
-        proof: Some(speed_proof.clone()),
-        ..verify(
-            machine,
-            &rounded,
-            settings.speeds,
-            "full finite-element plant, exact delay, sampled; coefficients rounded to float32",
-        )?
-    };
-    let faster = OVERSPEEDS.map(|share| share * top);
-    let overspeed = verify_at(machine, &rounded, &faster, "as below the top speed")?;
-    let arithmetics = [
-        ("float64", Some(realisation.rows.to_state_space()?)),
-        ("float32", Some(rounded.clone())),
-        // A range that Q31 does not hold is said by the firmware export; the design stands without it.
-        ("Q31", q31(&realisation).and_then(|p| p.rounded()).ok()),
-    ];
-    let arithmetic: Result<Vec<Arithmetic>, PipelineError> = arithmetics
-        .into_iter()
-        .filter_map(|(name, law)| Some((name, law?)))
-        .map(|(name, law)| {
-            let plane = plane_of(&law)?;
-            let mu = |plant: &GeneralizedPlant| {
-                Ok::<_, PipelineError>(attained(plant, &plane)?.unwrap_or(f64::INFINITY))
-            };
-            Ok(Arithmetic {
-                name,
-                specification: mu(&problems.specification)?,
-                covered: mu(&problems.covered)?,
-                controller: named("mu", ControlLaw::Discrete(law)),
-            })
-        })
-        .collect();
-    let at_rest = Plant::new(machine, 0.0, ModelDetail::Full)?;
-    let compliance_at_rest = compliance(&at_rest, &rounded, 0.0);
-    let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
-        mu_curve(plant, &rounded_plane, peak, period_s)
+    let from_dk = deliver(machine, weights, &problems, settings.speeds, &sampled)?;
+    let (delivery, polish) = match &settings.polish {
+        None => (from_dk, None),
+        Some(effort) => {
+            let asked = (weights, settings.speeds, *effort);
+            let (delivery, outcome) = polished(machine, asked, &problems, &sampled, from_dk)?;
+            (delivery, Some(outcome))
+        }
     };
     Ok(Design {
         rounds,
         own_stability,
         emulated,
-        speed_proof,
-        speed_mu: mu_over_speed(machine, weights, &problems.written_modes, &rounded)?,
-        arithmetic: arithmetic?,
-        static_stiffness_n_per_m: [0, 2, 4].map(|k| compliance_at_rest[(k, k)].norm().recip()),
-        specification_curve: curve(&problems.specification, &rounded_stage.specification)?,
-        covered_curve: curve(&problems.covered, &rounded_stage.covered)?,
+        polish,
+        speed_proof: delivery.speed_proof,
+        speed_mu: delivery.speed_mu,
+        arithmetic: delivery.arithmetic,
+        static_stiffness_n_per_m: delivery.static_stiffness_n_per_m,
+        specification_curve: delivery.specification_curve,
+        covered_curve: delivery.covered_curve,
         gamma: outcome.gamma,
         d_order: outcome
             .steps
@@ -284,35 +227,19 @@ pub fn design(
         steps: outcome.steps,
         full: full_stage,
         reduced: reduced_stage,
-        rounded: rounded_stage,
+        rounded: delivery.rounded,
         orders_tried,
-        controller_growth_rate_per_s: sampled
-            .growth_rate()
-            .map_err(PipelineError::numeric("controller poles"))?,
-        realisation,
-        controller: named("mu", ControlLaw::Discrete(rounded)),
-        continuous: named("mu", ControlLaw::Continuous(both_planes(&physical))),
-        verification,
-        overspeed,
+        controller_growth_rate_per_s: delivery.controller_growth_rate_per_s,
+        realisation: delivery.realisation,
+        controller: delivery.controller,
+        continuous: delivery.continuous,
+        verification: delivery.verification,
+        overspeed: delivery.overspeed,
         problems,
     })
-}
-
-/// The x plane of a four-axis law in the scaled signals of the w plane.
-fn plane_of(law: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, PipelineError> {
-    let plane = connected_part(&law.select(&[0, 2], &[0, 2]));
-    let back = inverse_tustin(&plane).map_err(PipelineError::numeric("rounded loop"))?;
-    Ok(scale_controller(&back))
 }
 
 /// Margin over the top speed that the loop should survive.
 pub const OVERSPEED: f64 = 1.2;
 /// Speeds computed from the top speed to that margin.
-const OVERSPEEDS: [f64; 3] = [1.0, 1.1, OVERSPEED];
-
-fn named(name: &str, law: ControlLaw) -> Controller {
-    Controller {
-        name: name.to_owned(),
-        law,
-    }
-}
+pub(super) const OVERSPEEDS: [f64; 3] = [1.0, 1.1, OVERSPEED];

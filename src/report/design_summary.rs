@@ -6,6 +6,7 @@ use crate::augment::plane::Route;
 use crate::controller::speed_proof::SpeedProof;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
+use crate::pipeline::polishing::PolishOutcome;
 use crate::pipeline::stable::OwnStability;
 use serde_json::{Value, json};
 
@@ -109,6 +110,47 @@ pub fn alternatives_json(own: &OwnStability) -> Value {
         })
     });
     Value::Array(rows.collect())
+}
+
+/// What the polish did: figures before and after, limits, rounds.
+pub fn polish_json(polish: &PolishOutcome) -> Value {
+    let limits = &polish.limits;
+    let rounds = polish.rounds.iter().map(|r| {
+        json!({
+            "steps": r.steps,
+            "lines": r.lines,
+            "stiffness_of_the_loss_n_per_m": number(r.stiffness_n_per_m),
+            "over_limit": {
+                "sensitivity": number(r.over_limit[0]),
+                "high_frequency_gain": number(r.over_limit[1]),
+                "noise_current": number(r.over_limit[2]),
+                "mu": number(r.over_limit[3]),
+            },
+        })
+    });
+    json!({
+        "delivered": polish.delivered,
+        "sentence": polish.sentence,
+        "dk": {
+            "controller_order": polish.dk_order,
+            "mu_table_as_written": number(polish.dk_mu[0]),
+            "mu_peak_discrete": number(polish.dk_mu[1]),
+            "minimum_n_per_m": number(polish.dk_stiffness_n_per_m[0]),
+            "minimum_at_top_speed_n_per_m": number(polish.dk_stiffness_n_per_m[1]),
+        },
+        "polished": {
+            "minimum_n_per_m": number(polish.stiffness_n_per_m[0]),
+            "minimum_at_top_speed_n_per_m": number(polish.stiffness_n_per_m[1]),
+        },
+        "limits": {
+            "sensitivity_db": number(20.0 * limits.sensitivity.log10()),
+            "high_frequency_from_hz": number(limits.high_frequency_hz),
+            "high_frequency_gain_a_per_m": number(limits.high_frequency_gain_a_per_m),
+            "noise_current_a": number(limits.noise_current_a),
+            "mu": number(limits.mu),
+        },
+        "rounds": Value::Array(rounds.collect()),
+    })
 }
 
 /// The route in a word.

@@ -1,7 +1,7 @@
 //! Figures of a run as JSON: design with its certificates, stiffness, sensitivity. Keys as the format contract names them.
 
 use super::design_summary::{
-    alternatives_json, mu_model_json, route_word, speed_intervals_json, speed_mu_json,
+    alternatives_json, mu_model_json, polish_json, route_word, speed_intervals_json, speed_mu_json,
     speed_proof_json,
 };
 use super::summary::{number, numbers};
@@ -49,6 +49,7 @@ pub fn design_json(design: &Design) -> Value {
         "mu_model": mu_model_json(design),
         "weights_fit_error": number(design.problems.fit_errors.analysis),
         "stable": design.is_stable(),
+        "polish": design.polish.as_ref().map(polish_json),
         "route": route_word(design.problems.route),
         "emulation": design.emulated.map(|e| json!({
             "prewarp_hz": number(e.prewarp_hz),

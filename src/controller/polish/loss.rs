@@ -518,7 +518,7 @@ impl Loss {
 /// Lines over which a change is taken to be spread.
 const METRIC_LINES: f64 = 20.0;
 /// Lines whose bound is below this share of the limit keep their scales.
-const NEAR: f64 = 0.8;
+const NEAR: f64 = 0.92;
 
 /// Largest singular value σ of K and Q of its logarithm: v uᴴ/σ with K v = σ u.
 fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {

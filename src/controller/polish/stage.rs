@@ -153,6 +153,11 @@ pub fn polish(
             // A limit that the first round could not reach is kept where it is.
             for (limit, over) in [
                 (&mut limits.sensitivity, figures.over_limit[0]),
+                (
+                    &mut limits.high_frequency_gain_a_per_m,
+                    figures.over_limit[1],
+                ),
+                (&mut limits.noise_current_a, figures.over_limit[2]),
                 (&mut limits.mu, figures.over_limit[3]),
             ] {
                 if over > 1.01 {
