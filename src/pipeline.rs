@@ -2,13 +2,15 @@
 
 pub mod certificates;
 pub mod comparison;
-mod delivery;
+pub mod delivery;
 pub mod design;
 pub mod emulation;
 pub mod loop_stability;
+pub mod overspeed;
 pub mod polishing;
 pub mod problems;
 mod reduction;
+pub mod specification_scale;
 pub mod speed_mu;
 pub mod stable;
 pub mod synthesis;

@@ -49,6 +49,9 @@ pub struct Arguments {
     out: String,
 }
 
+/// Look of the controller of the D-K iteration beside the polished one.
+pub const UNPOLISHED: Role = Role::Other(2);
+
 impl From<PipelineError> for Failure {
     fn from(error: PipelineError) -> Self {
         let hint = match &error {
@@ -114,9 +117,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         summary.set("routes.designs", json);
     }
     add_predictions(&mut summary, "mu", &rest, &speed);
-    add_unpolished(&mut summary, &machine, &found)?;
+    let unpolished = of_unpolished(&machine, &found)?;
+    let mut runs = vec![(Role::Mu, &rest), (Role::Mu, &speed)];
+    if let Some([dk, fast]) = &unpolished {
+        add_predictions(&mut summary, "dk", dk, fast);
+        runs.extend([(UNPOLISHED, dk), (UNPOLISHED, fast)]);
+    }
     for (stem, figure) in robustness(&found).into_iter().chain(predictions(
-        &[(Role::Mu, &rest), (Role::Mu, &speed)],
+        &runs,
         &[],
         machine.spindle.max_rpm / 60.0,
     )) {
@@ -132,13 +140,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(outcome(&found, [&rest, &speed]))
 }
 
-/// The design with default settings, with a line per iteration on a terminal.
+/// The design with default settings and the polish, with a line per iteration on a terminal.
 pub fn run_design(
     machine: &Machine,
     weights: &Weights,
     progress: &Progress,
 ) -> Result<Design, Failure> {
-    run_design_with(machine, weights, &DesignSettings::default(), progress)
+    run_design_with(machine, weights, &DesignSettings::polished(), progress)
 }
 
 /// µ and tool stiffness with the coefficients of each arithmetic.
@@ -164,7 +172,7 @@ pub(super) fn run_design_with(
     progress: &Progress,
 ) -> Result<Design, Failure> {
     progress.stage("design");
-    Ok(design(machine, weights, settings, &mut |step| {
+    let found = design(machine, weights, settings, &mut |step| {
         progress.line(match &step.failure {
             Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
             None => format!(
@@ -176,7 +184,14 @@ pub(super) fn run_design_with(
                 step.d_orders
             ),
         });
-    })?)
+    })?;
+    if let Some(polish) = &found.polish {
+        progress.line(polish.sentence.clone());
+    }
+    if let Some(scale) = &found.specification_scale {
+        progress.line(scale.sentence());
+    }
+    Ok(found)
 }
 
 /// Exit of a design: done, or a target missed. `predictions` are those of its controller at rest and at top speed: zone D of
@@ -204,18 +219,17 @@ pub fn add_predictions(summary: &mut Summary, name: &str, rest: &Prediction, spe
     );
 }
 
-/// What the D-K iteration gave before the polish, where a polished controller is delivered.
-pub fn add_unpolished(
-    summary: &mut Summary,
+/// Predictions at rest and top speed with the controller of the D-K iteration, where a polished one is delivered.
+pub fn of_unpolished(
     machine: &Machine,
     design: &Design,
-) -> Result<(), Failure> {
-    if let Some(polish) = design.polish.as_ref().filter(|p| p.delivered) {
-        let top = machine.spindle.max_rpm;
-        let [rest, speed] = [0.0, top].map(|rpm| predict(machine, &polish.dk, rpm));
-        add_predictions(summary, "dk", &rest?, &speed?);
-    }
-    Ok(())
+) -> Result<Option<[Prediction; 2]>, Failure> {
+    let Some(polish) = design.polish.as_ref().filter(|p| p.delivered.is_some()) else {
+        return Ok(None);
+    };
+    let top = machine.spindle.max_rpm;
+    let [rest, speed] = [0.0, top].map(|rpm| predict(machine, &polish.dk.controller, rpm));
+    Ok(Some([rest?, speed?]))
 }
 
 /// The `controller/` folder of a run: JSON, `.mat`, C, tables, test vectors; `tag` names the machine's files beside it.

@@ -2,8 +2,8 @@
 
 use super::controlled_machine::{MachineArguments, machine_tag};
 use super::design::{
-    add_arithmetic, add_controller, add_predictions, add_unpolished, finish, outcome,
-    run_design_with,
+    UNPOLISHED, add_arithmetic, add_controller, add_predictions, finish, of_unpolished, outcome,
+    run_design,
 };
 use super::machine::of_measurement;
 use super::output::{REPORT, claim};
@@ -16,10 +16,11 @@ use crate::controller::pid_certificate::TunedPid;
 use crate::controller::pid_settings::TuneSettings;
 use crate::controller::pid_tune::{found_or_reason, textbook, tune};
 use crate::input::{load_measurement, load_weights, spindle_yaml, tool_yaml};
-use crate::pipeline::comparison::{Prediction, predict, rival_settings};
-use crate::pipeline::design::{Design, DesignSettings};
+use crate::pipeline::certificates::mu_words;
+use crate::pipeline::comparison::{Prediction, better_in_every_figure, predict, rival_settings};
+use crate::pipeline::design::Design;
 use crate::pipeline::loop_stability::unstable_words;
-use crate::pipeline::polishing::PolishEffort;
+use crate::pipeline::overspeed::OVERSPEED;
 use crate::report::comparison::pid_json;
 use crate::report::controller_json::controller_json;
 use crate::report::identification::identification_json;
@@ -121,18 +122,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             u.nelder_mead.fit.evaluations
         ));
     }
-    let settings = DesignSettings {
-        polish: Some(PolishEffort::default()),
-        ..DesignSettings::default()
-    };
-    let design = run_design_with(machine, &weights, &settings, &progress)?;
-    if let Some(polish) = &design.polish {
-        progress.line(polish.sentence.clone());
-    }
+    let design = run_design(machine, &weights, &progress)?;
     progress.line(format!(
-        "controller: μ {} as specified, {} with the gyroscopic split covered, order {}",
+        "controller: μ {} as specified at rest, {} over speed, order {}",
         design.rounded.specification.words(),
-        design.rounded.covered.words(),
+        mu_words(design.largest_mu()),
         2 * design.rounded.order
     ));
     progress.stage("PID");
@@ -227,8 +221,10 @@ fn assemble(
     };
     let (mu, tuned, untuned) = (both(&design.controller)?, of(pid)?, of(plain)?);
     let flexible: Vec<f64> = updated_hz.iter().take(3).map(|f| f * TAU).collect();
+    let unpolished = of_unpolished(machine, design)?;
     let named = [
         ("mu", Role::Mu, Some(&mu)),
+        ("dk", UNPOLISHED, unpolished.as_ref()),
         ("pid", Role::Pid, tuned.as_ref()),
         ("textbook_pid", Role::TextbookPid, untuned.as_ref()),
     ];
@@ -240,7 +236,6 @@ fn assemble(
             modal_damping_json(rest, &flexible),
         );
     }
-    add_unpolished(&mut summary, machine, design)?;
     summary.set(
         "pid",
         match pid {
@@ -294,7 +289,10 @@ fn assemble(
         design,
         pid.as_ref().ok(),
     )?;
-    let words = plain_words(machine, design, &mu[0], rival);
+    let pid_is_better = tuned
+        .as_ref()
+        .is_some_and(|pid| better_in_every_figure(pid, &mu));
+    let words = plain_words(machine, design, &mu[0], rival, pid_is_better);
     summary.set("plain_words", format!("{words} {sentence}"));
     let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
     add_controller(&mut folder, machine, design, &tag)?;
@@ -344,6 +342,7 @@ fn plain_words(
     design: &Design,
     mu: &Prediction,
     pid: Result<&Prediction, &str>,
+    pid_is_better: bool,
 ) -> String {
     let micro = |k: f64| k * 1e-6;
     let stable = if design.is_stable() {
@@ -382,14 +381,24 @@ fn plain_words(
             unstable_words(mu.growth_rate_per_s, mu.speed_rpm)
         ),
     };
-    format!(
+    let words = format!(
         "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {} for the specification as \
-         written and {} with the gyroscopic split covered, is {stable}, zone {}. {stiffness}",
+         written at rest, {} at most from rest to {:.0} rpm, is {stable}, zone {}. {stiffness}",
         machine.spindle.name,
         machine.tool.name,
         2 * design.rounded.order,
         design.rounded.specification.words(),
-        design.rounded.covered.words(),
+        mu_words(design.largest_mu()),
+        OVERSPEED * machine.spindle.max_rpm,
         mu.zone_word(),
-    )
+    );
+    let words = match &design.specification_scale {
+        Some(scale) => format!("{words} {}", scale.sentence()),
+        None => words,
+    };
+    match (pid_is_better, &design.polish) {
+        (true, _) => format!("The PID is better in every figure. {words}"),
+        (false, Some(polish)) => format!("{words} {}", polish.sentence),
+        (false, None) => words,
+    }
 }

@@ -49,11 +49,16 @@ impl PeakFigures {
 
     /// The figure to three digits, or that there is none.
     pub fn words(&self) -> String {
-        if self.upper.is_finite() {
-            format!("{:.3}", self.upper)
-        } else {
-            "none (unstable loop)".to_owned()
-        }
+        mu_words(self.upper)
+    }
+}
+
+/// μ to three digits, or that an unstable loop has none.
+pub fn mu_words(mu: f64) -> String {
+    if mu.is_finite() {
+        format!("{mu:.3}")
+    } else {
+        "none (unstable loop)".to_owned()
     }
 }
 
@@ -119,7 +124,7 @@ pub(super) fn closed(
     MuSystem::new(&loop_system, blocks).map_err(PipelineError::mu(name))
 }
 
-fn certified(
+pub(super) fn certified(
     name: &'static str,
     plant: &GeneralizedPlant,
     controller: &StateSpace<Continuous>,

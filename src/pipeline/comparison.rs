@@ -69,6 +69,19 @@ impl Prediction {
     }
 }
 
+/// True when `a` is better than `b` in every figure at every speed given: smallest tool stiffness, stiffness at 10 Hz and at the
+/// frequency of the top speed, largest sensitivity of each axis. An unstable loop is worse than a stable one.
+pub fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool {
+    let figures = |p: &Prediction| {
+        let stiffness = [p.minimum.0, p.at_10_hz_n_per_m, p.at_max_speed_n_per_m];
+        let margins = (0..4).map(|axis| p.sensitivity.peak(axis).0.recip());
+        stiffness.into_iter().chain(margins).collect::<Vec<f64>>()
+    };
+    a.iter().zip(b).all(|(a, b)| {
+        a.is_stable() && (!b.is_stable() || figures(a).iter().zip(figures(b)).all(|(a, b)| *a > b))
+    })
+}
+
 /// Settings of a PID search whose amplifier limits are the figures of the delivered controller: noise current at rest and
 /// top speed, gain above the modes of the model.
 ///

@@ -3,7 +3,7 @@
 
 use super::PipelineError;
 use super::certificates::{PeakFigures, Stage, attained, mu_curve, stage};
-use super::design::{Arithmetic, OVERSPEED, OVERSPEEDS};
+use super::overspeed::{OVERSPEED, OVERSPEEDS};
 use super::problems::Problems;
 use super::speed_mu::{SpeedMu, mu_at_speed, mu_over_speed};
 use crate::augment::GeneralizedPlant;
@@ -21,6 +21,19 @@ use crate::lti::sample::inverse_tustin;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::predict::closed_loop::{both_planes, compliance};
 use crate::spindle::{Machine, ModelDetail, Plant};
+
+/// The controller in one arithmetic, closed with the design problems.
+#[derive(Clone, Debug)]
+pub struct Arithmetic {
+    /// float64, float32, Q31.
+    pub name: &'static str,
+    /// Largest bound of μ found for the specification; infinite when the loop is unstable.
+    pub specification: f64,
+    /// The same for the covered problem.
+    pub covered: f64,
+    /// The controller with those coefficients.
+    pub controller: Controller,
+}
 
 /// A controller with its certificates.
 #[derive(Clone, Debug)]
@@ -41,13 +54,16 @@ pub(super) struct Delivery {
 }
 
 impl Delivery {
-    /// Largest μ of specification and covered problem.
-    pub fn mu(&self) -> f64 {
-        self.rounded
-            .specification
-            .upper
-            .max(self.rounded.covered.upper)
+    /// Largest μ of the specification: certified at rest, on the exact responses over speed.
+    pub fn largest_mu(&self) -> f64 {
+        largest_mu(&self.rounded, &self.speed_mu)
     }
+}
+
+/// Largest μ of the specification: certified at rest, on the exact responses over speed.
+pub(super) fn largest_mu(stage: &Stage, speeds: &[SpeedMu]) -> f64 {
+    let over_speed = speeds.iter().map(|s| s.mu);
+    over_speed.fold(stage.specification.upper, f64::max)
 }
 
 /// Realises, rounds and certifies the sampled controller `plane` of one plane (m to A).
@@ -150,7 +166,14 @@ pub(super) fn deliver(
 /// The x plane of a four-axis law in the scaled signals of the w plane.
 fn plane_of(law: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, PipelineError> {
     let plane = connected_part(&law.select(&[0, 2], &[0, 2]));
-    let back = inverse_tustin(&plane).map_err(PipelineError::numeric("rounded loop"))?;
+    scaled_plane(&plane)
+}
+
+/// A sampled controller of one plane (m to A) in the scaled signals of the w plane.
+pub(super) fn scaled_plane(
+    plane: &StateSpace<Discrete>,
+) -> Result<StateSpace<Continuous>, PipelineError> {
+    let back = inverse_tustin(plane).map_err(PipelineError::numeric("rounded loop"))?;
     Ok(scale_controller(&back))
 }
 

@@ -8,21 +8,22 @@
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, Stage, d_scales, stage};
-use super::delivery::deliver;
+use super::delivery::{Arithmetic, deliver, largest_mu};
 use super::emulation::Emulated;
 use super::polishing::{PolishEffort, PolishOutcome, polished};
 use super::problems::Problems;
 use super::reduction::reduce;
+use super::specification_scale::{SpecificationScale, specification_scale};
 use super::speed_mu::SpeedMu;
 use super::stable::OwnStability;
 use super::synthesis::{Round, Synthesised, synthesise_for_machine};
 use crate::augment::assembly::unscale_controller;
 use crate::augment::plane::{LOADS, Route};
 use crate::augment::weights::Weights;
-use crate::controller::Controller;
 use crate::controller::scaling::ScaledRealisation;
 use crate::controller::speed_proof::SpeedProof;
 use crate::controller::verification::Verification;
+use crate::controller::{ControlLaw, Controller};
 use crate::lti::sample::tustin;
 use crate::robust::dk::{DkSettings, DkStep};
 use crate::spindle::Machine;
@@ -52,7 +53,7 @@ pub struct DesignSettings {
     pub dk: DkSettings,
     /// Speeds checked between zero and the top speed, evenly spaced, both ends included.
     pub speeds: usize,
-    /// Effort of the polish after the reduction; `None`: the reduced controller of the D-K iteration is delivered.
+    /// Effort of the polish after the reduction; `None`, the default: the reduced controller of the D-K iteration is delivered.
     pub polish: Option<PolishEffort>,
 }
 
@@ -82,17 +83,15 @@ impl Default for DesignSettings {
     }
 }
 
-/// The controller in one arithmetic, closed with the design problems.
-#[derive(Clone, Debug)]
-pub struct Arithmetic {
-    /// float64, float32, Q31.
-    pub name: &'static str,
-    /// Largest bound of μ found for the specification; infinite when the loop is unstable.
-    pub specification: f64,
-    /// The same for the covered problem.
-    pub covered: f64,
-    /// The controller with those coefficients.
-    pub controller: Controller,
+impl DesignSettings {
+    /// With the polish: what the commands deliver.
+    #[must_use]
+    pub fn polished() -> Self {
+        Self {
+            polish: Some(PolishEffort::default()),
+            ..Self::default()
+        }
+    }
 }
 
 /// A finished design.
@@ -146,6 +145,8 @@ pub struct Design {
     pub speed_proof: SpeedProof,
     /// μ of the specification with the true gyroscopics, over speed.
     pub speed_mu: Vec<SpeedMu>,
+    /// Where μ exceeds one: the factor on the limits at which the specification is met.
+    pub specification_scale: Option<SpecificationScale>,
     /// μ with float64, float32 and Q31 coefficients; without Q31 when its range does not hold them.
     pub arithmetic: Vec<Arithmetic>,
     /// Static stiffness at tool, front and rear actuator at rest, N/m.
@@ -158,15 +159,16 @@ impl Design {
         self.verification.is_proven()
     }
 
-    /// True when Table 2 is met, alone and with the gyroscopic split covered, and every speed from rest to 20 % above the top
-    /// speed is proven stable.
+    /// Largest μ of the specification from rest to 20 % above the top speed: certified at rest, on the exact responses with the
+    /// true gyroscopics over speed.
+    pub fn largest_mu(&self) -> f64 {
+        largest_mu(&self.rounded, &self.speed_mu)
+    }
+
+    /// True when the specification is met at rest and at speed and every speed from rest to 20 % above the top speed is proven
+    /// stable.
     pub fn meets_targets(&self) -> bool {
-        let mu = self
-            .rounded
-            .specification
-            .upper
-            .max(self.rounded.covered.upper);
-        mu <= 1.0 && self.is_stable() && self.speed_proof.is_complete()
+        self.largest_mu() <= 1.0 && self.is_stable() && self.speed_proof.is_complete()
     }
 }
 
@@ -206,8 +208,18 @@ pub fn design(
             (delivery, Some(outcome))
         }
     };
+    let specification_scale = match &delivery.controller.law {
+        ControlLaw::Discrete(law) => specification_scale(
+            machine,
+            (weights, &problems.written_modes),
+            law,
+            &delivery.speed_mu,
+        )?,
+        ControlLaw::Continuous(_) => None,
+    };
     Ok(Design {
         rounds,
+        specification_scale,
         own_stability,
         emulated,
         polish,
@@ -238,8 +250,3 @@ pub fn design(
         problems,
     })
 }
-
-/// Margin over the top speed that the loop should survive.
-pub const OVERSPEED: f64 = 1.2;
-/// Speeds computed from the top speed to that margin.
-pub(super) const OVERSPEEDS: [f64; 3] = [1.0, 1.1, OVERSPEED];

@@ -6,8 +6,11 @@ use crate::augment::plane::Route;
 use crate::controller::speed_proof::SpeedProof;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
-use crate::pipeline::polishing::PolishOutcome;
+use crate::pipeline::emulation::Emulated;
+use crate::pipeline::polishing::{Judged, PolishAttempt, PolishOutcome};
+use crate::pipeline::specification_scale::SpecificationScale;
 use crate::pipeline::stable::OwnStability;
+use crate::predict::sensitivity::Zone;
 use serde_json::{Value, json};
 
 /// The proof over speed: how far it reaches, and in words.
@@ -112,10 +115,49 @@ pub fn alternatives_json(own: &OwnStability) -> Value {
     Value::Array(rows.collect())
 }
 
+/// What sampling did to an emulated design.
+pub fn emulation_json(emulated: &Emulated) -> Value {
+    json!({
+        "prewarp_hz": number(emulated.prewarp_hz),
+        "mu_continuous": number(emulated.mu_continuous),
+        "mu_sampled": number(emulated.mu_sampled),
+    })
+}
+
+/// At how many times its limits a missed specification is met.
+pub fn scale_json(scale: &SpecificationScale) -> Value {
+    json!({
+        "sentence": scale.sentence(),
+        "factor": number(scale.factor),
+        "binds": scale.binds,
+        "speed_rpm": number(scale.speed_rpm),
+        "frequency_hz": number(scale.frequency_hz),
+    })
+}
+
 /// What the polish did: figures before and after, limits, rounds.
 pub fn polish_json(polish: &PolishOutcome) -> Value {
     let limits = &polish.limits;
-    let rounds = polish.rounds.iter().map(|r| {
+    let attempts = polish.attempts.iter().enumerate();
+    json!({
+        "delivered": polish.delivered.is_some(),
+        "sentence": polish.sentence,
+        "dk": judged_json(&polish.dk),
+        "limits": {
+            "sensitivity_db": number(20.0 * limits.sensitivity.log10()),
+            "high_frequency_from_hz": number(limits.high_frequency_hz),
+            "high_frequency_gain_a_per_m": number(limits.high_frequency_gain_a_per_m),
+            "noise_current_a": number(limits.noise_current_a),
+            "mu": number(limits.mu),
+        },
+        "attempts": attempts
+            .map(|(k, attempt)| attempt_json(attempt, polish.delivered == Some(k)))
+            .collect::<Vec<_>>(),
+    })
+}
+
+fn attempt_json(attempt: &PolishAttempt, delivered: bool) -> Value {
+    let rounds = attempt.rounds.iter().map(|r| {
         json!({
             "steps": r.steps,
             "lines": r.lines,
@@ -128,28 +170,32 @@ pub fn polish_json(polish: &PolishOutcome) -> Value {
             },
         })
     });
+    let certificates = attempt.certificates.iter().map(|(mu, hz)| {
+        json!({
+            "mu": number(*mu),
+            "frequency_hz": number(*hz),
+        })
+    });
     json!({
-        "delivered": polish.delivered,
-        "sentence": polish.sentence,
-        "dk": {
-            "controller_order": polish.dk_order,
-            "mu_table_as_written": number(polish.dk_mu[0]),
-            "mu_peak_discrete": number(polish.dk_mu[1]),
-            "minimum_n_per_m": number(polish.dk_stiffness_n_per_m[0]),
-            "minimum_at_top_speed_n_per_m": number(polish.dk_stiffness_n_per_m[1]),
-        },
-        "polished": {
-            "minimum_n_per_m": number(polish.stiffness_n_per_m[0]),
-            "minimum_at_top_speed_n_per_m": number(polish.stiffness_n_per_m[1]),
-        },
-        "limits": {
-            "sensitivity_db": number(20.0 * limits.sensitivity.log10()),
-            "high_frequency_from_hz": number(limits.high_frequency_hz),
-            "high_frequency_gain_a_per_m": number(limits.high_frequency_gain_a_per_m),
-            "noise_current_a": number(limits.noise_current_a),
-            "mu": number(limits.mu),
-        },
+        "start": attempt.start,
+        "delivered": delivered,
+        "failure": attempt.failure,
+        "polished": attempt.judged.as_ref().map(judged_json),
         "rounds": Value::Array(rounds.collect()),
+        "certificates": Value::Array(certificates.collect()),
+    })
+}
+
+fn judged_json(judged: &Judged) -> Value {
+    json!({
+        "controller_order": judged.order,
+        "largest_mu": number(judged.mu),
+        "mu_table_as_written": number(judged.mu_at_rest[0]),
+        "mu_with_gyroscopic_cover": number(judged.mu_at_rest[1]),
+        "minimum_n_per_m": number(judged.stiffness_n_per_m[0]),
+        "minimum_at_top_speed_n_per_m": number(judged.stiffness_n_per_m[1]),
+        "zone": judged.zones[0].map(Zone::letter),
+        "zone_at_top_speed": judged.zones[1].map(Zone::letter),
     })
 }
 

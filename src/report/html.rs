@@ -326,6 +326,7 @@ fn word<'a>(summary: &'a Value, path: &str) -> Option<&'a str> {
 /// μ of what is delivered: of the sampled controller if there is one.
 fn final_mu(summary: &Value) -> Option<f64> {
     [
+        "design.largest_mu",
         "design.mu_peak_discrete",
         "design.mu_peak_reduced",
         "design.mu_peak",
@@ -462,9 +463,10 @@ fn plain_words(summary: &Value) -> Vec<String> {
 
 /// The figures a reader asks for first.
 fn tiles(summary: &Value) -> Vec<Row> {
-    const WANTED: [(&str, &str); 8] = [
+    const WANTED: [(&str, &str); 9] = [
         ("peak of µ, continuous", "design.mu_peak"),
-        ("peak of µ, as it runs", "design.mu_peak_discrete"),
+        ("largest µ over speed, as it runs", "design.largest_mu"),
+        ("µ with the split covered", "design.mu_peak_discrete"),
         ("states of the controller", "design.controller_order"),
         ("softest point, µ", "stiffness.mu.minimum_n_per_m"),
         ("softest point, PID", "stiffness.pid.minimum_n_per_m"),

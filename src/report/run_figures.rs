@@ -10,7 +10,8 @@ use super::plot::{Curve, Figure, Role};
 use crate::linalg::c64;
 use crate::lti::{FrequencyGrid, Response};
 use crate::pipeline::comparison::Prediction;
-use crate::pipeline::design::{Design, OVERSPEED};
+use crate::pipeline::design::Design;
+use crate::pipeline::overspeed::OVERSPEED;
 use crate::rotor::modes::{PlanarModes, RIGID};
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 

@@ -1,8 +1,8 @@
 //! Figures of a run as JSON: design with its certificates, stiffness, sensitivity. Keys as the format contract names them.
 
 use super::design_summary::{
-    alternatives_json, mu_model_json, polish_json, route_word, speed_intervals_json, speed_mu_json,
-    speed_proof_json,
+    alternatives_json, emulation_json, mu_model_json, polish_json, route_word, scale_json,
+    speed_intervals_json, speed_mu_json, speed_proof_json,
 };
 use super::summary::{number, numbers};
 use crate::controller::verification::Verification;
@@ -35,7 +35,7 @@ pub fn design_json(design: &Design) -> Value {
         })
         .collect();
     let steps: Vec<Value> = design.steps.iter().map(step_json).collect();
-    json!({
+    let figures = json!({
         "mu_peak": number(design.full.covered.upper),
         "mu_lower_peak": number(design.full.covered.lower),
         "gamma": number(design.gamma),
@@ -49,13 +49,8 @@ pub fn design_json(design: &Design) -> Value {
         "mu_model": mu_model_json(design),
         "weights_fit_error": number(design.problems.fit_errors.analysis),
         "stable": design.is_stable(),
-        "polish": design.polish.as_ref().map(polish_json),
         "route": route_word(design.problems.route),
-        "emulation": design.emulated.map(|e| json!({
-            "prewarp_hz": number(e.prewarp_hz),
-            "mu_continuous": number(e.mu_continuous),
-            "mu_sampled": number(e.mu_sampled),
-        })),
+        "emulation": design.emulated.as_ref().map(emulation_json),
         "speed_proof": speed_proof_json(&design.speed_proof),
         "mu_over_speed": speed_mu_json(design),
         "controller_stable": design.own_stability.is_stable() && design.controller_growth_rate_per_s < 0.0,
@@ -87,7 +82,23 @@ pub fn design_json(design: &Design) -> Value {
             "overspeed": verification_json(&design.overspeed),
             "speed_proof": speed_intervals_json(&design.speed_proof),
         },
-    })
+    });
+    let Value::Object(mut all) = figures else {
+        return figures;
+    };
+    all.insert("largest_mu".to_owned(), number(design.largest_mu()));
+    all.insert(
+        "specification_scale".to_owned(),
+        design
+            .specification_scale
+            .as_ref()
+            .map_or(Value::Null, scale_json),
+    );
+    all.insert(
+        "polish".to_owned(),
+        design.polish.as_ref().map_or(Value::Null, polish_json),
+    );
+    Value::Object(all)
 }
 
 fn step_json(step: &crate::robust::dk::DkStep) -> Value {

@@ -1,13 +1,11 @@
 //! The derivatives of the loss held against central differences: what a new limit has to pass.
 
-use super::limits::LoopLimits;
-use super::loss::{Group, Loss};
+use super::lines::lines;
+use super::loss::Group;
 use super::modal_law::ModalLaw;
-use super::responses::{Plants, lines};
-use super::stage::specification_of;
+use super::problem::{PolishTask, loss_on};
+use super::responses::Plants;
 use super::structure::Structure;
-use crate::augment::assembly::UncertainMode;
-use crate::augment::weights::Weights;
 use crate::controller::verification_error::VerificationError;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
@@ -17,25 +15,16 @@ use crate::spindle::Machine;
 /// one plane (m to A).
 ///
 /// # Errors
-/// [`VerificationError`] as [`super::polish`].
+/// [`VerificationError`] as [`super::Polisher::new`].
 pub fn derivative_errors(
     machine: &Machine,
-    (weights, modes): (&Weights, &[UncertainMode]),
+    task: &PolishTask<'_>,
     plane: &StateSpace<Discrete>,
-    limits: LoopLimits,
 ) -> Result<[f64; 5], VerificationError> {
     let plants = Plants::new(machine, 1.2, &[])?;
     let (law, x) = ModalLaw::of(plane)?;
     let lines = lines(&plants, 1.0, &[], 2e-3);
-    let specification = specification_of(&plants, &lines, (modes, weights))?;
-    let rotors = plants.on(&lines);
-    let loss = Loss::new(
-        lines,
-        rotors,
-        Some(specification),
-        limits,
-        plants.period_s(),
-    );
+    let loss = loss_on(&plants, task, lines)?;
     let found = loss.evaluate(&law, &x);
     let natural = law.natural_steps(&x);
     let groups = [

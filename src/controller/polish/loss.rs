@@ -6,7 +6,8 @@
 //! the structure of the controller turns Q into derivatives by parameters. At speed the x axis is the mean of both whirls.
 
 use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED};
-use super::matrix2::{Matrix2, ZERO, closed, outer, product, row_times, times};
+use super::loop_state::LoopState;
+use super::matrix2::{Matrix2, ZERO, closed, outer, product, times};
 use super::responses::{Role, Rotor, SpecificationLine};
 use super::specification_bound::{Bound, best_scales, bound};
 use super::structure::{Line, Structure};
@@ -48,30 +49,21 @@ pub(crate) struct Value {
     pub value: f64,
     pub rotor: usize,
     pub line: usize,
-    /// Entry of S, current of the noise.
+    /// Entry of S, current of the noise, loop of the specification.
     pub entry: (usize, usize),
 }
 
-/// The loop of one rotor and direction at a line.
-#[derive(Clone, Copy, Debug)]
-struct LoopState {
-    /// det(I − G K) without integrators.
-    determinant: c64,
-    s: Matrix2,
-    su: Matrix2,
-    compliance: c64,
-}
-
-struct LineState {
-    gain: Matrix2,
+pub(super) struct LineState {
+    pub gain: Matrix2,
     /// Rotors × directions, flat.
-    loops: Vec<LoopState>,
-    specification: Option<Bound>,
+    pub loops: Vec<LoopState>,
+    /// One for each loop of the specification.
+    pub specification: Vec<Bound>,
 }
 
 /// A controller evaluated.
 pub(crate) struct Evaluation {
-    lines: Vec<LineState>,
+    pub(super) lines: Vec<LineState>,
     /// Every value.
     pub values: Vec<Value>,
     /// Turns of det(I − G K) per rotor, forwards and backwards together: unstable poles of the plant less those of the loop.
@@ -113,19 +105,26 @@ fn nan_max(a: f64, b: f64) -> f64 {
 /// Rotors, lines and limits: everything about a loop but the controller.
 pub(crate) struct Loss {
     pub lines: Vec<Line>,
-    rotors: Vec<Rotor>,
+    pub(super) rotors: Vec<Rotor>,
     specification: Option<Specification>,
     pub limits: LoopLimits,
     /// Share of the band up to Nyquist that a line stands for.
-    share: Vec<f64>,
+    pub(super) share: Vec<f64>,
     /// Rotors that count; a rotor whose loop is unstable from the start cannot.
     pub active: Vec<bool>,
 }
 
-/// The specification on the lines with its scales.
+/// The specification of the nominal loops on the lines, with its scales.
 pub(crate) struct Specification {
-    pub lines: Vec<SpecificationLine>,
+    /// Loops: flat index among rotors × directions, weighted rows and scales of the modal channels on each line.
+    pub loops: Vec<SpecifiedLoop>,
     pub blocks: Blocks,
+}
+
+/// The specification of one loop.
+pub(crate) struct SpecifiedLoop {
+    pub side: usize,
+    pub lines: Vec<SpecificationLine>,
     pub scales: Vec<Vec<f64>>,
 }
 
@@ -213,11 +212,14 @@ impl Loss {
                 }
             })
             .collect();
-        let specification = self.specification.as_ref().map(|spec| {
-            let rest = &loops[0];
-            let r = product(&gain, &rest.s);
-            bound(&spec.lines[k], &spec.scales[k], &rest.s, &rest.su, &r)
-        });
+        let specified = self.specification.iter().flat_map(|s| &s.loops);
+        let specification = specified
+            .map(|part| {
+                let state = &loops[part.side];
+                let r = product(&gain, &state.s);
+                bound(&part.lines[k], &part.scales[k], state, &r)
+            })
+            .collect();
         LineState {
             gain,
             loops,
@@ -231,33 +233,31 @@ impl Loss {
             return;
         };
         let limit = self.limits.mu;
-        let renewed: Vec<(usize, Vec<f64>, Bound)> = found
-            .lines
-            .par_iter()
-            .enumerate()
-            .filter(|(_, s)| s.specification.is_some_and(|b| b.sigma >= NEAR * limit))
-            .map(|(k, state)| {
-                let (line, rest) = (&spec.lines[k], &state.loops[0]);
-                let r = product(&state.gain, &rest.s);
-                let scales = best_scales(line, &r, &spec.blocks);
-                let bound = bound(line, &scales, &rest.s, &rest.su, &r);
-                (k, scales, bound)
+        let near: Vec<(usize, usize)> = (0..found.lines.len())
+            .flat_map(|k| (0..spec.loops.len()).map(move |p| (k, p)))
+            .filter(|(k, p)| found.lines[*k].specification[*p].sigma >= NEAR * limit)
+            .collect();
+        let renewed: Vec<(usize, usize, Vec<f64>, Bound)> = near
+            .into_par_iter()
+            .map(|(k, p)| {
+                let (part, state) = (&spec.loops[p], &found.lines[k]);
+                let own = &state.loops[part.side];
+                let r = product(&state.gain, &own.s);
+                let scales = best_scales(&part.lines[k], &r, &spec.blocks);
+                let bound = bound(&part.lines[k], &scales, own, &r);
+                (k, p, scales, bound)
             })
             .collect();
-        for (k, scales, bound) in renewed {
+        for (k, p, scales, bound) in renewed {
             // The iteration for the scales ends at a tolerance: what was there may be better by as much.
-            if found.lines[k]
-                .specification
-                .is_some_and(|old| bound.sigma < old.sigma)
-            {
-                spec.scales[k] = scales;
-                found.lines[k].specification = Some(bound);
+            if bound.sigma < found.lines[k].specification[p].sigma {
+                spec.loops[p].scales[k] = scales;
+                found.lines[k].specification[p] = bound;
             }
         }
         for value in &mut found.values {
-            if value.group == Group::Specification
-                && let Some(bound) = &found.lines[value.line].specification
-            {
+            if value.group == Group::Specification {
+                let bound = &found.lines[value.line].specification[value.entry.0];
                 value.value = (bound.sigma / limit).max(f64::MIN_POSITIVE).ln();
             }
         }
@@ -354,174 +354,19 @@ impl Loss {
                     push(Group::HighGain, ratio.ln(), (0, 0));
                 }
             }
-            if let Some(bound) = &state.specification {
+            for (part, bound) in state.specification.iter().enumerate() {
                 let ratio = (bound.sigma / self.limits.mu).max(f64::MIN_POSITIVE);
-                push(Group::Specification, ratio.ln(), (0, 0));
+                push(Group::Specification, ratio.ln(), (part, part));
             }
         }
-    }
-
-    /// Derivative of a value by the parameters.
-    pub fn gradient(
-        &self,
-        law: &dyn Structure,
-        x: &[f64],
-        found: &Evaluation,
-        value: &Value,
-    ) -> Vec<f64> {
-        let mut out = vec![0.0; law.parameters()];
-        if value.group == Group::NoiseCurrent {
-            self.add_noise_gradient(law, x, found, value, &mut out);
-        } else {
-            let q = self.line_derivative(found, value);
-            law.add_gradient(x, &self.lines[value.line], &q, &mut out);
-        }
-        out
-    }
-
-    /// Flat indices of the loops of a rotor.
-    fn sides(&self, rotor: usize) -> std::ops::Range<usize> {
-        let first = self.rotors[..rotor]
-            .iter()
-            .map(|r| r.directions.len())
-            .sum();
-        first..first + self.rotors[rotor].directions.len()
-    }
-
-    /// Q of a value that belongs to one line.
-    fn line_derivative(&self, found: &Evaluation, value: &Value) -> Matrix2 {
-        let state = &found.lines[value.line];
-        let mut q = [[ZERO; 2]; 2];
-        let i = value.entry.0;
-        match value.group {
-            Group::HighGain => q = largest_singular(&state.gain).1,
-            Group::Specification => {
-                if let Some(bound) = &state.specification {
-                    q = bound.q;
-                }
-            }
-            Group::Compliance | Group::Sensitivity => {
-                let sides = self.sides(value.rotor);
-                let share = 1.0 / sides.len() as f64;
-                let parts = state.loops[sides]
-                    .iter()
-                    .zip(&self.rotors[value.rotor].directions);
-                let mut mean = ZERO;
-                for (l, responses) in parts {
-                    let g = &responses[value.line];
-                    let term = if value.group == Group::Compliance {
-                        mean += share * l.compliance;
-                        outer(
-                            &times(&l.s, &g.read),
-                            &row_times(&g.drive, &l.su),
-                            share.into(),
-                        )
-                    } else {
-                        mean += share * l.s[i][i];
-                        let column = [l.s[0][i], l.s[1][i]];
-                        let row = product(&l.s, &g.loops)[i];
-                        outer(&column, &row, share.into())
-                    };
-                    add(&mut q, &term);
-                }
-                // d log|m| = Re(δm/m).
-                let factor = mean.inv();
-                q = q.map(|row| row.map(|v| v * factor));
-            }
-            Group::NoiseCurrent => {}
-        }
-        q
-    }
-
-    fn add_noise_gradient(
-        &self,
-        law: &dyn Structure,
-        x: &[f64],
-        found: &Evaluation,
-        value: &Value,
-        out: &mut [f64],
-    ) {
-        let i = value.entry.0;
-        let sides = self.sides(value.rotor);
-        let mut total = 0.0;
-        let matrices: Vec<Matrix2> = found
-            .lines
-            .iter()
-            .zip(&self.share)
-            .map(|(state, share)| {
-                let mut q = [[ZERO; 2]; 2];
-                for l in &state.loops[sides.clone()] {
-                    let r = product(&state.gain, &l.s);
-                    for j in 0..2 {
-                        total += share * r[i][j].norm_sqr();
-                        let column = [l.s[0][j], l.s[1][j]];
-                        add(&mut q, &outer(&column, &l.su[i], r[i][j].conj() * *share));
-                    }
-                }
-                q
-            })
-            .collect();
-        for (line, q) in self.lines.iter().zip(&matrices) {
-            let scaled = q.map(|row| row.map(|v| v / total));
-            law.add_gradient(x, line, &scaled, out);
-        }
-    }
-
-    /// Rows whose squares sum to [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in the
-    /// controller itself, δK/‖K‖ weighted by `own`. Every `stride`-th line.
-    pub fn metric_rows(
-        &self,
-        law: &dyn Structure,
-        x: &[f64],
-        found: &Evaluation,
-        (stride, own): (usize, f64),
-    ) -> Vec<Vec<f64>> {
-        let lines: Vec<usize> = (0..self.lines.len()).step_by(stride.max(1)).collect();
-        let share = (METRIC_LINES / lines.len().max(1) as f64).sqrt();
-        let rows: Vec<Vec<Vec<f64>>> = lines
-            .par_iter()
-            .map(|k| {
-                let state = &found.lines[*k];
-                let (l, g) = (&state.loops[0], &self.rotors[0].directions[0][*k]);
-                let size = state
-                    .gain
-                    .iter()
-                    .flatten()
-                    .map(|v| v.norm_sqr())
-                    .sum::<f64>()
-                    .sqrt();
-                let mut rows = vec![];
-                let mut push = |q: &Matrix2| {
-                    for turn in [c64::new(share, 0.0), c64::new(0.0, -share)] {
-                        let mut row = vec![0.0; law.parameters()];
-                        let q = q.map(|r| r.map(|v| v * turn));
-                        law.add_gradient(x, &self.lines[*k], &q, &mut row);
-                        rows.push(row);
-                    }
-                };
-                for a in 0..2 {
-                    for b in 0..2 {
-                        let column = [g.loops[0][b], g.loops[1][b]];
-                        push(&outer(&column, &l.su[a], 1.0.into()));
-                        let mut q = [[ZERO; 2]; 2];
-                        q[b][a] = (own / size.max(f64::MIN_POSITIVE)).into();
-                        push(&q);
-                    }
-                }
-                rows
-            })
-            .collect();
-        rows.into_iter().flatten().collect()
     }
 }
 
-/// Lines over which a change is taken to be spread.
-const METRIC_LINES: f64 = 20.0;
 /// Lines whose bound is below this share of the limit keep their scales.
 const NEAR: f64 = 0.92;
 
 /// Largest singular value σ of K and Q of its logarithm: v uᴴ/σ with K v = σ u.
-fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
+pub(super) fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
     // KᴴK = [[a, c], [c̄, b]].
     let a = k[0][0].norm_sqr() + k[1][0].norm_sqr();
     let b = k[0][1].norm_sqr() + k[1][1].norm_sqr();
@@ -538,14 +383,6 @@ fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
     let v = v.map(|z| z / size);
     let u = times(k, &v).map(|z| z.conj());
     (square.sqrt(), outer(&v, &u, (1.0 / square).into()))
-}
-
-fn add(sum: &mut Matrix2, term: &Matrix2) {
-    for i in 0..2 {
-        for j in 0..2 {
-            sum[i][j] += term[i][j];
-        }
-    }
 }
 
 /// Phase of det(I − G K) gathered over the lines, rad.

@@ -10,9 +10,13 @@
 mod derivatives;
 pub(crate) mod descent;
 pub(crate) mod limits;
+pub(crate) mod lines;
+mod loop_state;
 pub(crate) mod loss;
+mod loss_gradient;
 pub(crate) mod matrix2;
 pub(crate) mod modal_law;
+mod problem;
 pub(crate) mod responses;
 mod specification_bound;
 mod stage;
@@ -20,4 +24,5 @@ pub(crate) mod structure;
 
 pub use derivatives::derivative_errors;
 pub use limits::LoopLimits;
-pub use stage::{Polish, PolishRound, PolishSettings, polish};
+pub use problem::PolishTask;
+pub use stage::{PolishRound, Polisher};

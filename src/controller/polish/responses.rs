@@ -11,11 +11,11 @@ use crate::augment::plane::{LOADS, LOOPS, isotropic};
 use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64};
-use crate::lti::Response;
+use crate::lti::{Continuous, Response, StateSpace};
 use crate::spindle::plant::CHANNELS;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Bands above and below Nyquist that fold back: the hold and the low-passes of amplifier and sensor leave less than 1e-3 of
 /// the response beyond.
@@ -43,7 +43,7 @@ pub(crate) enum Role {
     TopSpeed,
     /// A rotor at rest with shifted modes.
     Shifted,
-    /// Beyond the top speed: has to be stable.
+    /// Beyond the top speed: has to be stable and to meet the specification.
     Overspeed,
 }
 
@@ -142,7 +142,8 @@ impl Plants {
             .collect()
     }
 
-    /// The specification's rows at the lines, with the machine at rest and weights at true frequency.
+    /// The specification's rows of the machine at rest, at its top speed and beyond, in the order of the first loops of
+    /// [`Self::on`], on the lines, with weights at true frequency.
     ///
     /// # Errors
     /// [`crate::linalg::NumericError`] for weights that are not positive.
@@ -151,23 +152,41 @@ impl Plants {
         lines: &[Line],
         modes: &[UncertainMode],
         weights: &Weights,
-    ) -> Result<Vec<SpecificationLine>, crate::linalg::NumericError> {
+    ) -> Result<Vec<Vec<SpecificationLine>>, crate::linalg::NumericError> {
         let weights = Weights {
             complementary_sensitivity_limit: None,
             ..weights.clone()
         };
-        let (input, output) = (
-            input_weights(modes, &weights, WeightPlane::Laplace)?,
-            output_weights(modes, &weights, WeightPlane::Laplace)?,
-        );
+        let frame = Frame {
+            input: input_weights(modes, &weights, WeightPlane::Laplace)?,
+            output: output_weights(modes, &weights, WeightPlane::Laplace)?,
+            ports: modes
+                .iter()
+                .map(|m| CHANNELS + 2 * m.number)
+                .chain((0..LOADS).map(|k| 4 + 2 * k))
+                .collect(),
+            regulated: weights.integral_corner_hz.is_some(),
+        };
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
-        let plant = self.at_rest().with_modal_ports(ports);
-        let regulated = weights.integral_corner_hz.is_some();
-        let rows = lines.par_iter().map(|line| {
-            let (wi, wo) = (input.at(line.omega_rad_s), output.at(line.omega_rad_s));
-            specification_line(&plant, modes, line.omega_rad_s, regulated, (&wi, &wo))
-        });
-        Ok(rows.collect())
+        let mut loops = vec![];
+        for (role, plant) in &self.list {
+            if *role == Role::Shifted {
+                continue;
+            }
+            let opened = plant.with_modal_ports(ports);
+            let signs: &[f64] = match plant.mechanics().planes_are_decoupled() {
+                true => &[1.0],
+                false => &[1.0, -1.0],
+            };
+            let rows: Vec<Vec<SpecificationLine>> = lines
+                .par_iter()
+                .map(|line| frame.rows(&opened, line.omega_rad_s, signs))
+                .collect();
+            for side in 0..signs.len() {
+                loops.push(rows.iter().map(|r| r[side].clone()).collect());
+            }
+        }
+        Ok(loops)
     }
 }
 
@@ -230,78 +249,55 @@ fn whirl(plant: &Plant, omega: f64, period_s: f64) -> [LoopResponse; 2] {
     both
 }
 
-/// Weighted rows (q, x, u, [y]) and columns (v, loads, noise) of the specification.
-fn specification_line(
-    plant: &Plant,
-    modes: &[UncertainMode],
-    omega: f64,
+/// Weights and ports of the specification.
+struct Frame {
+    input: StateSpace<Continuous>,
+    output: StateSpace<Continuous>,
+    /// Channels of the plant, x axis: modal ports and loads.
+    ports: Vec<usize>,
     regulated: bool,
-    (wi, wo): (&Mat<c64>, &Mat<c64>),
-) -> SpecificationLine {
-    let h = plant.at(omega);
-    let gain = hold(omega, plant.sample_period_s());
-    let nv = modes.len();
-    let ports: Vec<usize> = modes
-        .iter()
-        .map(|m| CHANNELS + 2 * m.number)
-        .chain((0..LOADS).map(|k| 4 + 2 * k))
-        .collect();
-    let n = nv + LOADS;
-    let extra = if regulated { LOOPS } else { 0 };
-    let (rows, columns) = (n + LOOPS + extra, n + LOOPS);
-    let unit = |here: bool| if here { c64::new(1.0, 0.0) } else { ZERO };
-    // Signals y + n from the disturbances with the loop open.
-    let signal = |k: usize, j: usize| match j < n {
-        true => h[(2 * k, ports[j])],
-        false => unit(j == n + k),
-    };
-    SpecificationLine {
-        direct: Mat::from_fn(rows, columns, |i, j| {
-            let open = match (i < n, j < n) {
-                (true, true) => h[(ports[i], ports[j])],
-                _ if i >= n + LOOPS => signal(i - n - LOOPS, j),
-                _ => ZERO,
-            };
-            wo[(i, i)] * open * wi[(j, j)]
-        }),
-        drive: Mat::from_fn(rows, LOOPS, |i, k| {
-            let open = match i {
-                i if i < n => gain * h[(ports[i], 2 * k)],
-                i if i < n + LOOPS => unit(i == n + k),
-                i => gain * h[(2 * (i - n - LOOPS), 2 * k)],
-            };
-            wo[(i, i)] * open
-        }),
-        read: Mat::from_fn(LOOPS, columns, |k, j| signal(k, j) * wi[(j, j)]),
-    }
 }
 
-/// Lines of a polish: `from_hz` to Nyquist, packed round the plant's modes and the poles of the loop, those closer than a share
-/// of their frequency once.
-pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f64) -> Vec<Line> {
-    let period_s = plants.period_s();
-    let last = 0.9995 * PI / period_s;
-    let steps = |from: f64, to: f64, ratio: f64| {
-        let count = ((to / from).ln() / ratio).ceil().max(2.0) as usize;
-        (0..=count).map(move |k| from * (to / from).powf(k as f64 / count as f64))
-    };
-    let knee = (TAU * 20.0).min(0.25 * last);
-    let mut omega: Vec<f64> = steps((TAU * from_hz).min(0.5 * knee), knee, 0.12)
-        .chain(steps(knee, last, 0.025))
-        .collect();
-    let flexible = plants.at_rest().flexible_rad_s();
-    for mode in flexible {
-        omega.extend((-4..=4).map(|k| mode * (1.0 + 0.01 * f64::from(k))));
+impl Frame {
+    /// Weighted rows (q, x, u, [y]) and columns (v, loads, noise) at a frequency: x→x, and ±j of x→y, for each sign.
+    fn rows(&self, plant: &Plant, omega: f64, signs: &[f64]) -> Vec<SpecificationLine> {
+        let h = plant.at(omega);
+        let (wi, wo) = (self.input.at(omega), self.output.at(omega));
+        let gain = hold(omega, plant.sample_period_s());
+        let ports = &self.ports;
+        let n = ports.len();
+        let extra = if self.regulated { LOOPS } else { 0 };
+        let (rows, columns) = (n + LOOPS + extra, n + LOOPS);
+        let unit = |here: bool| if here { c64::new(1.0, 0.0) } else { ZERO };
+        let of_sign = |sign: &f64| {
+            let at = |row: usize, column: usize| {
+                h[(row, column)] + c64::new(0.0, *sign) * h[(row + 1, column)]
+            };
+            // Signals y + n from the disturbances with the loop open.
+            let signal = |k: usize, j: usize| match j < n {
+                true => at(2 * k, ports[j]),
+                false => unit(j == n + k),
+            };
+            SpecificationLine {
+                direct: Mat::from_fn(rows, columns, |i, j| {
+                    let open = match (i < n, j < n) {
+                        (true, true) => at(ports[i], ports[j]),
+                        _ if i >= n + LOOPS => signal(i - n - LOOPS, j),
+                        _ => ZERO,
+                    };
+                    wo[(i, i)] * open * wi[(j, j)]
+                }),
+                drive: Mat::from_fn(rows, LOOPS, |i, k| {
+                    let open = match i {
+                        i if i < n => gain * at(ports[i], 2 * k),
+                        i if i < n + LOOPS => unit(i == n + k),
+                        i => gain * at(2 * (i - n - LOOPS), 2 * k),
+                    };
+                    wo[(i, i)] * open
+                }),
+                read: Mat::from_fn(LOOPS, columns, |k, j| signal(k, j) * wi[(j, j)]),
+            }
+        };
+        signs.iter().map(of_sign).collect()
     }
-    for pole in poles_rad_s {
-        let (centre, width) = (pole.im.abs(), pole.re.abs());
-        // Wider peaks are seen by the plain steps.
-        if width < 0.1 * centre {
-            omega.extend([-1.6, -0.6, 0.0, 0.6, 1.6].map(|k| centre + width * k));
-        }
-    }
-    omega.retain(|w| *w > 0.0 && *w <= last);
-    omega.sort_by(f64::total_cmp);
-    omega.dedup_by(|b, a| *b < *a * (1.0 + apart));
-    omega.into_iter().map(|w| Line::new(w, period_s)).collect()
 }

@@ -3,6 +3,7 @@
 //! M = E₁₁ + E₁₂ R E₂₁ with R = K (I − G K)⁻¹, δR = (I − K G)⁻¹ δK (I − G K)⁻¹. At the optimal D the derivative of the bound
 //! is that of σ_max(D M D⁻¹) with D held (envelope theorem): δσ = Re tr(Q δK), Q = S b aᵀ S_u, aᵀ = uᴴ D E₁₂, b = E₂₁ D⁻¹ v.
 
+use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, outer, row_times, times};
 use super::responses::SpecificationLine;
 use crate::linalg::{Mat, c64};
@@ -35,12 +36,11 @@ pub(super) fn best_scales(
     optimal(&closed(line, r), structure).d
 }
 
-/// The bound at a line with these scales of the modal channels; S = (I − G K)⁻¹, S_u = (I − K G)⁻¹, R = K S.
+/// The bound at a line with these scales of the modal channels; S = (I − G K)⁻¹, S_u = (I − K G)⁻¹ of the loop, R = K S.
 pub(super) fn bound(
     line: &SpecificationLine,
     scales: &[f64],
-    s: &Matrix2,
-    su: &Matrix2,
+    state: &LoopState,
     r: &Matrix2,
 ) -> Bound {
     let d = |i: usize| scales.get(i).copied().unwrap_or(1.0);
@@ -74,8 +74,8 @@ pub(super) fn bound(
     Bound {
         sigma,
         q: outer(
-            &times(s, &b),
-            &row_times(&a, su),
+            &times(&state.s, &b),
+            &row_times(&a, &state.su),
             c64::new(1.0 / sigma, 0.0),
         ),
     }

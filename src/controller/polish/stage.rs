@@ -1,38 +1,24 @@
-//! The polish of a controller from start to end: rounds of descent, the lines renewed round the poles of the loop in between.
+//! The polish of a controller under way: rounds of descent, the lines renewed round the poles of the loop in between.
+//!
+//! A certificate of the whole machine that finds a peak of μ above one between the lines hands it back
+//! ([`Polisher::add_peak`]): the next round has lines there. So the limit on μ is held by cutting planes.
 
 use super::descent::{Effort, descend};
-use super::limits::LoopLimits;
-use super::loss::{Group, Loss, Specification};
+use super::lines::sharp_lines;
+use super::loss::{Evaluation, Group, LIMITS, Loss};
 use super::modal_law::ModalLaw;
-use super::responses::{Plants, Role, lines, shifts};
-use super::structure::Line;
-use crate::augment::Block;
-use crate::augment::assembly::UncertainMode;
-use crate::augment::plane::{LOADS, LOOPS, isotropic};
+use super::problem::{PolishTask, infeasible, loss_on};
+use super::responses::{Plants, Role, shifts};
+use crate::augment::plane::isotropic;
 use crate::augment::split::gyroscopic_split;
-use crate::augment::weights::Weights;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::c64;
 use crate::lti::connect::{append, lower_lft};
 use crate::lti::{Discrete, StateSpace, TimeBase};
-use crate::robust::structure::Structure as Blocks;
 use crate::spindle::{Machine, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-
-/// What a polish is asked to do.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PolishSettings {
-    /// Limits.
-    pub limits: LoopLimits,
-    /// Rounds of descent.
-    pub rounds: usize,
-    /// Steps of one round at most.
-    pub steps: usize,
-    /// Multiple of the top speed up to which the loop has to be stable.
-    pub overspeed: f64,
-}
 
 /// A round of the polish.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,172 +30,200 @@ pub struct PolishRound {
     /// Smallest stiffness of the tool at the end over rest, top speed and shifted rotors as weighted in the loss, N/m.
     pub stiffness_n_per_m: f64,
     /// Largest ratio of a quantity to its limit: sensitivity, high-frequency gain, noise current, specification.
-    pub over_limit: [f64; super::loss::LIMITS],
+    pub over_limit: [f64; LIMITS],
 }
 
-/// A polished controller of one plane.
-#[derive(Clone, Debug)]
-pub struct Polish {
-    /// The controller, A/m, own poles inside the circle.
-    pub plane: StateSpace<Discrete>,
-    /// What the loss said of the start.
-    pub start: PolishRound,
-    /// Rounds.
-    pub rounds: Vec<PolishRound>,
-}
-
-/// Lines closer than these shares of their frequency are one, in the first rounds and in the last.
+/// Lines closer than these shares of their frequency are one, in the first round and in the later ones.
 const COARSE: f64 = 2e-3;
 const FINE: f64 = 5e-4;
+/// Merit that a few steps have to gain together for a round to go on: a tenth of a percent of stiffness.
+const TOLERANCE: f64 = 1e-3;
+/// A limit that the first round leaves exceeded by more than this factor is moved to where the round brought it.
+const OUT_OF_REACH: f64 = 1.01;
 
-/// Polishes the sampled controller `start` of one plane (signals m to currents A) of a machine.
-///
-/// `modes` are the uncertain modes of the specification `weights`; `mode_uncertainty` is widened by the gyroscopic split of the
-/// top speed for the rotors with shifted modes.
-///
-/// # Errors
-/// [`VerificationError`] from plants and eigenvalues, [`ControllerError::Infeasible`] when the start does not stabilise the
-/// machine at rest.
-pub fn polish(
-    machine: &Machine,
-    weights: &Weights,
-    modes: &[UncertainMode],
-    start: &StateSpace<Discrete>,
-    settings: &PolishSettings,
-) -> Result<Polish, VerificationError> {
-    let numeric = in_step("polish");
-    let top = machine.spindle.max_rpm * TAU / 60.0;
-    let covered = machine.spindle.flexible_modes + 2;
-    let relative: Vec<f64> = gyroscopic_split(&isotropic(machine), top, covered)?
-        .iter()
-        .enumerate()
-        .map(|(k, s)| s.relative() + weights.mode_uncertainty.get(k).copied().unwrap_or(0.0))
-        .collect();
-    let plants = Plants::new(machine, settings.overspeed, &shifts(&relative))?;
-    let sampled: Result<Vec<StateSpace<Discrete>>, _> =
-        [Role::Rest, Role::TopSpeed, Role::Overspeed]
-            .into_par_iter()
-            .filter_map(|role| plants.of(role).next())
-            .map(Plant::sampled)
+/// A sampled controller of one plane (signals m to currents A) on its way to a stiffer tool.
+pub struct Polisher<'a> {
+    task: PolishTask<'a>,
+    plants: Plants,
+    /// Sampled plants at rest, at top speed and beyond.
+    sampled: Vec<StateSpace<Discrete>>,
+    /// Their poles as continuous ones, rad/s.
+    plant_poles: Vec<c64>,
+    law: ModalLaw,
+    x: Vec<f64>,
+    /// Frequencies where a certificate found a peak, rad/s.
+    peaks: Vec<f64>,
+    loss: Loss,
+    figures: PolishRound,
+    rounds: usize,
+    /// The loss is not of the controller and peaks as they are.
+    stale: bool,
+    /// Stability at rest, at top speed and beyond.
+    stable: Vec<bool>,
+}
+
+impl<'a> Polisher<'a> {
+    /// Prepares the polish of `start`. The mode uncertainty of the specification is widened by the gyroscopic split of the top
+    /// speed for the rotors with shifted modes; up to `overspeed` times the top speed the loop has to stay stable.
+    ///
+    /// # Errors
+    /// [`VerificationError`] from plants and eigenvalues, [`ControllerError::Infeasible`] when the start does not stabilise the
+    /// machine at rest, [`ControllerError::Inaccurate`] when its modal form is not the controller.
+    pub fn new(
+        machine: &Machine,
+        task: PolishTask<'a>,
+        start: &StateSpace<Discrete>,
+        overspeed: f64,
+    ) -> Result<Self, VerificationError> {
+        let top = machine.spindle.max_rpm * TAU / 60.0;
+        let covered = machine.spindle.flexible_modes + 2;
+        let table = &task.weights.mode_uncertainty;
+        let relative: Vec<f64> = gyroscopic_split(&isotropic(machine), top, covered)?
+            .iter()
+            .enumerate()
+            .map(|(k, s)| s.relative() + table.get(k).copied().unwrap_or(0.0))
             .collect();
-    let sampled = sampled?;
-    let (law, mut x) = ModalLaw::of(start)?;
-    let mut limits = settings.limits;
-    let mut best: Option<(f64, Vec<f64>)> = None;
-    let mut report = Polish {
-        plane: start.clone(),
-        start: PolishRound {
-            steps: 0,
-            lines: 0,
-            stiffness_n_per_m: f64::NAN,
-            over_limit: [f64::NAN; 4],
-        },
-        rounds: vec![],
-    };
-    for round in 0..=settings.rounds {
-        let (poles, rates) = loop_poles(&sampled, &law.system(&x).map_err(&numeric)?)?;
-        if round == 0 && rates[0] >= 0.0 {
+        let plants = Plants::new(machine, overspeed, &shifts(&relative))?;
+        let sampled: Result<Vec<StateSpace<Discrete>>, _> =
+            [Role::Rest, Role::TopSpeed, Role::Overspeed]
+                .into_par_iter()
+                .filter_map(|role| plants.of(role).next())
+                .map(Plant::sampled)
+                .collect();
+        let sampled = sampled?;
+        let plant_poles: Result<Vec<Vec<c64>>, _> = sampled.iter().map(StateSpace::poles).collect();
+        let plant_poles = plant_poles.map_err(in_step("poles of the sampled plant"))?;
+        let plant_poles = continuous(plant_poles.concat(), plants.period_s());
+        let (law, x) = ModalLaw::of(start)?;
+        let mut polisher = Self {
+            loss: loss_on(&plants, &task, vec![])?,
+            task,
+            plants,
+            sampled,
+            plant_poles,
+            law,
+            x,
+            peaks: vec![],
+            figures: PolishRound {
+                steps: 0,
+                lines: 0,
+                stiffness_n_per_m: f64::NAN,
+                over_limit: [f64::NAN; LIMITS],
+            },
+            rounds: 0,
+            stale: false,
+            stable: vec![],
+        };
+        polisher.renew(COARSE)?;
+        if polisher.stable.first() != Some(&true) {
             return Err(infeasible("the start does not levitate the machine at rest").into());
         }
-        // The last round sees the sharpest peaks.
-        let apart = if round + 1 < settings.rounds {
-            COARSE
-        } else {
-            FINE
+        Ok(polisher)
+    }
+
+    /// What the loss says of the controller as it is, on lines round its own poles.
+    pub fn figures(&self) -> PolishRound {
+        self.figures
+    }
+
+    /// The controller as it is, own poles inside the circle.
+    ///
+    /// # Errors
+    /// [`ControllerError`] for parameters that are not finite.
+    pub fn plane(&self) -> Result<StateSpace<Discrete>, ControllerError> {
+        self.law.system(&self.x).map_err(in_step("polish"))
+    }
+
+    /// Asks for lines at a peak of μ between the lines, and for a limit on μ lower by the `factor`.
+    pub fn add_peak(&mut self, frequency_hz: f64, factor: f64) {
+        self.peaks.push(TAU * frequency_hz);
+        self.stale = true;
+        self.task.limits.mu *= factor;
+    }
+
+    /// Limits as they are now: those that the first round could not reach are kept where it brought them.
+    pub fn limits(&self) -> super::LoopLimits {
+        self.task.limits
+    }
+
+    /// A round of `steps` steps at most, on lines round the poles of the loop as it is; then the lines are renewed. A round
+    /// that loses stability at a speed where the loop had it is taken back.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn round(&mut self, steps: usize) -> Result<PolishRound, VerificationError> {
+        if self.stale {
+            self.renew(FINE)?;
+        }
+        let before = self.x.clone();
+        let effort = Effort {
+            steps,
+            tolerance: TOLERANCE,
         };
-        let lines = lines(&plants, 1.0, &poles, apart);
-        let specification = specification_of(&plants, &lines, (modes, weights))?;
-        let rotors = plants.on(&lines);
-        let mut loss = Loss::new(
-            lines,
-            rotors,
-            Some(specification),
-            limits,
-            plants.period_s(),
-        );
-        let found = loss.evaluate(&law, &x);
+        let done = descend(&mut self.loss, &self.law, &mut self.x, &effort)?;
+        let (figures, stable) = (self.figures, self.stable.clone());
+        self.renew(FINE)?;
+        let lost = stable.iter().zip(&self.stable).any(|(was, is)| *was && !is);
+        if lost {
+            self.x = before;
+            self.figures = figures;
+            self.stable = stable;
+            self.stale = true;
+        }
+        if self.rounds == 0 {
+            self.keep_within_reach();
+        }
+        self.rounds += 1;
+        self.figures.steps = done;
+        Ok(self.figures)
+    }
+
+    /// A limit that the first round could not reach is kept where it is.
+    fn keep_within_reach(&mut self) {
+        let limits = &mut self.task.limits;
+        let list = [
+            &mut limits.sensitivity,
+            &mut limits.high_frequency_gain_a_per_m,
+            &mut limits.noise_current_a,
+            &mut limits.mu,
+        ];
+        for (limit, over) in list.into_iter().zip(self.figures.over_limit) {
+            if over > OUT_OF_REACH {
+                *limit *= over;
+            }
+        }
+        self.loss.limits = *limits;
+    }
+
+    /// Lines and figures of the loop as it is, round its poles, and its stability.
+    fn renew(&mut self, apart: f64) -> Result<(), VerificationError> {
+        let plane = self.plane()?;
+        let (mut poles, rates) = loop_poles(&self.sampled, &plane)?;
+        poles.extend(&self.plant_poles);
+        let own = plane
+            .poles()
+            .map_err(in_step("poles of the polished controller"))?;
+        poles.extend(continuous(own, self.plants.period_s()));
+        let lines = sharp_lines(&self.plants, FROM_HZ, (&poles, &self.peaks), apart);
+        let mut loss = loss_on(&self.plants, &self.task, lines)?;
+        let found = loss.evaluate(&self.law, &self.x);
         for r in 0..loss.active.len() {
             loss.active[r] = found.turns[r] == found.turns[0];
         }
-        let mut found = loss.evaluate(&law, &x);
+        let mut found = loss.evaluate(&self.law, &self.x);
         loss.rescale(&mut found);
-        let figures = figures(&loss, &found, 0);
-        let merit = found.merit(super::descent::PENALTY);
-        let stable = rates.iter().all(|r| *r < 0.0);
-        if round == 0 {
-            report.start = figures;
-        } else if let Some(last) = report.rounds.last_mut() {
-            // Judged on the lines round its own poles.
-            let steps = last.steps;
-            *last = PolishRound { steps, ..figures };
-        }
-        if best.as_ref().is_none_or(|(m, _)| stable && merit < *m) {
-            best = Some((merit, x.clone()));
-        }
-        if round == settings.rounds {
-            break;
-        }
-        if round > 0 {
-            // A limit that the first round could not reach is kept where it is.
-            for (limit, over) in [
-                (&mut limits.sensitivity, figures.over_limit[0]),
-                (
-                    &mut limits.high_frequency_gain_a_per_m,
-                    figures.over_limit[1],
-                ),
-                (&mut limits.noise_current_a, figures.over_limit[2]),
-                (&mut limits.mu, figures.over_limit[3]),
-            ] {
-                if over > 1.01 {
-                    *limit *= over;
-                }
-            }
-            loss.limits = limits;
-        }
-        let effort = Effort {
-            steps: settings.steps,
-            tolerance: 1e-3,
-        };
-        let done = descend(&mut loss, &law, &mut x, &effort)?;
-        report.rounds.push(PolishRound {
-            steps: done,
-            ..figures
-        });
+        self.figures = figures(&loss, &found);
+        self.loss = loss;
+        self.stale = false;
+        self.stable = rates.iter().map(|r| *r < 0.0).collect();
+        Ok(())
     }
-    if let Some((_, x)) = best {
-        report.plane = law.system(&x).map_err(&numeric)?;
-    }
-    Ok(report)
 }
 
-/// The specification on lines, modal channels not scaled yet.
-pub(super) fn specification_of(
-    plants: &Plants,
-    lines: &[Line],
-    (modes, weights): (&[UncertainMode], &Weights),
-) -> Result<Specification, VerificationError> {
-    let integral = if weights.integral_corner_hz.is_some() {
-        LOOPS
-    } else {
-        0
-    };
-    let mut blocks = vec![Block::ComplexScalar { n: 1 }; modes.len()];
-    blocks.push(Block::ComplexFull {
-        rows: LOADS + LOOPS,
-        cols: LOADS + LOOPS + integral,
-    });
-    let rows = plants
-        .specification(lines, modes, weights)
-        .map_err(in_step("weights of the polish"))?;
-    Ok(Specification {
-        scales: rows.iter().map(|_| vec![1.0; blocks.len()]).collect(),
-        lines: rows,
-        blocks: Blocks::new(&blocks)
-            .map_err(|_| infeasible("the specification has no channels"))?,
-    })
-}
+/// First line, Hz: below every bearing's bandwidth.
+const FROM_HZ: f64 = 1.0;
 
-fn figures(loss: &Loss, found: &super::loss::Evaluation, steps: usize) -> PolishRound {
+fn figures(loss: &Loss, found: &Evaluation) -> PolishRound {
     let groups = [
         Group::Sensitivity,
         Group::HighGain,
@@ -217,11 +231,20 @@ fn figures(loss: &Loss, found: &super::loss::Evaluation, steps: usize) -> Polish
         Group::Specification,
     ];
     PolishRound {
-        steps,
+        steps: 0,
         lines: loss.lines.len(),
         stiffness_n_per_m: 1e6 * (-found.largest(Group::Compliance)).exp(),
         over_limit: groups.map(|g| found.largest(g).exp()),
     }
+}
+
+/// Poles in the upper half plane as continuous ones, rad/s.
+fn continuous(poles: Vec<c64>, period_s: f64) -> Vec<c64> {
+    let inside = poles.into_iter().filter(|z| z.norm() > 1e-6);
+    inside
+        .map(|z| z.ln() / period_s)
+        .filter(|p| p.im > 0.0)
+        .collect()
 }
 
 /// Poles of the loops as continuous ones, rad/s, and the largest growth rate of each, 1/s.
@@ -241,7 +264,6 @@ fn loop_poles(
         })
         .collect();
     let found = found.map_err(in_step("poles of the polished loop"))?;
-    let period = plane.time.period_s;
     let rates = found
         .iter()
         .map(|poles| {
@@ -251,22 +273,5 @@ fn loop_poles(
                 .fold(f64::NEG_INFINITY, f64::max)
         })
         .collect();
-    // Beyond the top speed only stability counts.
-    let equivalent = found
-        .iter()
-        .take(2)
-        .flatten()
-        .filter(|z| z.norm() > 1e-6)
-        .map(|z| z.ln() / period)
-        .filter(|p| p.im > 0.0)
-        .collect();
-    Ok((equivalent, rates))
-}
-
-fn infeasible(reason: &str) -> ControllerError {
-    ControllerError::Infeasible {
-        step: "polish",
-        reason: reason.to_owned(),
-        advice: "the controller of the D-K iteration is delivered as it is",
-    }
+    Ok((continuous(found.concat(), plane.time.period_s), rates))
 }

@@ -1,0 +1,88 @@
+//! Lines of a polish: dense enough for every peak that the loop can have between rest and top speed.
+
+use super::responses::Plants;
+use super::structure::Line;
+use crate::linalg::c64;
+use std::f64::consts::{PI, TAU};
+
+/// Last line as a share of the Nyquist frequency.
+const LAST: f64 = 0.9995;
+/// Lines at a lightly damped pole, in half-power half-widths from its frequency.
+const FLANKS: [f64; 5] = [-1.6, -0.6, 0.0, 0.6, 1.6];
+/// Poles damped more than this are seen by the plain steps.
+const LIGHTLY: f64 = 0.1;
+/// Two lines of one pole closer than this share of its half-width show the same.
+const SAME: f64 = 0.25;
+
+/// `from_hz` to Nyquist, packed round the plant's modes and the poles of the loop, those closer than a share of their
+/// frequency once.
+pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f64) -> Vec<Line> {
+    let period_s = plants.period_s();
+    let last = LAST * PI / period_s;
+    let steps = |from: f64, to: f64, ratio: f64| {
+        let count = ((to / from).ln() / ratio).ceil().max(2.0) as usize;
+        (0..=count).map(move |k| from * (to / from).powf(k as f64 / count as f64))
+    };
+    let knee = (TAU * 20.0).min(0.25 * last);
+    let mut omega: Vec<f64> = steps((TAU * from_hz).min(0.5 * knee), knee, 0.12)
+        .chain(steps(knee, last, 0.025))
+        .collect();
+    let flexible = plants.at_rest().flexible_rad_s();
+    for mode in flexible {
+        omega.extend((-4..=4).map(|k| mode * (1.0 + 0.01 * f64::from(k))));
+    }
+    for pole in poles_rad_s {
+        let (centre, width) = (pole.im.abs(), pole.re.abs());
+        if width < LIGHTLY * centre {
+            omega.extend(FLANKS.map(|k| centre + width * k));
+        }
+    }
+    omega.retain(|w| *w > 0.0 && *w <= last);
+    omega.sort_by(f64::total_cmp);
+    omega.dedup_by(|b, a| *b < *a * (1.0 + apart));
+    omega.into_iter().map(|w| Line::new(w, period_s)).collect()
+}
+
+/// The plain lines of [`lines`] with lines at every lightly damped pole of plant and loop, however sharp, and round the
+/// frequencies `peaks_rad_s` where a peak was found, by a share of the half-width of the nearest pole.
+pub(super) fn sharp_lines(
+    plants: &Plants,
+    from_hz: f64,
+    (poles_rad_s, peaks_rad_s): (&[c64], &[f64]),
+    apart: f64,
+) -> Vec<Line> {
+    let period_s = plants.period_s();
+    let last = LAST * PI / period_s;
+    // Frequency, and the distance within which another line shows the same.
+    let mut sharp: Vec<(f64, f64)> = vec![];
+    for pole in poles_rad_s {
+        let (centre, width) = (pole.im.abs(), pole.re.abs());
+        if width < LIGHTLY * centre {
+            sharp.extend(FLANKS.map(|k| (centre + width * k, SAME * width)));
+        }
+    }
+    for peak in peaks_rad_s {
+        let nearest = poles_rad_s
+            .iter()
+            .min_by(|a, b| (a.im - peak).abs().total_cmp(&(b.im - peak).abs()));
+        let width = nearest.map_or(apart * peak, |p| p.re.abs().min(0.1 * peak));
+        sharp.extend(FLANKS.map(|k| (peak + SAME * width * k, 0.0)));
+    }
+    sharp.retain(|(w, _)| *w > 0.0 && *w <= last);
+    // The sharpest first: a wider pole beside it needs no line of its own there.
+    sharp.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.total_cmp(&b.0)));
+    let mut omega: Vec<f64> = vec![];
+    for (w, same) in sharp {
+        if omega.iter().all(|o| (o - w).abs() > same) {
+            omega.push(w);
+        }
+    }
+    omega.extend(
+        lines(plants, from_hz, &[], apart)
+            .iter()
+            .map(|l| l.omega_rad_s),
+    );
+    omega.sort_by(f64::total_cmp);
+    omega.dedup();
+    omega.into_iter().map(|w| Line::new(w, period_s)).collect()
+}

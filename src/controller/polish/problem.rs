@@ -1,0 +1,75 @@
+//! The loss of a polish built for one machine and its specification: by the stage that descends on it, and by the check of
+//! its derivatives.
+
+use super::limits::LoopLimits;
+use super::loss::{Loss, Specification, SpecifiedLoop};
+use super::responses::Plants;
+use super::structure::Line;
+use crate::augment::Block;
+use crate::augment::assembly::UncertainMode;
+use crate::augment::plane::{LOADS, LOOPS};
+use crate::augment::weights::Weights;
+use crate::controller::verification_error::VerificationError;
+use crate::controller::{ControllerError, in_step};
+use crate::robust::structure::Structure as Blocks;
+
+/// What a controller is polished for.
+#[derive(Clone, Copy, Debug)]
+pub struct PolishTask<'a> {
+    /// The specification.
+    pub weights: &'a Weights,
+    /// Its uncertain modes.
+    pub modes: &'a [UncertainMode],
+    /// Limits.
+    pub limits: LoopLimits,
+}
+
+/// The loss on `lines`, modal channels not scaled yet.
+pub(super) fn loss_on(
+    plants: &Plants,
+    task: &PolishTask<'_>,
+    lines: Vec<Line>,
+) -> Result<Loss, VerificationError> {
+    let integral = match task.weights.integral_corner_hz {
+        Some(_) => LOOPS,
+        None => 0,
+    };
+    let mut blocks = vec![Block::ComplexScalar { n: 1 }; task.modes.len()];
+    blocks.push(Block::ComplexFull {
+        rows: LOADS + LOOPS,
+        cols: LOADS + LOOPS + integral,
+    });
+    let loops = plants
+        .specification(&lines, task.modes, task.weights)
+        .map_err(in_step("weights of the polish"))?;
+    let loops = loops.into_iter().enumerate().map(|(side, rows)| {
+        // The machine at rest, at its top speed and beyond are the first rotors.
+        SpecifiedLoop {
+            side,
+            scales: vec![vec![1.0; blocks.len()]; rows.len()],
+            lines: rows,
+        }
+    });
+    let specification = Specification {
+        loops: loops.collect(),
+        blocks: Blocks::new(&blocks)
+            .map_err(|_| infeasible("the specification has no channels"))?,
+    };
+    let rotors = plants.on(&lines);
+    let period_s = plants.period_s();
+    Ok(Loss::new(
+        lines,
+        rotors,
+        Some(specification),
+        task.limits,
+        period_s,
+    ))
+}
+
+pub(super) fn infeasible(reason: &str) -> ControllerError {
+    ControllerError::Infeasible {
+        step: "polish",
+        reason: reason.to_owned(),
+        advice: "a polish needs a start that levitates the machine at rest, and a specification with loads",
+    }
+}

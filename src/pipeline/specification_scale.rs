@@ -1,0 +1,159 @@
+//! By how much the limits of a specification have to be widened for a loop that misses it, and which of them binds.
+//!
+//! The displacements and the control current that the specification allows are multiplied by one factor; loads, noise and the
+//! natural-frequency uncertainty stay. The factor is the smallest at which μ is at most one at every speed of
+//! [`super::speed_mu::mu_over_speed`], on the exact responses of the whole machine.
+
+use super::PipelineError;
+use super::speed_mu::{SpeedMu, mu_at_speed};
+use crate::augment::assembly::UncertainMode;
+use crate::augment::weights::{Limits, Weights};
+use crate::lti::{Discrete, StateSpace};
+use crate::spindle::Machine;
+use rayon::prelude::*;
+
+/// A specification with wider limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpecificationScale {
+    /// Factor on displacements and control current; infinite where the uncertainty alone exceeds what the loop bears.
+    pub factor: f64,
+    /// What binds at that factor.
+    pub binds: &'static str,
+    /// Speed at which it binds, rpm.
+    pub speed_rpm: f64,
+    /// Frequency at which it binds, Hz.
+    pub frequency_hz: f64,
+}
+
+impl SpecificationScale {
+    /// The scale in a sentence.
+    pub fn sentence(&self) -> String {
+        let place = format!(
+            "{} at {:.0} Hz and {:.0} rpm binds",
+            self.binds, self.frequency_hz, self.speed_rpm
+        );
+        if self.factor.is_finite() {
+            format!(
+                "The specification is met at {:.2} times its limits: {place}.",
+                self.factor
+            )
+        } else {
+            format!("The specification is not met at any multiple of its limits: {place}.")
+        }
+    }
+}
+
+/// Factors beyond this count as none.
+const LARGEST: f64 = 1e3;
+/// Width of the factor, relative: below the digits reported.
+const WIDTH: f64 = 4e-3;
+/// What a limit is loosened by to see whether it binds.
+const LOOSER: f64 = 1.1;
+/// Rows of the specification, in words.
+const ROWS: [&str; 5] = [
+    "the displacement of the tool",
+    "the displacement at the front bearing",
+    "the displacement at the rear bearing",
+    "the control current",
+    "the natural-frequency uncertainty",
+];
+
+/// The scale of a four-axis law whose μ over speed is `over_speed`; none when it meets the specification or is unstable at a speed.
+///
+/// # Errors
+/// [`PipelineError`] when a plant, a weight or a bound fails.
+pub fn specification_scale(
+    machine: &Machine,
+    (weights, modes): (&Weights, &[UncertainMode]),
+    law: &StateSpace<Discrete>,
+    over_speed: &[SpeedMu],
+) -> Result<Option<SpecificationScale>, PipelineError> {
+    let mut speeds: Vec<SpeedMu> = over_speed.to_vec();
+    speeds.sort_by(|a, b| b.mu.total_cmp(&a.mu));
+    let Some(worst) = speeds.first().copied() else {
+        return Ok(None);
+    };
+    if worst.mu <= 1.0 || !worst.mu.is_finite() {
+        return Ok(None);
+    }
+    let at = |factors: &[f64; 4], modes: &[UncertainMode], rpm: f64| {
+        mu_at_speed(machine, &widened(weights, factors), modes, law, rpm)
+    };
+    let (mut factor, mut binding) = (1.0f64, worst);
+    for speed in &speeds {
+        let rpm = speed.speed_rpm;
+        let mut found = match factor {
+            1.0 => *speed,
+            _ => at(&[factor; 4], modes, rpm)?,
+        };
+        if found.mu <= 1.0 {
+            continue;
+        }
+        binding = found;
+        // μ falls at most as fast as the factor grows.
+        let mut low = factor;
+        let mut high = factor * found.mu;
+        while found.mu > 1.0 && high <= LARGEST {
+            found = at(&[high; 4], modes, rpm)?;
+            if found.mu > 1.0 {
+                binding = found;
+                low = high;
+                high *= found.mu.max(1.05);
+            }
+        }
+        if found.mu > 1.0 {
+            factor = f64::INFINITY;
+            break;
+        }
+        while high / low > 1.0 + WIDTH {
+            let middle = (low * high).sqrt();
+            let there = at(&[middle; 4], modes, rpm)?;
+            if there.mu > 1.0 {
+                (low, binding) = (middle, there);
+            } else {
+                high = middle;
+            }
+        }
+        factor = high;
+    }
+    let used = factor.min(LARGEST);
+    let loosened: Result<Vec<f64>, PipelineError> = (0..ROWS.len())
+        .into_par_iter()
+        .map(|row| {
+            let mut factors = [used; 4];
+            let mut modes = modes.to_vec();
+            match factors.get_mut(row) {
+                Some(own) => *own *= LOOSER,
+                None => modes.iter_mut().for_each(|m| m.relative /= LOOSER),
+            }
+            Ok(at(&factors, &modes, binding.speed_rpm)?.mu)
+        })
+        .collect();
+    let binds = loosened?
+        .into_iter()
+        .zip(ROWS)
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(ROWS[0], |(_, row)| row);
+    Ok(Some(SpecificationScale {
+        factor,
+        binds,
+        speed_rpm: binding.speed_rpm,
+        frequency_hz: binding.frequency_hz.abs(),
+    }))
+}
+
+/// Weights with the displacements at tool, front and rear and the control current multiplied.
+fn widened(weights: &Weights, [tool, front, rear, current]: &[f64; 4]) -> Weights {
+    let wider = |limits: &Limits, factor: f64| Limits {
+        max_dc_displacement_m: factor * limits.max_dc_displacement_m,
+        max_hf_displacement_m: factor * limits.max_hf_displacement_m,
+        ..*limits
+    };
+    Weights {
+        tool: wider(&weights.tool, *tool),
+        front: wider(&weights.front, *front),
+        rear: wider(&weights.rear, *rear),
+        current_limit_a: current * weights.current_limit_a,
+        ..weights.clone()
+    }
+}
