@@ -72,12 +72,8 @@ pub(super) fn search(
         &shifts(&[asked.mode_shift; SHIFTED_MODES]),
     )?;
     let nyquist = std::f64::consts::PI / plants.period_s();
-    let bending = plants
-        .at_rest()
-        .flexible_rad_s()
-        .first()
-        .copied()
-        .unwrap_or(0.1 * nyquist);
+    let modes = plants.at_rest().flexible_rad_s();
+    let bending = modes.first().copied().unwrap_or(0.1 * nyquist);
     let plain = lines(&plants, FROM_HZ, &[], APART);
     let rotors = plants.on(&plain);
     let nominal: Vec<_> = rotors

@@ -7,6 +7,7 @@
 
 use super::ControllerError;
 use super::realise::{Realisation, Row, Term};
+use crate::lti::{Discrete, StateSpace};
 use std::f64::consts::TAU;
 
 /// A real pole below this frequency winds up under saturation and is held to the output authority.
@@ -48,6 +49,19 @@ pub struct ScaledRealisation {
     pub output_reach_a: f64,
 }
 
+/// Nonzero coefficients of every row of A.
+fn transition_rows(system: &StateSpace<Discrete>) -> Vec<Row> {
+    let n = system.order();
+    let row = |i: usize| {
+        let terms = (0..n).filter(|j| system.a[(i, *j)] != 0.0).map(|j| Term {
+            source: j,
+            coefficient: system.a[(i, j)],
+        });
+        terms.collect()
+    };
+    (0..n).map(row).collect()
+}
+
 /// Scales states and signals of a realisation to ±1.
 ///
 /// # Errors
@@ -66,17 +80,7 @@ pub fn scaled(
     }
     let system = realisation.to_state_space()?;
     let (n, m) = (realisation.order(), realisation.inputs);
-    let transitions: Vec<Row> = (0..n)
-        .map(|i| {
-            (0..n)
-                .filter(|j| system.a[(i, *j)] != 0.0)
-                .map(|j| Term {
-                    source: j,
-                    coefficient: system.a[(i, j)],
-                })
-                .collect()
-        })
-        .collect();
+    let transitions = transition_rows(&system);
     let maps = realisation.signal_maps();
     let gains = l1_gains(&transitions, &maps, &system.b, limits.input_m);
     let authority = |i: usize| {

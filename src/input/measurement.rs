@@ -183,26 +183,11 @@ fn frequencies_alone(source: &str) -> Result<Measurement, InputError> {
     })
 }
 
-fn resolve(folder: &Path, name: &str, usual: &str) -> String {
-    let beside = [name.to_owned(), format!("{name}.yaml"), usual.to_owned()];
-    beside
-        .iter()
-        .map(|n| folder.join(n))
-        .find(|p| p.is_file())
-        .map_or_else(|| name.to_owned(), |p| p.display().to_string())
-}
-
-fn read_record(
-    measurement: &mut Measurement,
-    list: &str,
-    folder: &Path,
-    k: usize,
+/// Kind of a record, and that it has only the keys of its kind; `broken` makes the error of a key.
+fn check_keys(
     record: &RecordFile,
+    broken: &dyn Fn(&str, String) -> InputError,
 ) -> Result<(), InputError> {
-    let broken = |key: &str, message: String| {
-        InputError::new(list, format!("records[{k}].{key}: {message}"))
-            .with_hint("correct the record in measurement.yaml")
-    };
     let known = ["sweep", "hammer", "mode_shapes", "frequencies"];
     if !known.contains(&record.kind.as_str()) {
         let near = nearest(&record.kind, known.into_iter()).unwrap_or_default();
@@ -230,6 +215,30 @@ fn read_record(
             .with_hint("remove the key"));
         }
     }
+    Ok(())
+}
+
+fn resolve(folder: &Path, name: &str, usual: &str) -> String {
+    let beside = [name.to_owned(), format!("{name}.yaml"), usual.to_owned()];
+    beside
+        .iter()
+        .map(|n| folder.join(n))
+        .find(|p| p.is_file())
+        .map_or_else(|| name.to_owned(), |p| p.display().to_string())
+}
+
+fn read_record(
+    measurement: &mut Measurement,
+    list: &str,
+    folder: &Path,
+    k: usize,
+    record: &RecordFile,
+) -> Result<(), InputError> {
+    let broken = |key: &str, message: String| {
+        InputError::new(list, format!("records[{k}].{key}: {message}"))
+            .with_hint("correct the record in measurement.yaml")
+    };
+    check_keys(record, &broken)?;
     let path = folder.join(&record.file);
     let name = path.display().to_string();
     let bytes = || {

@@ -201,17 +201,8 @@ fn function(
         1 => true,
         other => return Err(fail(format!("abscissa spacing {other} is neither 0 nor 1"))),
     };
-    let (complex, double) = match kind {
-        2 => (false, false),
-        4 => (false, true),
-        5 => (true, false),
-        6 => (true, true),
-        other => {
-            return Err(fail(format!(
-                "ordinate data type {other} is none of 2, 4, 5, 6"
-            )));
-        }
-    };
+    let (complex, double) = ordinate_type(kind)
+        .ok_or_else(|| fail(format!("ordinate data type {kind} is none of 2, 4, 5, 6")))?;
     // A value takes at least one byte: a larger count is a damaged header, not a reason to allocate.
     let count = usize::try_from(count)
         .ok()
@@ -251,14 +242,6 @@ fn function(
         x.push(at);
         y.push(c64::new(rest[0], if complex { rest[1] } else { 0.0 }));
     }
-    let axis = |text: &str| {
-        let f = fixed(text, &[10, 5, 5, 5, 21, 21]);
-        UffAxis {
-            kind: f[0].trim().parse().unwrap_or(0),
-            label: f[4].trim().to_owned(),
-            units: f[5].trim().to_owned(),
-        }
-    };
     let place = |a: &str, b: &str| (a.trim().parse().unwrap_or(0), b.trim().parse().unwrap_or(0));
     Ok(UffFunction {
         line,
@@ -404,4 +387,25 @@ fn binary_values(
     }
     cursor.at = at;
     Ok(values)
+}
+
+/// Kind, label and unit of an axis of a function.
+fn axis(text: &str) -> UffAxis {
+    let f = fixed(text, &[10, 5, 5, 5, 21, 21]);
+    UffAxis {
+        kind: f[0].trim().parse().unwrap_or(0),
+        label: f[4].trim().to_owned(),
+        units: f[5].trim().to_owned(),
+    }
+}
+
+/// Whether the values of an ordinate data type are complex, and double precision.
+fn ordinate_type(kind: i64) -> Option<(bool, bool)> {
+    match kind {
+        2 => Some((false, false)),
+        4 => Some((false, true)),
+        5 => Some((true, false)),
+        6 => Some((true, true)),
+        _ => None,
+    }
 }

@@ -200,7 +200,7 @@ fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Results
         .collect();
     let bars: Vec<f64> = left.iter().map(|l| (1.0 + l).log10()).collect();
     folder.add_plot(
-        "localisation-places",
+        "localisation_places",
         &plot::ranking(
             "Places, best first, with the law recovered there",
             &words,

@@ -6,6 +6,7 @@
 
 use super::diagnosis_tables;
 use super::frequency_table;
+use super::html_stages::STAGES;
 use super::readable::{self, Grid, Row, words};
 use serde_json::Value;
 
@@ -18,141 +19,6 @@ pub enum HtmlError {
     #[error("report template: {0}")]
     Template(#[from] minijinja::Error),
 }
-
-/// A stage of the run as a section of the page.
-struct Stage {
-    /// Key at the top of the summary, and anchor.
-    key: &'static str,
-    /// Heading.
-    title: &'static str,
-    /// What the reader looks at.
-    lead: &'static str,
-    /// Stems of its pictures start like one of these, in the order in which they are shown.
-    stems: &'static [&'static str],
-}
-
-const STAGES: [Stage; 14] = [
-    Stage {
-        key: "model",
-        title: "Rotor model",
-        lead: "Finite-element model of the rotor with its tool, free in space.",
-        stems: &["campbell", "modes", "rotor"],
-    },
-    Stage {
-        key: "identification",
-        title: "Identification",
-        lead: "What the measured sweeps say about resonances and antiresonances.",
-        stems: &["identif", "frf", "coherence"],
-    },
-    Stage {
-        key: "updating",
-        title: "Updating",
-        lead: "Moduli moved until the model has the measured resonances and antiresonances.",
-        stems: &[
-            "bode",
-            "open-loop",
-            "mode-shape",
-            "modul",
-            "determin",
-            "errors",
-            "updat",
-            "frequenc",
-        ],
-    },
-    Stage {
-        key: "design",
-        title: "Controller",
-        lead: "µ below 1: every specification holds for every plant within the stated uncertainty.",
-        stems: &[
-            "mu",
-            "speed",
-            "d-fit",
-            "d-scale",
-            "order",
-            "reduction",
-            "controller",
-        ],
-    },
-    Stage {
-        key: "table",
-        title: "Tools",
-        lead: "A design and a tuned PID for each tool, side by side.",
-        stems: &["tools"],
-    },
-    Stage {
-        key: "statements",
-        title: "At the tool plane",
-        lead: "The statements of the paper's figure 9 as numbers; worst: not undercut by any rotor within the uncertainty.",
-        stems: &[],
-    },
-    Stage {
-        key: "tightening",
-        title: "Tighter at the tool",
-        lead: "What the slack of the specification gives when it goes into the tool's displacement limits.",
-        stems: &[],
-    },
-    Stage {
-        key: "routes",
-        title: "Sampled design and emulation",
-        lead: "Both routes, each judged on the sampled loop: synthesis on the sampled plant, and continuous synthesis with a Padé delay followed by Tustin's rule.",
-        stems: &[],
-    },
-    Stage {
-        key: "stiffness",
-        title: "Dynamic stiffness at the tool",
-        lead: "Force over displacement at the tool plane; higher is stiffer.",
-        stems: &["stiffness", "compliance"],
-    },
-    Stage {
-        key: "sensitivity",
-        title: "Sensitivity",
-        lead: "Robustness of each control axis in the zones of ISO 14839-3: A up to 9.5 dB, B to 12, C to 14.",
-        stems: &["sensitivity", "nyquist"],
-    },
-    Stage {
-        key: "simulation",
-        title: "Time responses",
-        lead: "True bearing force law, limits of current and voltage, backup bearings.",
-        stems: &[
-            "animation",
-            "response",
-            "time",
-            "orbit",
-            "impulse",
-            "step",
-            "unbalance",
-            "lift",
-            "contact",
-        ],
-    },
-    Stage {
-        key: "machining",
-        title: "Machining",
-        lead: "Stable depth of cut from the closed-loop response at the tool.",
-        stems: &["lobes", "chatter"],
-    },
-    Stage {
-        key: "diagnosis",
-        title: "Diagnosis",
-        lead: "Where model and measurement disagree, and which effect explains it.",
-        stems: &[
-            "locali",
-            "impedance",
-            "ranking",
-            "coverage",
-            "residual",
-            "hammer",
-            "channel",
-            "diagnosis",
-        ],
-    },
-    Stage {
-        key: "tools",
-        title: "Tools",
-        lead: "One design for each tool.",
-        stems: &["tools", "batch"],
-    },
-];
 
 #[derive(serde::Serialize)]
 struct Section {

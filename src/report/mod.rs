@@ -16,6 +16,7 @@ pub mod firmware_sections;
 pub mod firmware_table;
 pub mod frequency_table;
 pub mod html;
+mod html_stages;
 pub mod identification;
 pub mod manifest;
 pub mod mat;

@@ -224,7 +224,7 @@ pub fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(&'static 
     bars.extend(after.iter().map(|(n, e)| (*n, e.as_slice())));
     let mut list = vec![
         (
-            "modulus-factors",
+            "modulus_factors",
             modulus_factors("Modulus factors", &regions, &factor, &deviation),
         ),
         (
@@ -232,11 +232,11 @@ pub fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(&'static 
             determinability("What the data determine", &singular, &regions, &share),
         ),
         (
-            "frequency-errors",
+            "frequency_errors",
             frequency_errors("Errors of the model", &labels, &bars),
         ),
     ];
-    list.push(("mode-shapes", shapes_figure(machine, name, fit)));
+    list.push(("mode_shapes", shapes_figure(machine, name, fit)));
     list
 }
 

@@ -26,6 +26,32 @@ pub enum Damping {
     Modal(Vec<f64>),
 }
 
+impl Damping {
+    /// C of shaft and joints in the modes of the free-free shaft, n×n.
+    fn modal_matrix(&self, modes: &PlanarModes) -> Mat<f64> {
+        let n = modes.len();
+        let project = |m: &Mat<f64>| modes.shapes.transpose() * (m * &modes.shapes);
+        let mut c = project(&modes.matrices.joint_damping);
+        match self {
+            Self::None => {}
+            Self::Proportional { alpha, beta } => {
+                let shaft = project(&modes.matrices.shaft_mass);
+                c = Mat::from_fn(n, n, |i, j| {
+                    let own = modes.omega_rad_s[i].powi(2);
+                    let stiffness = if i == j { beta * own } else { 0.0 };
+                    c[(i, j)] + alpha * shaft[(i, j)] + stiffness
+                });
+            }
+            Self::Modal(ratios) => {
+                for (k, zeta) in ratios.iter().enumerate().take(n - RIGID) {
+                    c[(k + RIGID, k + RIGID)] += 2.0 * zeta * modes.omega_rad_s[k + RIGID];
+                }
+            }
+        }
+        c
+    }
+}
+
 /// A linear support: force on the rotor −K (x, y) − C (ẋ, ẏ).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
@@ -70,6 +96,71 @@ pub struct WhirlSpectrum {
 /// above the rounding of the double zero of free translation.
 const OSCILLATING_RAD_S: f64 = TAU * 0.5;
 
+/// A rotor on supports in the modes of the free-free shaft: ω², C, ΩG, and what the supports add between the planes.
+struct Reduced {
+    omega2: Vec<f64>,
+    /// States are (s q, q̇): rows and columns of like size.
+    scale: Vec<f64>,
+    damping: Mat<f64>,
+    turn: Mat<f64>,
+    stiffness: [[Mat<f64>; 2]; 2],
+    viscous: [[Mat<f64>; 2]; 2],
+}
+
+impl Reduced {
+    /// System matrix in r = x + jy: a circulant [[a, b], [−b, a]] of the supports acts as a − jb.
+    fn isotropic(&self) -> Mat<c64> {
+        let n = self.scale.len();
+        let (ka, kb) = (&self.stiffness[0][0], &self.stiffness[0][1]);
+        let (da, db) = (&self.viscous[0][0], &self.viscous[0][1]);
+        Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => c64::new(0.0, 0.0),
+            (true, false) => c64::new(if i + n == j { self.scale[i] } else { 0.0 }, 0.0),
+            (false, true) => {
+                let (i, j) = (i - n, j);
+                let own = if i == j { self.omega2[i] } else { 0.0 };
+                -c64::new(own + ka[(i, j)], -kb[(i, j)]) / self.scale[j]
+            }
+            (false, false) => {
+                let (i, j) = (i - n, j - n);
+                let real = self.damping[(i, j)] + da[(i, j)];
+                -c64::new(real, -self.turn[(i, j)] - db[(i, j)])
+            }
+        })
+    }
+
+    /// System matrix of both planes.
+    fn two_planes(&self) -> Mat<f64> {
+        let n = self.scale.len();
+        let size = 2 * n;
+        let plane = |i: usize| (i / n, i % n);
+        Mat::from_fn(2 * size, 2 * size, |i, j| match (i < size, j < size) {
+            (true, true) => 0.0,
+            (true, false) if i + size == j => self.scale[i % n],
+            (true, false) => 0.0,
+            (false, true) => {
+                let ((p, i), (q, j)) = (plane(i - size), plane(j));
+                let own = if p == q && i == j {
+                    self.omega2[i]
+                } else {
+                    0.0
+                };
+                -(own + self.stiffness[p][q][(i, j)]) / self.scale[j]
+            }
+            (false, false) => {
+                let ((p, i), (q, j)) = (plane(i - size), plane(j - size));
+                let own = if p == q { self.damping[(i, j)] } else { 0.0 };
+                let turn = match (p, q) {
+                    (0, 1) => self.turn[(i, j)],
+                    (1, 0) => -self.turn[(i, j)],
+                    _ => 0.0,
+                };
+                -(own + self.viscous[p][q][(i, j)] + turn)
+            }
+        })
+    }
+}
+
 impl Rotor {
     /// Whirl modes at `speed_rad_s` up to `to_hz`.
     ///
@@ -87,23 +178,8 @@ impl Rotor {
         let matrices = &modes.matrices;
         let project = |m: &Mat<f64>| modes.shapes.transpose() * (m * &modes.shapes);
         let gyroscopic = project(&matrices.gyroscopic);
-        let mut c = project(&matrices.joint_damping);
         let omega2 = |k: usize| modes.omega_rad_s[k].powi(2);
-        match damping {
-            Damping::None => {}
-            Damping::Proportional { alpha, beta } => {
-                let shaft = project(&matrices.shaft_mass);
-                c = Mat::from_fn(n, n, |i, j| {
-                    let stiffness = if i == j { beta * omega2(i) } else { 0.0 };
-                    c[(i, j)] + alpha * shaft[(i, j)] + stiffness
-                });
-            }
-            Damping::Modal(ratios) => {
-                for (k, zeta) in ratios.iter().enumerate().take(n - RIGID) {
-                    c[(k + RIGID, k + RIGID)] += 2.0 * zeta * modes.omega_rad_s[k + RIGID];
-                }
-            }
-        }
+        let c = damping.modal_matrix(&modes);
         let rows = supports
             .iter()
             .map(|s| Ok(modes.amplitudes(&self.shape_at("support", s.position_m)?)))
@@ -135,77 +211,31 @@ impl Rotor {
         let scale: Vec<f64> = (0..n)
             .map(|k| (omega2(k) + share(k)).max(1.0).sqrt())
             .collect();
+        let reduced = Reduced {
+            omega2: (0..n).map(omega2).collect(),
+            scale,
+            damping: c,
+            turn: Mat::from_fn(n, n, |i, j| speed_rad_s * gyroscopic[(i, j)]),
+            stiffness: [0, 1].map(|a| [0, 1].map(|b| stiffness(a, b))),
+            viscous: [0, 1].map(|a| [0, 1].map(|b| viscous(a, b))),
+        };
+        let at_rest = speed_rad_s == 0.0;
         if supports.iter().all(Support::is_isotropic) {
-            // A circulant [[a, b], [−b, a]] acts on r = x + jy as a − jb.
-            let (ka, kb) = (stiffness(0, 0), stiffness(0, 1));
-            let (da, db) = (viscous(0, 0), viscous(0, 1));
-            let a = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-                (true, true) => c64::new(0.0, 0.0),
-                (true, false) => c64::new(if i + n == j { scale[i] } else { 0.0 }, 0.0),
-                (false, true) => {
-                    let (i, j) = (i - n, j);
-                    let own = if i == j { omega2(i) } else { 0.0 };
-                    -c64::new(own + ka[(i, j)], -kb[(i, j)]) / scale[j]
-                }
-                (false, false) => {
-                    let (i, j) = (i - n, j - n);
-                    -c64::new(
-                        c[(i, j)] + da[(i, j)],
-                        -speed_rad_s * gyroscopic[(i, j)] - db[(i, j)],
-                    )
-                }
-            });
-            let values = eigenvalues_complex(&a)?;
-            let whirl = |v: &c64| {
-                if speed_rad_s == 0.0 {
-                    0.0
-                } else {
-                    v.im.signum()
-                }
-            };
+            let values = eigenvalues_complex(&reduced.isotropic())?;
+            let whirl = |v: &c64| if at_rest { 0.0 } else { v.im.signum() };
             return Ok(spectrum(values.iter().map(|v| (*v, whirl(v))), to_hz));
         }
-        let size = 2 * n;
-        let plane = |i: usize| (i / n, i % n);
-        let (ks, cs) = (
-            [0, 1].map(|a| [0, 1].map(|b| stiffness(a, b))),
-            [0, 1].map(|a| [0, 1].map(|b| viscous(a, b))),
-        );
-        let a = Mat::from_fn(2 * size, 2 * size, |i, j| match (i < size, j < size) {
-            (true, true) => 0.0,
-            (true, false) => {
-                if i + size == j {
-                    scale[i % n]
-                } else {
-                    0.0
-                }
-            }
-            (false, true) => {
-                let ((p, i), (q, j)) = (plane(i - size), plane(j));
-                let own = if p == q && i == j { omega2(i) } else { 0.0 };
-                -(own + ks[p][q][(i, j)]) / scale[j]
-            }
-            (false, false) => {
-                let ((p, i), (q, j)) = (plane(i - size), plane(j - size));
-                let own = if p == q { c[(i, j)] } else { 0.0 };
-                let turn = match (p, q) {
-                    (0, 1) => speed_rad_s * gyroscopic[(i, j)],
-                    (1, 0) => -speed_rad_s * gyroscopic[(i, j)],
-                    _ => 0.0,
-                };
-                -(own + cs[p][q][(i, j)] + turn)
-            }
-        });
-        let (values, vectors) = eigen_vectors(&a)?;
+        let (values, vectors) = eigen_vectors(&reduced.two_planes())?;
         let whirl = |k: usize| {
-            if speed_rad_s == 0.0 {
+            if at_rest {
                 return 0.0;
             }
             let (mut forward, mut backward) = (0.0, 0.0);
             for dof in (0..modes.shapes.nrows()).step_by(2) {
                 let amplitude = |p: usize| {
                     (0..n).fold(c64::new(0.0, 0.0), |sum, m| {
-                        sum + vectors[(p * n + m, k)] * modes.shapes[(dof, m)] / scale[m]
+                        let shape = modes.shapes[(dof, m)] / reduced.scale[m];
+                        sum + vectors[(p * n + m, k)] * shape
                     })
                 };
                 let (x, y) = (amplitude(0), amplitude(1) * c64::new(0.0, 1.0));
@@ -216,18 +246,13 @@ impl Rotor {
         };
         // Conjugate pairs: one of each, the one with Im λ > 0, stands for the mode.
         let listed = (0..values.len()).map(|k| (values[k], k));
+        let direction = |v: c64, k: usize| match v.im > OSCILLATING_RAD_S {
+            true => whirl(k),
+            false => 0.0,
+        };
         let kept: Vec<(c64, f64)> = listed
             .filter(|(v, _)| v.im >= 0.0)
-            .map(|(v, k)| {
-                (
-                    v,
-                    if v.im > OSCILLATING_RAD_S {
-                        whirl(k)
-                    } else {
-                        0.0
-                    },
-                )
-            })
+            .map(|(v, k)| (v, direction(v, k)))
             .collect();
         Ok(spectrum(kept, to_hz))
     }

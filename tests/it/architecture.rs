@@ -36,10 +36,10 @@ const HOMES: [(&str, &[&str]); 7] = [
     ),
 ];
 
-struct Source {
+pub struct Source {
     /// Path below `src/`, with `/`.
-    path: String,
-    text: String,
+    pub path: String,
+    pub text: String,
 }
 
 impl Source {
@@ -49,7 +49,7 @@ impl Source {
     }
 
     /// Numbered lines of code: comments and what stands in string literals taken out.
-    fn code(&self) -> Vec<(usize, String)> {
+    pub fn code(&self) -> Vec<(usize, String)> {
         let bare = without_literals(&self.text);
         bare.lines()
             .enumerate()
@@ -119,7 +119,7 @@ fn without_literals(text: &str) -> String {
     out
 }
 
-fn sources() -> Vec<Source> {
+pub fn sources() -> Vec<Source> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files: Vec<PathBuf> = Vec::new();
     let mut folders = vec![root.clone()];
@@ -146,7 +146,7 @@ fn sources() -> Vec<Source> {
 }
 
 /// Fails with all findings at once.
-fn none(findings: Vec<String>, rule: &str) {
+pub fn none(findings: Vec<String>, rule: &str) {
     assert!(findings.is_empty(), "{rule}:\n  {}", findings.join("\n  "));
 }
 
@@ -337,9 +337,12 @@ fn every_file_is_one_documented_concept() {
 }
 
 #[test]
-fn unsafe_code_is_in_one_file() {
+fn unsafe_code_is_in_one_folder() {
     let mut findings = Vec::new();
-    for source in sources().iter().filter(|s| s.path != "linalg/lapack.rs") {
+    for source in sources()
+        .iter()
+        .filter(|s| !s.path.starts_with("linalg/lapack/"))
+    {
         for (line, code) in source.code() {
             if code
                 .split(|c: char| !(c.is_alphanumeric() || c == '_'))
@@ -349,7 +352,7 @@ fn unsafe_code_is_in_one_file() {
             }
         }
     }
-    none(findings, "unsafe code only in linalg/lapack.rs");
+    none(findings, "unsafe code only in linalg/lapack");
 }
 
 #[test]

@@ -141,7 +141,7 @@ fn a_notch_in_the_rear_sensor_stays_unexplained() {
     let names: Vec<&str> = folder.files().map(|(path, _)| path).collect();
     for stem in [
         "localisation",
-        "localisation-places",
+        "localisation_places",
         "impedance",
         "ranking",
         "residual",

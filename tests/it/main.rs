@@ -17,6 +17,7 @@ mod diagnose_model;
 mod diagnose_next;
 mod dk;
 mod effects_table;
+mod file_circles;
 mod firmware;
 mod firmware_c;
 mod generator;

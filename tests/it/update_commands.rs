@@ -68,10 +68,10 @@ fn both_methods_meet_the_published_frequencies_within_a_thousandth() {
         let summary = std::fs::read(out.path().join("summary.json")).unwrap();
         assert_eq!(json(&summary), answer);
         for plot in [
-            "modulus-factors",
+            "modulus_factors",
             "determinability",
-            "frequency-errors",
-            "mode-shapes",
+            "frequency_errors",
+            "mode_shapes",
         ] {
             for end in ["svg", "csv"] {
                 assert!(out.path().join(format!("plots/{plot}.{end}")).is_file());

@@ -60,21 +60,8 @@ pub fn animate(motion: &Motion) -> (String, String) {
     (svg(motion), csv(motion))
 }
 
-fn svg(m: &Motion) -> String {
-    let largest = largest(m);
-    // A round scale of the side view: so many px for that many µm.
-    let gain = SWING / round_up(largest.max(1e-12));
-    let (from, to) = (
-        m.position_m.first().copied().unwrap_or(0.0),
-        m.position_m.last().copied().unwrap_or(1.0),
-    );
-    let along = |z: f64| SIDE.0 + (SIDE.1 - SIDE.0) * (z - from) / (to - from).max(1e-9);
-    let point = |z: f64, x: f64, y: f64| {
-        (
-            along(z) + gain * y * OBLIQUE.0,
-            SIDE.2 - gain * (x + y * OBLIQUE.1),
-        )
-    };
+/// Opening tag, title and the scale of time.
+fn header(m: &Motion) -> String {
     let mut out = String::new();
     let w = &mut out;
     line(
@@ -96,18 +83,35 @@ fn svg(m: &Motion) -> String {
         w,
         &format!("<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#FFFFFF\"/>"),
     );
-    text(w, (16.0, 26.0), 16.0, INK, "start", &m.title, true);
+    text(w, (16.0, 26.0), Style::start(16.0, INK).bold(), &m.title);
     let span_ms = 1e3 * (m.time_s.last().unwrap_or(&0.0) - m.time_s.first().unwrap_or(&0.0));
     let slower = m.seconds / (1e-3 * span_ms).max(1e-9);
     text(
         w,
         (16.0, 46.0),
-        12.0,
-        SOFT,
-        "start",
+        Style::start(12.0, SOFT),
         &format!("{span_ms:.3} ms, slowed down {slower:.0} times"),
-        false,
     );
+    out
+}
+
+fn svg(m: &Motion) -> String {
+    let largest = largest(m);
+    // A round scale of the side view: so many px for that many µm.
+    let gain = SWING / round_up(largest.max(1e-12));
+    let (from, to) = (
+        m.position_m.first().copied().unwrap_or(0.0),
+        m.position_m.last().copied().unwrap_or(1.0),
+    );
+    let along = |z: f64| SIDE.0 + (SIDE.1 - SIDE.0) * (z - from) / (to - from).max(1e-9);
+    let point = |z: f64, x: f64, y: f64| {
+        (
+            along(z) + gain * y * OBLIQUE.0,
+            SIDE.2 - gain * (x + y * OBLIQUE.1),
+        )
+    };
+    let mut out = header(m);
+    let w = &mut out;
     // Side view: axis at rest, backup bearings, orbits, shaft.
     let rest = [point(from, 0.0, 0.0), point(to, 0.0, 0.0)];
     polyline(w, &rest, SOFT, 1.0, "stroke-dasharray=\"7 5\"");
@@ -117,31 +121,22 @@ fn svg(m: &Motion) -> String {
     text(
         w,
         (26.0, SIDE.2 - SWING - 7.0),
-        11.5,
-        INK,
-        "middle",
+        Style::middle(11.5, INK),
         &length(scale_m),
-        false,
     );
     text(
         w,
         (38.0, SIDE.2 - 0.5 * SWING),
-        11.5,
-        INK,
-        "start",
+        Style::start(11.5, INK),
         "x",
-        false,
     );
     let y_tip = (26.0 + SWING * OBLIQUE.0, SIDE.2 - SWING * OBLIQUE.1);
     polyline(w, &[(26.0, SIDE.2), y_tip], INK, 1.4, "");
     text(
         w,
         (y_tip.0 + 4.0, y_tip.1 + 4.0),
-        11.5,
-        INK,
-        "start",
+        Style::start(11.5, INK),
         "y",
-        false,
     );
     for (k, plane) in m.planes.iter().enumerate() {
         let color = COLORS[k % COLORS.len()];
@@ -167,11 +162,8 @@ fn svg(m: &Motion) -> String {
         text(
             w,
             (at, SIDE.2 + SWING + 52.0 + drop),
-            12.0,
-            color,
-            "middle",
+            Style::middle(12.0, color),
             &plane.name,
-            false,
         );
     }
     let shaft: Vec<Vec<(f64, f64)>> = m
@@ -233,29 +225,20 @@ fn end_view(w: &mut String, m: &Motion, plane: &OrbitPlane, k: usize) {
     text(
         w,
         (centre.0 + ORBIT + 12.0, centre.1 - 8.0),
-        12.0,
-        color,
-        "start",
+        Style::start(12.0, color).bold(),
         &plane.name,
-        true,
     );
     text(
         w,
         (centre.0 + ORBIT + 12.0, centre.1 + 9.0),
-        11.0,
-        SOFT,
-        "start",
+        Style::start(11.0, SOFT),
         circle,
-        false,
     );
     text(
         w,
         (centre.0 + ORBIT + 12.0, centre.1 + 24.0),
-        11.0,
-        SOFT,
-        "start",
+        Style::start(11.0, SOFT),
         &length(radius_m),
-        false,
     );
     let at: Vec<(f64, f64)> = plane
         .x_m
@@ -320,15 +303,44 @@ fn polyline(w: &mut String, at: &[(f64, f64)], color: &str, width: f64, more: &s
     );
 }
 
-fn text(
-    w: &mut String,
-    at: (f64, f64),
+/// How a text of the picture looks.
+#[derive(Clone, Copy)]
+struct Style<'a> {
     size: f64,
-    color: &str,
-    anchor: &str,
-    words: &str,
+    color: &'a str,
+    anchor: &'static str,
     bold: bool,
-) {
+}
+
+impl<'a> Style<'a> {
+    fn start(size: f64, color: &'a str) -> Self {
+        Self {
+            size,
+            color,
+            anchor: "start",
+            bold: false,
+        }
+    }
+
+    fn middle(size: f64, color: &'a str) -> Self {
+        Self {
+            anchor: "middle",
+            ..Self::start(size, color)
+        }
+    }
+
+    fn bold(self) -> Self {
+        Self { bold: true, ..self }
+    }
+}
+
+fn text(w: &mut String, at: (f64, f64), style: Style, words: &str) {
+    let Style {
+        size,
+        color,
+        anchor,
+        bold,
+    } = style;
     let weight = if bold { " font-weight=\"bold\"" } else { "" };
     line(
         w,
