@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Folders under `src/` in the order of the pipeline: each may use those before it.
-const ORDER: [&str; 16] = [
+const ORDER: [&str; 17] = [
     "guide",
     "linalg",
     "lti",
@@ -19,6 +19,7 @@ const ORDER: [&str; 16] = [
     "pipeline",
     "input",
     "report",
+    "prelude",
     "cli",
 ];
 
