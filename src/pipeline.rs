@@ -10,6 +10,7 @@ pub mod overspeed;
 pub mod polishing;
 pub mod problems;
 mod reduction;
+pub mod settings;
 pub mod specification_scale;
 pub mod speed_mu;
 pub mod stable;

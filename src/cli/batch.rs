@@ -1,8 +1,9 @@
 //! `muspin batch`: a design per tool and one table over all.
 
 use super::controlled_machine::machine_tag;
-use super::design::{add_controller, finish, run_design};
+use super::design::{add_controller, finish};
 use super::design_arguments::{PidArguments, PidEffort};
+use super::design_progress::run_design;
 use super::machine::load_machine;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
@@ -12,8 +13,8 @@ use crate::controller::MachineTag;
 use crate::controller::pid_tune::{found_or_reason, tune};
 use crate::input::{load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict, rival_settings};
-use crate::pipeline::design::DesignSettings;
 use crate::pipeline::problems::largest_tightening;
+use crate::pipeline::settings::DesignSettings;
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
 use crate::predict::sensitivity::Zone;
 use crate::report::comparison::pid_json;

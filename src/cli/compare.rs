@@ -1,7 +1,8 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
-use super::design::{add_predictions, finish, run_design};
+use super::design::{add_predictions, finish};
 use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
+use super::design_progress::run_design;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};

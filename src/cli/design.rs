@@ -2,6 +2,7 @@
 
 use super::controlled_machine::machine_tag;
 use super::design_arguments::DesignArguments;
+use super::design_progress::run_design_with;
 use super::design_variants::{RouteArgument, Tighten, routes_json, tightened, tightening_json};
 use super::output::{REPORT, claim};
 use super::progress::Progress;
@@ -11,8 +12,8 @@ use crate::controller::MachineTag;
 use crate::input::{spindle_yaml, tool_yaml};
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::{Prediction, predict};
-use crate::pipeline::design::{Design, DesignSettings, design};
-use crate::pipeline::polishing::PolishEffort;
+use crate::pipeline::design::Design;
+use crate::pipeline::settings::{DesignSettings, PolishEffort};
 use crate::predict::sensitivity::Zone;
 use crate::report::design_summary::arithmetic_json;
 use crate::report::firmware::{Firmware, Format, write_all};
@@ -140,15 +141,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(outcome(&found, [&rest, &speed]))
 }
 
-/// The design with default settings and the polish, with a line per iteration on a terminal.
-pub fn run_design(
-    machine: &Machine,
-    weights: &Weights,
-    progress: &Progress,
-) -> Result<Design, Failure> {
-    run_design_with(machine, weights, &DesignSettings::polished(), progress)
-}
-
 /// µ and tool stiffness with the coefficients of each arithmetic.
 pub fn add_arithmetic(
     summary: &mut Summary,
@@ -162,36 +154,6 @@ pub fn add_arithmetic(
         .collect();
     summary.set("design.arithmetic", arithmetic_json(design, &rest?));
     Ok(())
-}
-
-/// The design with a line per iteration on a terminal.
-pub(super) fn run_design_with(
-    machine: &Machine,
-    weights: &Weights,
-    settings: &DesignSettings,
-    progress: &Progress,
-) -> Result<Design, Failure> {
-    progress.stage("design");
-    let found = design(machine, weights, settings, &mut |step| {
-        progress.line(match &step.failure {
-            Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
-            None => format!(
-                "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
-                step.iteration + 1,
-                step.gamma,
-                step.mu_peak,
-                step.controller_order,
-                step.d_orders
-            ),
-        });
-    })?;
-    if let Some(polish) = &found.polish {
-        progress.line(polish.sentence.clone());
-    }
-    if let Some(scale) = &found.specification_scale {
-        progress.line(scale.sentence());
-    }
-    Ok(found)
 }
 
 /// Exit of a design: done, or a target missed. `predictions` are those of its controller at rest and at top speed: zone D of

@@ -1,14 +1,15 @@
 //! What else `muspin design` can be asked: tighten the tool's specification, or design by both routes.
 
 use super::Failure;
-use super::design::run_design_with;
+use super::design_progress::run_design_with;
 use super::progress::Progress;
 use crate::augment::plane::Route;
 use crate::augment::weights::Weights;
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::{Prediction, predict};
-use crate::pipeline::design::{Design, DesignSettings};
+use crate::pipeline::design::Design;
 use crate::pipeline::problems::largest_tightening;
+use crate::pipeline::settings::DesignSettings;
 use crate::report::design_summary::{route_word, variant_json};
 use crate::report::summary::number;
 use crate::spindle::Machine;

@@ -11,6 +11,7 @@ mod contact;
 mod controlled_machine;
 mod design;
 mod design_arguments;
+mod design_progress;
 mod design_variants;
 mod diagnose;
 mod export;

@@ -3,8 +3,8 @@
 use super::controlled_machine::{MachineArguments, machine_tag};
 use super::design::{
     UNPOLISHED, add_arithmetic, add_controller, add_predictions, finish, of_unpolished, outcome,
-    run_design,
 };
+use super::design_progress::run_design;
 use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;

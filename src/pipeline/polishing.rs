@@ -14,6 +14,7 @@ use super::comparison::{BAND_HZ, Prediction, predict};
 use super::delivery::{Delivery, deliver, scaled_plane};
 use super::overspeed::OVERSPEED;
 use super::problems::Problems;
+use super::settings::PolishEffort;
 use super::speed_mu::mu_at_speed;
 use crate::augment::plane::connected_part;
 use crate::augment::weights::Weights;
@@ -27,31 +28,6 @@ use crate::lti::{Discrete, StateSpace};
 use crate::predict::closed_loop::both_planes;
 use crate::predict::sensitivity::Zone;
 use crate::spindle::Machine;
-
-/// How long a controller is polished.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PolishEffort {
-    /// Rounds of descent; the lines are renewed between them.
-    pub rounds: usize,
-    /// Steps of a round at most.
-    pub steps: usize,
-    /// Further rounds at most, each with a line at the peak of μ that the certificate found.
-    pub cuts: usize,
-    /// Steps of such a round at most.
-    pub cut_steps: usize,
-}
-
-impl Default for PolishEffort {
-    /// A hundred steps: on the reference spindle further ones add a percent.
-    fn default() -> Self {
-        Self {
-            rounds: 2,
-            steps: 50,
-            cuts: 4,
-            cut_steps: 15,
-        }
-    }
-}
 
 /// A controller with the figures that decide between two.
 #[derive(Clone, Debug)]

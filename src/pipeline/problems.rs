@@ -5,7 +5,7 @@
 //! the route decides which plant: the sampled one, or the continuous one with a Padé approximant of the total delay.
 
 use super::PipelineError;
-use super::design::DesignSettings;
+use super::settings::DesignSettings;
 use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::{UncertainMode, generalized_plane};
 use crate::augment::plane::{Route, design_plane, modes_below_nyquist};

@@ -6,9 +6,9 @@
 
 use super::PipelineError;
 use super::certificates::{attained_at, true_frequency_hz};
-use super::design::DesignSettings;
 use super::emulation::{Emulated, sampled_by_tustin};
 use super::problems::{Problems, generalized, pose};
+use super::settings::DesignSettings;
 use super::stable::{OwnStability, prefer_stable};
 use crate::augment::plane::{LOADS, LOOPS, Route};
 use crate::augment::weights::Weights;

@@ -1,0 +1,47 @@
+//! A design with its progress on a terminal.
+
+use super::Failure;
+use super::progress::Progress;
+use crate::augment::weights::Weights;
+use crate::pipeline::design::{Design, design};
+use crate::pipeline::settings::DesignSettings;
+use crate::spindle::Machine;
+
+/// The design with default settings and the polish, with a line per iteration on a terminal.
+pub fn run_design(
+    machine: &Machine,
+    weights: &Weights,
+    progress: &Progress,
+) -> Result<Design, Failure> {
+    run_design_with(machine, weights, &DesignSettings::polished(), progress)
+}
+
+/// The design with a line per iteration on a terminal.
+pub(super) fn run_design_with(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    progress: &Progress,
+) -> Result<Design, Failure> {
+    progress.stage("design");
+    let found = design(machine, weights, settings, &mut |step| {
+        progress.line(match &step.failure {
+            Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
+            None => format!(
+                "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
+                step.iteration + 1,
+                step.gamma,
+                step.mu_peak,
+                step.controller_order,
+                step.d_orders
+            ),
+        });
+    })?;
+    if let Some(polish) = &found.polish {
+        progress.line(polish.sentence.clone());
+    }
+    if let Some(scale) = &found.specification_scale {
+        progress.line(scale.sentence());
+    }
+    Ok(found)
+}
