@@ -4,9 +4,10 @@
 //! Limits: |S_jj| within zone A of ISO 14839-3; current from sensor noise, rms, a thirtieth of the smaller bias current; gain
 //! above the modes of the model so that sensor noise at any one frequency asks for that current at most; μ of the specification
 //! as written at rest and, with the true gyroscopics, at top speed and 1.2 times that. After the descent μ of the whole machine
-//! is certified; a peak above one becomes a line of the loss, and the descent goes on from there. The polished controller goes through the same
-//! rounding and certificates as the one of the D-K iteration, and is delivered when they hold and its tool is stiffer at
-//! rest and at top speed.
+//! is certified; a peak above one becomes a line of the loss, and the descent goes on from there. The polished controller goes
+//! through the same rounding and certificates as the one of the D-K iteration, and is delivered when they hold and its tool is
+//! stiffer at rest and at top speed. Where the controller of the D-K iteration misses a target, the polish starts from a tuned
+//! PID as well.
 
 use super::PipelineError;
 use super::certificates::{PeakFigures, certified, mu_words};
