@@ -1,27 +1,12 @@
-//! Hermitian and complex factorisations as plain functions: Cholesky inverse, eigenvalues, singular vectors.
+//! Hermitian and complex factorisations as plain functions: Cholesky factor, inverse, eigenvalues, singular vectors.
 
 use super::error::NumericError;
-use faer::linalg::solvers::{DenseSolveCore, Solve};
+use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side, c64};
-
-/// Inverse of a Hermitian matrix by Cholesky; `None` when it is not positive definite. Reads the lower triangle.
-pub fn inverse_definite(h: &Mat<c64>) -> Option<Mat<c64>> {
-    Some(h.llt(Side::Lower).ok()?.inverse())
-}
-
-/// Whether a Hermitian matrix is positive definite, by Cholesky. Reads the lower triangle.
-pub fn is_definite(h: &Mat<c64>) -> bool {
-    h.llt(Side::Lower).is_ok()
-}
 
 /// Lower triangular L with H = L Lᴴ; `None` when H is not positive definite. Reads the lower triangle.
 pub fn cholesky(h: &Mat<c64>) -> Option<Mat<c64>> {
     Some(h.llt(Side::Lower).ok()?.L().to_owned())
-}
-
-/// x with A x = b for a real symmetric positive definite A; `None` when A is not definite. Reads the lower triangle.
-pub fn solve_definite(a: &Mat<f64>, b: &Mat<f64>) -> Option<Mat<f64>> {
-    Some(a.llt(Side::Lower).ok()?.solve(b))
 }
 
 /// Eigenvalues (ascending) and orthonormal eigenvectors (columns) of a Hermitian matrix. Reads the lower triangle.

@@ -10,6 +10,7 @@ pub mod gramian;
 pub mod hermitian;
 pub mod lapack;
 pub mod lyapunov;
+pub mod planar;
 pub mod riccati;
 pub mod schur;
 pub mod small;

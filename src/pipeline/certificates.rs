@@ -91,11 +91,22 @@ pub(super) fn stage(
     problems: &Problems,
     controller: &StateSpace<Continuous>,
 ) -> Result<Stage, PipelineError> {
+    let certificate =
+        |plant: &GeneralizedPlant| certified(name, plant, controller, problems.period_s);
+    let ((specification, covered), synthesis) = rayon::join(
+        || {
+            rayon::join(
+                || certificate(&problems.specification),
+                || certificate(&problems.covered),
+            )
+        },
+        || attained(&problems.synthesis, controller),
+    );
     Ok(Stage {
         order: controller.order(),
-        specification: certified(name, &problems.specification, controller, problems.period_s)?,
-        covered: certified(name, &problems.covered, controller, problems.period_s)?,
-        synthesis: attained(&problems.synthesis, controller)?.unwrap_or(f64::INFINITY),
+        specification: specification?,
+        covered: covered?,
+        synthesis: synthesis?.unwrap_or(f64::INFINITY),
     })
 }
 
@@ -160,7 +171,7 @@ pub(super) fn attained_at(
     const STAGE: &str = "largest bound of μ";
     match closed(STAGE, plant, controller) {
         Ok(system) => {
-            let (top, _) = system.search().map_err(PipelineError::mu(STAGE))?;
+            let (top, _) = system.largest().map_err(PipelineError::mu(STAGE))?;
             Ok(Some((top.upper, top.omega_rad_s)))
         }
         Err(PipelineError::Mu {

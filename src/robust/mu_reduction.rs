@@ -75,6 +75,10 @@ pub fn split_scalars(structure: &Structure) -> Structure {
 pub fn components(m: &Mat<c64>, structure: &Structure) -> Vec<Component> {
     let atoms = atoms(structure);
     let n = atoms.len();
+    if (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)] != c64::new(0.0, 0.0))) {
+        // Every atom leads to every other.
+        return vec![component(&atoms.iter().collect::<Vec<_>>(), structure)];
+    }
     let linked = |a: &Atom, b: &Atom| {
         a.z.clone()
             .any(|i| b.w.clone().any(|j| m[(i, j)] != c64::new(0.0, 0.0)))

@@ -1,11 +1,12 @@
 //! μ of a stable system over frequency: the upper bound at a point, on a grid, and its largest value over all frequencies.
 //!
 //! Grid: DC, infinity, a log grid over and beyond the poles, and points packed round every lightly damped pole, where
-//! peaks hide between the points of a log grid. Every local maximum is then refined by golden section. What the search
-//! finds is attained; that nothing larger exists is proved by `mu_certificate`.
+//! peaks hide between the points of a log grid. What the search (`mu_search`) finds is attained; that nothing larger exists
+//! is proved by `mu_certificate`.
 
 use super::mu::{self, MuBounds};
 use super::mu_certificate;
+use super::mu_search;
 use super::structure::{MuError, Scaling, Structure};
 use crate::augment::Block;
 use crate::linalg::{Mat, c64};
@@ -88,11 +89,15 @@ impl MuSystem {
     /// # Errors
     /// [`MuError`] when the response is not finite or a decomposition fails.
     pub fn point(&self, omega_rad_s: f64) -> Result<MuPoint, MuError> {
-        let m = self.response(omega_rad_s);
+        self.point_of(omega_rad_s, &self.response(omega_rad_s))
+    }
+
+    /// The upper bound at a frequency whose response is known.
+    pub(super) fn point_of(&self, omega_rad_s: f64, m: &Mat<c64>) -> Result<MuPoint, MuError> {
         if !m.is_all_finite() {
             return Err(MuError::NotFinite { omega_rad_s });
         }
-        let (upper, scaling) = mu::upper_bound_for_system(&m, &self.structure)?;
+        let (upper, scaling) = mu::upper_bound_for_system(m, &self.structure)?;
         Ok(MuPoint {
             omega_rad_s,
             upper,
@@ -134,71 +139,24 @@ impl MuSystem {
         list
     }
 
-    /// The largest upper bound on the grid and between its points, as far as a search sees it, with all points met.
+    /// The largest upper bound on the grid and between its points, as far as a search sees it, with the optimum at every
+    /// point of the grid.
     ///
     /// # Errors
     /// As [`Self::point`].
     pub fn search(&self) -> Result<(MuPoint, Vec<MuPoint>), MuError> {
-        let points = self.sweep(&self.grid())?;
-        let largest = points.iter().map(|p| p.upper).fold(0.0, f64::max);
-        let maxima: Vec<usize> = (0..points.len())
-            .filter(|k| {
-                let here = points[*k].upper;
-                let not_below = |other: Option<&MuPoint>| other.is_none_or(|o| here >= o.upper);
-                // A peak between two points of this density rises by a few percent at most.
-                here >= 0.9 * largest
-                    && not_below(k.checked_sub(1).and_then(|b| points.get(b)))
-                    && not_below(points.get(k + 1))
-            })
-            .collect();
-        let refined: Result<Vec<MuPoint>, MuError> = maxima
-            .par_iter()
-            .map(|k| {
-                let lo = points[k.saturating_sub(1)].omega_rad_s;
-                let hi = points[(k + 1).min(points.len() - 1)].omega_rad_s;
-                self.golden(lo, &points[*k], hi)
-            })
-            .collect();
-        let best = refined?
-            .into_iter()
-            .max_by(|a, b| a.upper.total_cmp(&b.upper));
-        match best.or_else(|| points.first().cloned()) {
-            Some(best) => Ok((best, points)),
-            None => Err(MuError::EmptyBlock { block: 0 }),
-        }
+        let found = mu_search::search(self, 1)?;
+        Ok((found.best, found.points))
     }
 
-    /// Golden section for a maximum between two frequencies round a point.
-    fn golden(&self, lo: f64, middle: &MuPoint, hi: f64) -> Result<MuPoint, MuError> {
-        let mut best = middle.clone();
-        if !hi.is_finite() || hi <= lo {
-            return Ok(best);
-        }
-        let ratio = 0.5 * (5f64.sqrt() - 1.0);
-        let (mut a, mut b) = (lo, hi);
-        let mut c = self.point(b - ratio * (b - a))?;
-        let mut d = self.point(a + ratio * (b - a))?;
-        // 24 sections narrow the interval 1e5 times.
-        for _ in 0..24 {
-            for p in [&c, &d] {
-                if p.upper > best.upper {
-                    best = p.clone();
-                }
-            }
-            if c.upper > d.upper {
-                b = d.omega_rad_s;
-                d = c;
-                c = self.point(b - ratio * (b - a))?;
-            } else {
-                a = c.omega_rad_s;
-                c = d;
-                d = self.point(a + ratio * (b - a))?;
-            }
-            if b - a < 1e-7 * b {
-                break;
-            }
-        }
-        Ok(best)
+    /// As [`Self::search`], by branch and bound: where the scaling of a neighbour proves that a point is below the largest
+    /// its bound is that of this scaling.
+    ///
+    /// # Errors
+    /// As [`Self::point`].
+    pub fn largest(&self) -> Result<(MuPoint, Vec<MuPoint>), MuError> {
+        let found = mu_search::search(self, mu_search::STRIDE)?;
+        Ok((found.best, found.points))
     }
 
     /// Both bounds at a frequency.
@@ -214,7 +172,8 @@ impl MuSystem {
     /// # Errors
     /// [`MuError::NotCovered`] when the certificate does not come to its end, else as [`Self::point`].
     pub fn peak(&self, slack: f64) -> Result<MuPeak, MuError> {
-        let (best, points) = self.search()?;
+        let found = mu_search::search(self, mu_search::STRIDE)?;
+        let (best, points) = (found.best, found.optimised);
         // A flat loop needs many scalings for a close certificate: a wider one is tried before giving up.
         let mut slack = slack;
         let (end, scalings) = loop {

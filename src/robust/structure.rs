@@ -198,9 +198,24 @@ impl Scaling {
         scaling
     }
 
+    /// Diagonals of D_L and D_R⁻¹ when both are real diagonal matrices.
+    fn diagonals(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        let of = |m: &Mat<c64>| {
+            let n = m.nrows();
+            let off = (0..n).any(|j| (0..n).any(|i| i != j && m[(i, j)] != c64::new(0.0, 0.0)));
+            let real = (0..n).all(|i| m[(i, i)].im == 0.0);
+            (real && !off).then(|| (0..n).map(|i| m[(i, i)].re).collect::<Vec<f64>>())
+        };
+        let right = of(&self.right)?;
+        Some((of(&self.left)?, right.iter().map(|d| 1.0 / d).collect()))
+    }
+
     /// D_L M D_R⁻¹.
     pub fn apply(&self, m: &Mat<c64>) -> Mat<c64> {
-        &self.left * m * inverse_complex(&self.right)
+        match self.diagonals() {
+            Some((l, r)) => Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (l[i] * r[j])),
+            None => &self.left * m * inverse_complex(&self.right),
+        }
     }
 
     /// The upper bound of μ(M) that this scaling proves, by direct evaluation; NaN when it cannot be evaluated.

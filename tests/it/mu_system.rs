@@ -33,6 +33,28 @@ fn certified_peaks_match_the_dense_sweeps() {
 }
 
 #[test]
+fn branch_and_bound_finds_the_peak_of_the_full_sweep() {
+    for case in Case::all("musys") {
+        let n = system(&case.data);
+        let mu = MuSystem::new(&n, &block_list(&case.data["blocks"])).unwrap();
+        let full = mu.sweep(&mu.grid()).unwrap();
+        let highest = full.iter().map(|p| p.upper).fold(0.0, f64::max);
+        let (best, points) = mu.largest().unwrap();
+        assert!(best.upper >= highest * (1.0 - 1e-9), "{}", case.id);
+        let at_best = mu.point(best.omega_rad_s).unwrap().upper;
+        assert!((best.upper / at_best - 1.0).abs() < 1e-9, "{}", case.id);
+        assert_eq!(points.len(), full.len());
+        for (point, optimum) in points.iter().zip(&full) {
+            assert_eq!(point.omega_rad_s, optimum.omega_rad_s);
+            // Every bound is proved by its scaling.
+            let proved = point.scaling.bound(&mu.response(point.omega_rad_s));
+            assert!((proved / point.upper - 1.0).abs() < 1e-9, "{}", case.id);
+            assert!(point.upper <= best.upper * (1.0 + 1e-9), "{}", case.id);
+        }
+    }
+}
+
+#[test]
 fn the_margin_of_a_spring_with_uncertain_stiffness_is_its_closed_form() {
     use muspin::augment::Block;
     use muspin::linalg::Mat;
