@@ -96,6 +96,16 @@ pub fn optimal_level(
         .map_err(|error| blamed(plant, error))
 }
 
+/// Whether a controller with ‖F_l(P, K)‖∞ < γ exists: the conditions at this level alone, one pair of Riccati equations
+/// where a search needs a dozen and the peaks of both sides. A level at which no solver finds a solution counts as
+/// infeasible, so within rounding of the optimum the answer may be no.
+///
+/// # Errors
+/// [`SynthesisError`] when the problem has no normal form or a decomposition fails.
+pub fn is_feasible(plant: &GeneralizedPlant, gamma: f64) -> Result<bool, SynthesisError> {
+    Search::feasible(plant, gamma).map_err(|error| blamed(plant, error))
+}
+
 /// Synthesis for a generalized plant.
 ///
 /// # Errors

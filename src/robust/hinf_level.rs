@@ -152,6 +152,14 @@ impl Side {
         care_with(&e.a, &e.g, &e.q, effort)
     }
 
+    /// What no control reaches at infinite frequency: γ is above it.
+    pub fn level_at_infinity(&self) -> f64 {
+        let part = self
+            .d11
+            .submatrix(0, 0, self.free_errors(), self.b1.ncols());
+        max_singular_value(&part.to_owned())
+    }
+
     /// Smallest γ for which the Riccati equation has a stabilising solution, with its frequency.
     ///
     /// # Errors
@@ -182,7 +190,7 @@ impl Side {
             time: Continuous,
         };
         let responder = FrequencyResponder::new(&closed);
-        let at_infinity = max_singular_value(&d.submatrix(0, 0, free, m1).to_owned());
+        let at_infinity = self.level_at_infinity();
         let value = |omega: f64| {
             if omega.is_infinite() {
                 return at_infinity;

@@ -60,6 +60,21 @@ impl Search {
         })
     }
 
+    /// Whether the conditions hold at a level.
+    pub fn feasible(plant: &GeneralizedPlant, gamma: f64) -> Result<bool, SynthesisError> {
+        let normal = NormalForm::new(plant)?;
+        let sides = [control_side(&normal), filter_side(&normal)];
+        if sides.iter().any(|s| s.level_at_infinity() >= gamma) {
+            return Ok(false);
+        }
+        let [Ok(x), Ok(y)] = sides.map(|s| s.riccati(gamma, Effort::Fast)) else {
+            return Ok(false);
+        };
+        let c = coupling(&x.x, &y.x)?;
+        let definite = c.x_min >= -DEFINITE && c.y_min >= -DEFINITE;
+        Ok(definite && c.ratio < gamma * gamma)
+    }
+
     fn lower_bound(&self) -> f64 {
         self.control_level
             .lower

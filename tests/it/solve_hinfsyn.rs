@@ -5,6 +5,7 @@ use muspin::augment::GeneralizedPlant;
 use muspin::linalg::{Mat, max_singular_value_complex};
 use muspin::lti::connect::lower_lft;
 use muspin::lti::{Continuous, Response, StateSpace};
+use muspin::robust::hinf::is_feasible;
 use muspin::robust::{Condition, HinfSettings, SynthesisError, synthesise};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -160,6 +161,15 @@ fn random_plants_get_a_level_that_cannot_be_lowered_and_a_loop_that_meets_it() {
             matches!(error, SynthesisError::Infeasible { .. }),
             "{k}: {error}"
         );
+        // The conditions at one level, without the peaks of both sides, say the same.
+        assert!(
+            is_feasible(&p, found.gamma_opt * (1.0 + 1e-3)).unwrap(),
+            "{k}"
+        );
+        assert!(
+            !is_feasible(&p, found.gamma_opt * (1.0 - 1e-4)).unwrap(),
+            "{k}"
+        );
     }
 }
 
@@ -187,6 +197,8 @@ fn optimum_of_an_integrator_is_root_two() {
         "{}",
         found.gamma_opt
     );
+    assert!(is_feasible(&p, f64::sqrt(2.0) * (1.0 + 1e-6)).unwrap());
+    assert!(!is_feasible(&p, f64::sqrt(2.0) * (1.0 - 1e-6)).unwrap());
 }
 
 fn problem(a: &str, b: &str, c: &str, d: &str) -> String {
