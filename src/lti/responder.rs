@@ -4,6 +4,7 @@
 use super::response::Response;
 use super::scale::balancing;
 use super::state_space::{StateSpace, TimeBase};
+use crate::linalg::planar::{Part, PartMut, add_scaled};
 use crate::linalg::{Mat, c64};
 
 /// A system prepared for evaluation on a grid.
@@ -76,53 +77,64 @@ impl<T: TimeBase> FrequencyResponder<T> {
 
     /// C(ζI − A)⁻¹B + D, p×m; entries are infinite or NaN on a pole.
     pub fn transfer(&self, point: c64) -> Mat<c64> {
+        let (n, p, m) = (self.n, self.d.nrows(), self.d.ncols());
+        let mut rows = Rows::new(n, n + m);
+        self.reduced(point, &mut rows);
+        // Back substitution, all right-hand sides at once.
+        for k in (0..n).rev() {
+            let (re, im) = rows.at(k, k);
+            let pivot = c64::new(1.0, 0.0) / c64::new(re, im);
+            for l in k + 1..n {
+                let (re, im) = rows.at(k, l);
+                let (own, below) = rows.pair(k, l, n);
+                add_scaled(own, (-re, -im), below);
+            }
+            rows.scale(k, n, pivot);
+        }
+        let mut sum = Rows::new(p, m);
+        for i in 0..p {
+            for j in 0..m {
+                sum.re[i * m + j] = self.d[(i, j)];
+            }
+            for k in 0..n {
+                let own = i * m..(i + 1) * m;
+                let own = (&mut sum.re[own.clone()], &mut sum.im[own]);
+                add_scaled(own, (self.c[(i, k)], 0.0), rows.part(k, n));
+            }
+        }
+        Mat::from_fn(p, m, |i, j| {
+            let (re, im) = sum.at(i, j);
+            c64::new(re, im)
+        })
+    }
+
+    /// Rows of [ζI − H | B], reduced to an upper triangle with row exchanges.
+    fn reduced(&self, point: c64, rows: &mut Rows) {
         let (n, m) = (self.n, self.d.ncols());
         let width = n + m;
-        let zero = c64::new(0.0, 0.0);
-        // Rows of [ζI − H | B].
-        let mut rows = vec![zero; n * width];
         for i in 0..n {
-            let row = &mut rows[i * width..(i + 1) * width];
+            let first = i * width;
             for j in i.saturating_sub(1)..n {
-                row[j] = c64::new(-self.h[i * n + j], 0.0);
+                rows.re[first + j] = -self.h[i * n + j];
             }
-            row[i] += point;
+            rows.re[first + i] += point.re;
+            rows.im[first + i] += point.im;
             for j in 0..m {
-                row[n + j] = c64::new(self.b[(i, j)], 0.0);
+                rows.re[first + n + j] = self.b[(i, j)];
             }
         }
         for k in 0..n.saturating_sub(1) {
-            let (upper, lower) = rows.split_at_mut((k + 1) * width);
-            let (r, s) = (&mut upper[k * width..], &mut lower[..width]);
-            if s[k].norm_sqr() > r[k].norm_sqr() {
-                r[k..].swap_with_slice(&mut s[k..]);
+            let value = |(re, im): (f64, f64)| c64::new(re, im);
+            if value(rows.at(k + 1, k)).norm_sqr() > value(rows.at(k, k)).norm_sqr() {
+                rows.swap(k, k + 1, k);
             }
-            if s[k] != zero {
-                let f = s[k] / r[k];
-                for (x, y) in s[k + 1..].iter_mut().zip(&r[k + 1..]) {
-                    *x -= f * y;
-                }
-            }
-        }
-        let mut result = Mat::from_fn(self.d.nrows(), m, |i, j| c64::new(self.d[(i, j)], 0.0));
-        for j in 0..m {
-            for k in (0..n).rev() {
-                let row = &rows[k * width..(k + 1) * width];
-                let mut x = row[n + j];
-                for l in k + 1..n {
-                    x -= row[l] * rows[l * width + n + j];
-                }
-                rows[k * width + n + j] = x / rows[k * width + k];
-            }
-            for i in 0..self.d.nrows() {
-                let mut sum = result[(i, j)];
-                for k in 0..n {
-                    sum += rows[k * width + n + j] * self.c[(i, k)];
-                }
-                result[(i, j)] = sum;
+            let below = value(rows.at(k + 1, k));
+            if below != c64::new(0.0, 0.0) {
+                let f = below / value(rows.at(k, k));
+                let (above, own) = rows.neighbours(k, k + 1);
+                add_scaled(own, (-f.re, -f.im), above);
             }
         }
-        result
     }
 
     /// Response at an angular frequency; D at infinity (continuous time).
@@ -139,5 +151,74 @@ impl<T: TimeBase> FrequencyResponder<T> {
 impl<T: TimeBase> Response for FrequencyResponder<T> {
     fn at(&self, omega_rad_s: f64) -> Mat<c64> {
         self.transfer(self.time.point(omega_rad_s))
+    }
+}
+
+/// Complex rows in two arrays, real and imaginary parts, row after row.
+struct Rows {
+    width: usize,
+    re: Vec<f64>,
+    im: Vec<f64>,
+}
+
+impl Rows {
+    fn new(rows: usize, width: usize) -> Self {
+        Self {
+            width,
+            re: vec![0.0; rows * width],
+            im: vec![0.0; rows * width],
+        }
+    }
+
+    fn at(&self, i: usize, j: usize) -> (f64, f64) {
+        let k = i * self.width + j;
+        (self.re[k], self.im[k])
+    }
+
+    /// Row `i` from column `from` on.
+    fn part(&self, i: usize, from: usize) -> Part<'_> {
+        let span = i * self.width + from..(i + 1) * self.width;
+        (&self.re[span.clone()], &self.im[span])
+    }
+
+    /// Row `k` for writing and row `l` below it, both from column `from` on.
+    fn pair(&mut self, k: usize, l: usize, from: usize) -> (PartMut<'_>, Part<'_>) {
+        let (w, cut) = (self.width, (k + 1) * self.width);
+        let (above_re, below_re) = self.re.split_at_mut(cut);
+        let (above_im, below_im) = self.im.split_at_mut(cut);
+        let (own, other) = (k * w + from..cut, l * w + from - cut..(l + 1) * w - cut);
+        (
+            (&mut above_re[own.clone()], &mut above_im[own]),
+            (&below_re[other.clone()], &below_im[other]),
+        )
+    }
+
+    /// Row `k` and the next one for writing, from column `from` on.
+    fn neighbours(&mut self, k: usize, from: usize) -> (Part<'_>, PartMut<'_>) {
+        let (w, cut) = (self.width, (k + 1) * self.width);
+        let (above_re, below_re) = self.re.split_at_mut(cut);
+        let (above_im, below_im) = self.im.split_at_mut(cut);
+        let above = k * w + from..cut;
+        (
+            (&above_re[above.clone()], &above_im[above]),
+            (&mut below_re[from..w], &mut below_im[from..w]),
+        )
+    }
+
+    /// Exchanges two neighbouring rows from column `from` on.
+    fn swap(&mut self, k: usize, l: usize, from: usize) {
+        let w = self.width;
+        for array in [&mut self.re, &mut self.im] {
+            let (above, below) = array.split_at_mut(l * w);
+            above[k * w + from..(k + 1) * w].swap_with_slice(&mut below[from..w]);
+        }
+    }
+
+    /// Multiplies row `k` from column `from` on.
+    fn scale(&mut self, k: usize, from: usize, factor: c64) {
+        for j in k * self.width + from..(k + 1) * self.width {
+            let product = c64::new(self.re[j], self.im[j]) * factor;
+            (self.re[j], self.im[j]) = (product.re, product.im);
+        }
     }
 }
