@@ -9,6 +9,7 @@ pub mod loop_stability;
 pub mod overspeed;
 pub mod polishing;
 pub mod problems;
+pub mod progress;
 mod reduction;
 pub mod settings;
 pub mod specification_scale;

@@ -6,6 +6,7 @@ use super::design_progress::run_design_with;
 use super::design_variants::{RouteArgument, Tighten, routes_json, tightened, tightening_json};
 use super::output::{REPORT, claim};
 use super::progress::Progress;
+use super::timings::Timings;
 use super::{Failure, Outcome, stdout};
 use crate::augment::weights::Weights;
 use crate::controller::MachineTag;
@@ -48,6 +49,8 @@ pub struct Arguments {
     /// Folder for controller, certificates, pictures and report
     #[arg(long, default_value = "results/design")]
     out: String,
+    #[command(flatten)]
+    timings: Timings,
 }
 
 /// Look of the controller of the D-K iteration beside the polished one.
@@ -136,6 +139,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
     folder.add("tool.yaml", tool_yaml(&machine.tool))?;
     finish(&mut folder, &mut summary, &arguments.out)?;
+    arguments.timings.print(&progress.watch());
     drop(progress);
     stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
     Ok(outcome(&found, [&rest, &speed]))

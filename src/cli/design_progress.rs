@@ -4,6 +4,7 @@ use super::Failure;
 use super::progress::Progress;
 use crate::augment::weights::Weights;
 use crate::pipeline::design::{Design, design};
+use crate::pipeline::progress::Event;
 use crate::pipeline::settings::DesignSettings;
 use crate::spindle::Machine;
 
@@ -24,8 +25,10 @@ pub(super) fn run_design_with(
     progress: &Progress,
 ) -> Result<Design, Failure> {
     progress.stage("design");
-    let found = design(machine, weights, settings, &mut |step| {
-        progress.line(match &step.failure {
+    progress.watch().skip();
+    let found = design(machine, weights, settings, &mut |event| match event {
+        Event::Stage(stage) => progress.watch().lap(stage),
+        Event::Step(step) => progress.line(match &step.failure {
             Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
             None => format!(
                 "D-K step {}: γ {:.4}, peak of μ {:.4}, order {} (D orders {:?})",
@@ -35,7 +38,7 @@ pub(super) fn run_design_with(
                 step.controller_order,
                 step.d_orders
             ),
-        });
+        }),
     })?;
     if let Some(polish) = &found.polish {
         progress.line(polish.sentence.clone());

@@ -26,6 +26,7 @@ mod run;
 mod simulate;
 mod solve;
 mod stdout;
+mod timings;
 mod update;
 
 use clap::parser::ValueSource;

@@ -2,13 +2,16 @@
 //!
 //! When standard error is no terminal nothing is written, so that logs and pipes hold results and errors only.
 
+use super::timings::Stopwatch;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// Progress of one command.
 pub struct Progress {
     bar: ProgressBar,
+    watch: Mutex<Stopwatch>,
 }
 
 impl Progress {
@@ -26,7 +29,15 @@ impl Progress {
         if visible {
             bar.enable_steady_tick(Duration::from_millis(120));
         }
-        Self { bar }
+        Self {
+            bar,
+            watch: Mutex::new(Stopwatch::start()),
+        }
+    }
+
+    /// Times of the stages of a design.
+    pub fn watch(&self) -> MutexGuard<'_, Stopwatch> {
+        self.watch.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What is being done now.

@@ -9,6 +9,7 @@ use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
+use super::timings::Timings;
 use super::update::targets;
 use super::{Failure, Outcome, stdout};
 use crate::controller::Controller;
@@ -56,6 +57,8 @@ pub struct Arguments {
     /// Folder for the results
     #[arg(long, default_value = "results/reference")]
     out: String,
+    #[command(flatten)]
+    timings: Timings,
 }
 
 impl Default for Arguments {
@@ -66,6 +69,7 @@ impl Default for Arguments {
             weights: "benchmark".into(),
             measurement: None,
             out: "results/reference".into(),
+            timings: Timings::default(),
         }
     }
 }
@@ -146,6 +150,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     )?;
     let (mut folder, mut summary, ended) = result;
     finish(&mut folder, &mut summary, &arguments.out)?;
+    arguments.timings.print(&progress.watch());
     drop(progress);
     let words = summary
         .get("plain_words")

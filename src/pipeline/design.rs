@@ -12,6 +12,7 @@ use super::delivery::{Arithmetic, deliver, largest_mu};
 use super::emulation::Emulated;
 use super::polishing::{PolishOutcome, polished};
 use super::problems::Problems;
+use super::progress::{Event, Listener};
 use super::reduction::reduce;
 use super::settings::DesignSettings;
 use super::specification_scale::{SpecificationScale, specification_scale};
@@ -115,7 +116,7 @@ pub fn design(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
-    progress: &mut dyn FnMut(&DkStep),
+    progress: &mut Listener,
 ) -> Result<Design, PipelineError> {
     let Synthesised {
         problems,
@@ -127,14 +128,19 @@ pub fn design(
         rounds,
     } = synthesise_for_machine(machine, weights, settings, progress)?;
     let d_scales = d_scales(&problems, &scales, &outcome)?;
+    progress(Event::Stage("D-scales over frequency"));
     let full_stage = stage("full order", &problems, &full)?;
+    progress(Event::Stage("certificates of full order"));
     let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
     let (reduced, orders_tried) = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
+    progress(Event::Stage("reduction"));
     let reduced_stage = stage("reduced order", &problems, &reduced)?;
+    progress(Event::Stage("certificates of reduced order"));
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
     let from_dk = deliver(machine, weights, &problems, settings.speeds, &sampled)?;
+    progress(Event::Stage("realisation and its proofs"));
     let (delivery, polish) = match &settings.polish {
         None => (from_dk, None),
         Some(effort) => {
@@ -143,6 +149,7 @@ pub fn design(
             (delivery, Some(outcome))
         }
     };
+    progress(Event::Stage("polish"));
     let specification_scale = match &delivery.controller.law {
         ControlLaw::Discrete(law) => specification_scale(
             machine,
@@ -152,6 +159,7 @@ pub fn design(
         )?,
         ControlLaw::Continuous(_) => None,
     };
+    progress(Event::Stage("scale of the specification"));
     Ok(Design {
         rounds,
         specification_scale,

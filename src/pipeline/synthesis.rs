@@ -8,12 +8,13 @@ use super::PipelineError;
 use super::certificates::{attained_at, true_frequency_hz};
 use super::emulation::{Emulated, sampled_by_tustin};
 use super::problems::{Problems, generalized, pose};
+use super::progress::{Event, Listener};
 use super::settings::DesignSettings;
 use super::stable::{OwnStability, prefer_stable};
 use crate::augment::plane::{LOADS, LOOPS, Route};
 use crate::augment::weights::Weights;
 use crate::lti::{Continuous, StateSpace};
-use crate::robust::dk::{DkOutcome, DkStep, iterate};
+use crate::robust::dk::{DkOutcome, iterate};
 use crate::robust::prescale::scaled;
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
@@ -58,7 +59,7 @@ pub(super) fn synthesise_for_machine(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
-    progress: &mut dyn FnMut(&DkStep),
+    progress: &mut Listener,
 ) -> Result<Synthesised, PipelineError> {
     let mut settings = settings.clone();
     let mut best: Option<(f64, Synthesised)> = None;
@@ -82,6 +83,7 @@ pub(super) fn synthesise_for_machine(
             frequency_hz: true_frequency_hz(omega, problems.period_s),
         };
         rounds.push(round);
+        progress(Event::Stage("μ of the whole machine"));
         let target = 1.0 / (1.0 + settings.reduction_budget);
         let next = further(&round, problems, &settings, target);
         if best.as_ref().is_none_or(|(least, _)| mu < *least) {
@@ -138,10 +140,18 @@ fn synthesise_once(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
-    progress: &mut dyn FnMut(&DkStep),
+    progress: &mut Listener,
 ) -> Result<Synthesised, PipelineError> {
     let (problems, scales, _) = pose(machine, weights, settings)?;
-    let outcome = iterate(&scaled(&problems.posed, &scales), &settings.dk, progress)?;
+    progress(Event::Stage("problems and constant scales"));
+    let outcome = iterate(
+        &scaled(&problems.posed, &scales),
+        &settings.dk,
+        &mut |step| {
+            progress(Event::Step(step));
+        },
+    )?;
+    progress(Event::Stage("D-K iteration"));
     let noise = problems.covered_modes.len() + LOADS;
     let looser: &[f64] = match problems.sensitivity_limit {
         Some(_) => &[],
@@ -165,6 +175,7 @@ fn synthesise_once(
             )
         },
     )?;
+    progress(Event::Stage("stable controller"));
     let (full, emulated) = match settings.route {
         Route::Direct => (synthesised, None),
         Route::Emulation { .. } => {
