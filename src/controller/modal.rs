@@ -1,24 +1,24 @@
 //! Real modal form: a similarity transform to block-diagonal A with 1×1 (real pole) and 2×2 (pair σ ± jω) blocks.
-//! Each block spans an invariant subspace, found by inverse iteration on its own eigenvalues; subspaces that are
-//! nearly parallel (repeated or near-defective poles) are merged into one larger block with an orthonormal basis,
-//! so that the transform stays well conditioned (idea: Bavely and Stewart, SIAM J. Numer. Anal. 16 (1979) 359).
+//! Poles that (nearly) repeat share one larger block, so that the transform stays well conditioned and the transfer
+//! matrix is kept; how close poles may be for blocks of their own follows from these two checks, not from a distance.
+//! Source: Bavely and Stewart, SIAM J. Numer. Anal. 16 (1979) 359 ([`crate::linalg::block_diagonal`]).
 //! States that A does not connect are treated apart, so decoupled planes stay exactly decoupled.
 //! Symbols: A T = T diag(A₁, A₂, …), B̃ = T⁻¹B, C̃ = C T.
 
 use super::{ControllerError, in_step};
-use crate::linalg::basis::{condition, orthonormal_columns};
+use crate::linalg::basis::condition;
+use crate::linalg::block_diagonal::invariant_bases;
 use crate::linalg::dense::balance;
-use crate::linalg::{
-    Mat, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve, solve_complex,
-};
+use crate::linalg::{Mat, c64, eigenvalues, max_singular_value_complex, solve};
 use crate::lti::{Discrete, StateSpace};
 use std::f64::consts::PI;
 
 /// Largest condition number of the transform of balanced states. Six of the sixteen digits may go; the
 /// coefficients that result still cancel by less than what single precision can carry in one block.
 const LARGEST_CONDITION: f64 = 1e6;
-/// Poles closer than this are one cluster from the start: a defective double pole splits by about √ε.
-const CLUSTER_DISTANCE: f64 = 1e-7;
+/// Limits on the coupling of two blocks that are tried in this order. The first gives the smallest blocks that the
+/// condition number allows at all, every further one gives a digit of accuracy for larger blocks; zero leaves one block.
+const COUPLING_LIMITS: [f64; 8] = [1e6, 1e5, 1e4, 1e3, 1e2, 10.0, 1.0, 0.0];
 /// Accepted change of the transfer matrix, relative to its peak: well below single precision (6e-8).
 const LARGEST_CHANGE: f64 = 1e-9;
 
@@ -36,52 +36,42 @@ pub struct ModalForm {
 }
 
 impl ModalForm {
-    /// Blocks that hold more than one pole or pair, because their poles (nearly) repeat.
-    pub fn merged_blocks(&self) -> usize {
-        self.blocks.iter().filter(|size| **size > 2).count()
+    /// Sizes of the blocks that hold more than one pole or pair, because their poles (nearly) repeat.
+    pub fn merged_blocks(&self) -> impl Iterator<Item = usize> {
+        self.blocks.iter().copied().filter(|size| *size > 2)
     }
 }
 
-/// Transforms a sampled system to real modal form.
+/// Transforms a sampled system to real modal form with the smallest blocks that keep the transfer matrix.
 ///
 /// # Errors
-/// [`ControllerError::Numeric`] when an eigenvalue iteration fails, [`ControllerError::Inaccurate`] when the
-/// transformed system does not reproduce the transfer matrix.
+/// [`ControllerError::Numeric`] when an eigenvalue iteration fails, [`ControllerError::Inaccurate`] when not even one
+/// block reproduces the transfer matrix.
 pub fn block_diagonalise(system: &StateSpace<Discrete>) -> Result<ModalForm, ControllerError> {
-    let n = system.order();
+    let mut error = f64::NAN;
+    for limit in COUPLING_LIMITS {
+        let form = block_diagonal(system, limit)?;
+        error = form.transfer_error;
+        if form.condition <= LARGEST_CONDITION && error <= LARGEST_CHANGE {
+            return Ok(form);
+        }
+    }
+    Err(ControllerError::Inaccurate {
+        step: "modal form",
+        error,
+        allowed: LARGEST_CHANGE,
+    })
+}
+
+/// The form with no coupling solution above `limit`, its accuracy measured and not yet judged.
+fn block_diagonal(system: &StateSpace<Discrete>, limit: f64) -> Result<ModalForm, ControllerError> {
     let mut parts = Vec::new();
     let mut worst = 1.0f64;
     for states in connected_states(&system.a) {
-        let a = Mat::from_fn(states.len(), states.len(), |i, j| {
-            system.a[(states[i], states[j])]
-        });
-        let (balanced, scale) = balance(&a);
-        let split = split(&balanced)?;
-        worst = worst.max(split.condition);
-        let inverse = solve(&split.transform, &Mat::identity(states.len(), states.len()))
-            .map_err(in_step("modal form"))?;
-        // x = D T x̃, hence B̃ = T⁻¹ D⁻¹ B and C̃ = C D T.
-        let b = &inverse
-            * Mat::from_fn(states.len(), system.inputs(), |i, j| {
-                system.b[(states[i], j)] / scale[i]
-            });
-        let c = Mat::from_fn(system.outputs(), states.len(), |i, j| {
-            system.c[(i, states[j])] * scale[j]
-        }) * &split.transform;
-        let full = &inverse * &balanced * &split.transform;
-        let mut start = 0;
-        for size in split.blocks {
-            let block = full.submatrix(start, start, size, size).to_owned();
-            parts.push(Part {
-                frequency: mean_angle(&block)?,
-                b: b.submatrix(start, 0, size, system.inputs()).to_owned(),
-                c: c.submatrix(0, start, system.outputs(), size).to_owned(),
-                a: block,
-            });
-            start += size;
-        }
+        worst = worst.max(separate(system, &states, limit, &mut parts)?);
     }
     parts.sort_by(|p, q| p.frequency.total_cmp(&q.frequency));
+    let n = system.order();
     let (mut a, mut b) = (Mat::zeros(n, n), Mat::zeros(n, system.inputs()));
     let mut c = Mat::zeros(system.outputs(), n);
     let mut start = 0;
@@ -96,20 +86,55 @@ pub fn block_diagonalise(system: &StateSpace<Discrete>) -> Result<ModalForm, Con
     }
     let modal =
         StateSpace::new(a, b, c, system.d.clone(), system.time).map_err(in_step("modal form"))?;
-    let transfer_error = transfer_change(system, &modal);
-    if transfer_error.is_nan() || transfer_error > LARGEST_CHANGE {
-        return Err(ControllerError::Inaccurate {
-            step: "modal form",
-            error: transfer_error,
-            allowed: LARGEST_CHANGE,
-        });
-    }
     Ok(ModalForm {
+        transfer_error: transfer_change(system, &modal),
         system: modal,
         blocks: parts.iter().map(|p| p.a.nrows()).collect(),
         condition: worst,
-        transfer_error,
     })
+}
+
+/// Adds the blocks of the given states to `parts`; returns the condition number of their transform.
+fn separate(
+    system: &StateSpace<Discrete>,
+    states: &[usize],
+    limit: f64,
+    parts: &mut Vec<Part>,
+) -> Result<f64, ControllerError> {
+    let n = states.len();
+    let a = Mat::from_fn(n, n, |i, j| system.a[(states[i], states[j])]);
+    let (balanced, scale) = balance(&a);
+    let split = split(&balanced, limit)?;
+    let inverse = solve(&split.transform, &Mat::identity(n, n)).map_err(in_step("modal form"))?;
+    // x = D T x̃, hence B̃ = T⁻¹ D⁻¹ B and C̃ = C D T.
+    let b = &inverse
+        * Mat::from_fn(n, system.inputs(), |i, j| {
+            system.b[(states[i], j)] / scale[i]
+        });
+    let c = Mat::from_fn(system.outputs(), n, |i, j| {
+        system.c[(i, states[j])] * scale[j]
+    }) * &split.transform;
+    let full = &inverse * &balanced * &split.transform;
+    let mut start = 0;
+    for size in split.blocks {
+        let mut block = full.submatrix(start, start, size, size).to_owned();
+        // A larger block is quasi upper triangular: what stands further below is rounding.
+        if size > 2 {
+            for i in 0..size {
+                for j in 0..i.saturating_sub(1) {
+                    block[(i, j)] = 0.0;
+                }
+            }
+        }
+        parts.push(Part {
+            frequency: mean_angle(&block)?,
+            b: b.submatrix(start, 0, size, system.inputs()).to_owned(),
+            c: c.submatrix(0, start, system.outputs(), size).to_owned(),
+            a: block,
+        });
+        start += size;
+    }
+    Ok(split.condition)
 }
 
 /// Largest difference of two transfer matrices on the unit circle, relative to the peak of the first, over
@@ -142,142 +167,31 @@ struct Split {
     condition: f64,
 }
 
-/// Poles of a block, pairs by their member in the upper half plane, with a basis of their invariant subspace.
-struct Cluster {
-    poles: Vec<c64>,
-    basis: Mat<f64>,
-}
-
-fn split(a: &Mat<f64>) -> Result<Split, ControllerError> {
+/// Bases of the blocks of a balanced matrix; no coupling solution above `limit`.
+fn split(a: &Mat<f64>, limit: f64) -> Result<Split, ControllerError> {
     let n = a.nrows();
-    let mut clusters: Vec<Cluster> = Vec::new();
-    for group in initial_groups(&eigenvalues(a).map_err(in_step("modal form"))?) {
-        clusters.push(cluster(a, group)?);
+    let bases = invariant_bases(a, limit).map_err(in_step("modal form"))?;
+    let mut transform = Mat::zeros(n, n);
+    let mut start = 0;
+    for basis in &bases {
+        let basis = rotation_basis(a, basis);
+        let size = basis.ncols();
+        transform.submatrix_mut(0, start, n, size).copy_from(&basis);
+        start += size;
     }
-    loop {
-        if clusters.len() <= 1 {
-            // Nothing left to separate: the balanced matrix is its own best form.
-            let trivial = clusters.first().is_none_or(|c| c.basis.ncols() > 2);
-            let transform = match clusters.first() {
-                Some(only) if !trivial => only.basis.clone(),
-                _ => Mat::identity(n, n),
-            };
-            return Ok(Split {
-                transform,
-                blocks: if n == 0 { vec![] } else { vec![n] },
-                condition: 1.0,
-            });
-        }
-        let mut transform = Mat::zeros(n, n);
-        let mut start = 0;
-        for c in &clusters {
-            transform
-                .submatrix_mut(0, start, n, c.basis.ncols())
-                .copy_from(&c.basis);
-            start += c.basis.ncols();
-        }
-        let condition = condition(&transform).map_err(in_step("modal form"))?;
-        if condition <= LARGEST_CONDITION {
-            return Ok(Split {
-                transform,
-                blocks: clusters.iter().map(|c| c.basis.ncols()).collect(),
-                condition,
-            });
-        }
-        let (i, j) = most_parallel(&clusters);
-        let second = clusters.remove(j);
-        let first = clusters.remove(i);
-        let poles = first.poles.into_iter().chain(second.poles).collect();
-        clusters.push(cluster(a, poles)?);
-    }
+    Ok(Split {
+        condition: condition(&transform).map_err(in_step("modal form"))?,
+        transform,
+        blocks: bases.iter().map(Mat::ncols).collect(),
+    })
 }
 
-/// Pair of clusters with the smallest angle between their subspaces, i < j.
-fn most_parallel(clusters: &[Cluster]) -> (usize, usize) {
-    let orthonormal: Vec<Mat<f64>> = clusters
-        .iter()
-        .map(|c| orthonormal_columns(&c.basis))
-        .collect();
-    let (mut best, mut cosine) = ((0, 1), -1.0);
-    for (j, second) in orthonormal.iter().enumerate() {
-        for (i, first) in orthonormal.iter().enumerate().take(j) {
-            let c = max_singular_value(&(first.transpose() * second));
-            if c > cosine {
-                (best, cosine) = ((i, j), c);
-            }
-        }
-    }
-    best
-}
-
-/// Eigenvalues with Im ≥ 0, grouped when they lie within [`CLUSTER_DISTANCE`].
-fn initial_groups(poles: &[c64]) -> Vec<Vec<c64>> {
-    let mut groups: Vec<Vec<c64>> = Vec::new();
-    for pole in poles.iter().filter(|p| p.im >= 0.0) {
-        let near = |q: &c64| (pole - q).norm() < CLUSTER_DISTANCE * pole.norm().max(1.0);
-        match groups.iter_mut().find(|g| g.iter().any(near)) {
-            Some(group) => group.push(*pole),
-            None => groups.push(vec![*pole]),
-        }
-    }
-    groups
-}
-
-fn cluster(a: &Mat<f64>, poles: Vec<c64>) -> Result<Cluster, ControllerError> {
-    let n = a.nrows();
-    let size: usize = poles.iter().map(|p| if p.im > 0.0 { 2 } else { 1 }).sum();
-    let size = size.min(n);
-    // Any start with a component along every direction serves; this one is fixed.
-    let mut x = orthonormal_columns(&Mat::from_fn(n, size, |i, j| {
-        let k = (i * 7919 + j * 104_729 + i * j * 31) % 1009;
-        k as f64 / 1009.0 - 0.5 + if i == j { 2.0 } else { 0.0 }
-    }));
-    // The shift must not make the matrix exactly singular; 1e-13 keeps the wanted directions dominant by 1e6 and more.
-    let offset = 1e-13 * a.norm_l2().max(f64::MIN_POSITIVE);
-    // Two passes reach rounding level; the third is for clusters with spread poles.
-    for _ in 0..3 {
-        for pole in &poles {
-            x = inverse_step(a, *pole + offset, &x)?;
-        }
-    }
-    if let (2, Some(pole)) = (size, poles.first())
-        && poles.len() == 1
-        && pole.im > 0.0
-    {
-        x = rotation_basis(a, &x);
-    }
-    Ok(Cluster { poles, basis: x })
-}
-
-/// Orthonormal basis of (A − λI)⁻¹(A − λ̄I)⁻¹ X for a pair, of (A − λI)⁻¹ X for a real pole.
-fn inverse_step(a: &Mat<f64>, pole: c64, x: &Mat<f64>) -> Result<Mat<f64>, ControllerError> {
-    let shifted = |shift: c64| {
-        Mat::from_fn(a.nrows(), a.nrows(), |i, j| {
-            c64::new(a[(i, j)], 0.0) - if i == j { shift } else { c64::new(0.0, 0.0) }
-        })
-    };
-    let mut y = Mat::from_fn(x.nrows(), x.ncols(), |i, j| c64::new(x[(i, j)], 0.0));
-    y = solve_complex(&shifted(pole), &y);
-    if pole.im != 0.0 {
-        y = solve_complex(&shifted(pole.conj()), &y);
-    }
-    let largest = y.norm_max();
-    let real = Mat::from_fn(x.nrows(), x.ncols(), |i, j| y[(i, j)].re / largest);
-    if !real.is_all_finite() {
-        return Err(ControllerError::Numeric {
-            step: "modal form, inverse iteration",
-            source: crate::linalg::NumericError::Singular {
-                what: "A − λI",
-                rcond: 0.0,
-            },
-        });
-    }
-    Ok(orthonormal_columns(&real))
-}
-
-/// Basis of a pair's plane in which A is [[σ, ω], [−ω, σ]]; the orthonormal basis itself when the pair is so close
-/// to a double real pole that the rotation form would be ill conditioned.
+/// Basis of a pair's plane in which A is [[σ, ω], [−ω, σ]]; the orthonormal basis itself for any other block and when the
+/// pair is so close to a double real pole that the rotation form would be ill conditioned.
 fn rotation_basis(a: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
+    if q.ncols() != 2 {
+        return q.clone();
+    }
     let block = q.transpose() * a * q;
     let (a11, a12, a21, a22) = (block[(0, 0)], block[(0, 1)], block[(1, 0)], block[(1, 1)]);
     let half = 0.5 * (a11 - a22);

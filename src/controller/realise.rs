@@ -69,11 +69,12 @@ pub struct Realisation {
 /// As [`block_diagonalise`].
 pub fn modal_form(system: &StateSpace<Discrete>) -> Result<Realisation, ControllerError> {
     let modal = block_diagonalise(system)?;
-    let merged = modal.merged_blocks();
+    let merged: Vec<String> = modal.merged_blocks().map(|n| format!("{n}x{n}")).collect();
     let mut notes = Vec::new();
-    if merged > 0 {
+    if !merged.is_empty() {
         notes.push(format!(
-            "{merged} block(s) larger than 2x2 hold poles that (nearly) repeat and cannot be separated accurately"
+            "blocks of {} hold poles that (nearly) repeat and cannot be separated accurately",
+            merged.join(", ")
         ));
     }
     let mut realisation = Realisation {

@@ -1,6 +1,7 @@
 //! Facts about matrices. The only home of dense algebra: everything above calls these plain `f64`/`c64` functions.
 
 pub mod basis;
+pub mod block_diagonal;
 pub mod dense;
 pub mod doubled;
 pub mod doubling;

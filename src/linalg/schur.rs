@@ -129,6 +129,16 @@ impl RealSchur {
         (self, done)
     }
 
+    /// Size of the diagonal block that starts at row `i`.
+    pub(super) fn block_at(&self, i: usize) -> usize {
+        block_size(&self.t, i)
+    }
+
+    /// Eigenvalue of the diagonal block that starts at row `i`; of a pair the one in the upper half plane.
+    pub(super) fn eigenvalue_at(&self, i: usize) -> c64 {
+        block_eigenvalues(&self.t, i, block_size(&self.t, i)).0
+    }
+
     /// Zeroes below the blocks and splits 2×2 blocks with real eigenvalues.
     fn clean(&mut self) {
         let n = self.t.nrows();
@@ -201,7 +211,7 @@ impl RealSchur {
     }
 
     /// Swaps the block of size p at j with the one of size q below it.
-    fn swap(&mut self, j: usize, p: usize, q: usize) {
+    pub(super) fn swap(&mut self, j: usize, p: usize, q: usize) {
         let part = |r: usize, c: usize, h: usize, w: usize| {
             Mat::from_fn(h, w, |k, l| self.t[(j + r + k, j + c + l)])
         };

@@ -20,7 +20,12 @@ pub(crate) const LIMITS: SignalLimits = SignalLimits {
 };
 
 /// Block-diagonal system from pole blocks, hidden behind a random similarity.
-fn hidden(blocks: &[Mat<f64>], inputs: usize, outputs: usize, seed: u64) -> StateSpace<Discrete> {
+pub(crate) fn hidden(
+    blocks: &[Mat<f64>],
+    inputs: usize,
+    outputs: usize,
+    seed: u64,
+) -> StateSpace<Discrete> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut a = Mat::zeros(0, 0);
     for block in blocks {
@@ -44,7 +49,7 @@ fn hidden(blocks: &[Mat<f64>], inputs: usize, outputs: usize, seed: u64) -> Stat
     StateSpace::new(&t * &a * &inverse, &t * &b, &c * &inverse, d, TIME).unwrap()
 }
 
-fn pair(frequency_hz: f64, damping: f64) -> Mat<f64> {
+pub(crate) fn pair(frequency_hz: f64, damping: f64) -> Mat<f64> {
     let w = TAU * frequency_hz * TIME.period_s;
     let z = c64::from_polar((-damping * w).exp(), w * (1.0 - damping * damping).sqrt());
     Mat::from_fn(2, 2, |i, j| match (i, j) {
