@@ -1,8 +1,10 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
+use super::controlled_machine::other_machine;
 use super::design::{add_predictions, finish};
 use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
 use super::design_progress::run_design;
+use super::machine::Remarks;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::{Failure, Outcome, stdout};
@@ -13,7 +15,7 @@ use crate::controller::pid_tune::{found_or_reason, textbook, tune};
 use crate::controller::verification::{Verification, verify_with_proof};
 use crate::identify::HammerFrf;
 use crate::identify::peaks::{Channel, Resonance, resonances};
-use crate::input::{load_controller, load_measurement, load_weights};
+use crate::input::{load_measurement, load_tagged_controller, load_weights};
 use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict, rival_settings};
 use crate::pipeline::loop_stability::unstable_words;
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
@@ -80,7 +82,7 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.machine.weights)?;
-    let (machine, mut controllers, used) = given(arguments)?;
+    let (machine, mut controllers, used, remarks) = given(arguments)?;
     let speeds = speeds(arguments, machine.spindle.max_rpm)?;
     let uncertainty = mode_uncertainty(arguments, &weights)?;
     let hammers = match &arguments.measurement {
@@ -271,6 +273,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
     first_words.iter().for_each(|line| eprintln!("{line}"));
+    drop(remarks);
     stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
     Ok(result)
 }
@@ -296,21 +299,24 @@ fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {
     resonances(&frf.frequency_hz, &[channel])
 }
 
-/// The machine, the controllers of the command line, and which machine was used for them.
-fn given(
-    arguments: &Arguments,
-) -> Result<(Machine, Vec<(Role, Controller)>, Option<Value>), Failure> {
+type Given = (Machine, Vec<(Role, Controller)>, Option<Value>, Remarks);
+
+/// The machine, the controllers of the command line, which machine was used for them, and what looks wrong in its files.
+fn given(arguments: &Arguments) -> Result<Given, Failure> {
     let files = &arguments.machine.machine;
     let Some((first, others)) = arguments.controller.split_first() else {
-        return Ok((files.alone()?, vec![], None));
+        return Ok((files.alone()?, vec![], None, Remarks::default()));
     };
-    let found = files.with_controller(first)?;
-    let used = found.json();
+    let (found, mut remarks) = files.with_controller(first)?;
+    let json = found.json();
     let mut controllers = vec![(Role::Other(0), found.controller)];
     for file in others {
-        controllers.push((Role::Other(controllers.len()), load_controller(file)?));
+        let loaded = load_tagged_controller(file)?;
+        let other = other_machine(file, loaded.machine.as_ref(), &found.used);
+        remarks.0.extend(other);
+        controllers.push((Role::Other(controllers.len()), loaded.controller));
     }
-    Ok((found.machine, controllers, Some(used)))
+    Ok((found.machine, controllers, Some(json), remarks))
 }
 
 /// What is said first about a loop that is unstable: at a speed that was asked for, else anywhere up to the top speed.

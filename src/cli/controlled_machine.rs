@@ -2,9 +2,9 @@
 //! that the controller names, else the shipped reference. Whether it is the machine of the design is said.
 
 use super::Failure;
-use super::machine::load_machine;
+use super::machine::{Remarks, load_machine, load_with_remarks};
 use crate::controller::{Controller, MachineTag};
-use crate::input::{load_tagged_controller, spindle_yaml, tool_yaml};
+use crate::input::{Warning, load_tagged_controller, spindle_yaml, tool_yaml};
 use crate::report::firmware::sha256_hex;
 use crate::report::summary::Summary;
 use crate::spindle::Machine;
@@ -41,11 +41,12 @@ pub const SPINDLE: &str = "reference";
 pub const TOOL: &str = "paper-tool";
 
 impl MachineArguments {
-    /// Reads the controller and its machine; says on standard error when it is not the machine of the design.
+    /// Reads the controller and its machine. The remarks say what looks wrong in the files, and when the machine is not that of
+    /// the design; drop them when the stability of the loop has been said.
     ///
     /// # Errors
     /// [`Failure`] of whichever file is wrong.
-    pub fn with_controller(&self, file: &str) -> Result<ControlledMachine, Failure> {
+    pub fn with_controller(&self, file: &str) -> Result<(ControlledMachine, Remarks), Failure> {
         let loaded = load_tagged_controller(file)?;
         let tag = loaded.machine;
         let choose = |given: &Option<String>, usual: &str, named: Option<&str>, shipped: &str| {
@@ -65,19 +66,16 @@ impl MachineArguments {
             named.map(|t| t.tool.as_str()),
             TOOL,
         );
-        let machine = load_machine(&spindle, &tool)?;
+        let (machine, mut remarks) = load_with_remarks(&spindle, &tool)?;
         let found = ControlledMachine {
             used: machine_tag(&machine, &spindle, &tool),
             controller: loaded.controller,
             designed_for: tag,
             machine,
         };
-        if found.differs() {
-            eprintln!(
-                "warning: {file} was designed for another machine than {spindle} with {tool}: the hash in it differs"
-            );
-        }
-        Ok(found)
+        let other = other_machine(file, found.designed_for.as_ref(), &found.used);
+        remarks.0.extend(other);
+        Ok((found, remarks))
     }
 
     /// The machine without a controller.
@@ -111,6 +109,17 @@ impl ControlledMachine {
     pub fn add_to(&self, summary: &mut Summary) {
         summary.set("machine", self.json());
     }
+}
+
+/// What to say of a controller whose tag names another machine than the one that is used.
+pub fn other_machine(file: &str, tag: Option<&MachineTag>, used: &MachineTag) -> Option<Warning> {
+    tag.filter(|tag| tag.hash != used.hash).map(|_| Warning {
+        file: file.to_owned(),
+        message: format!(
+            "the controller was designed for another machine than {} with {}: the hash in it differs",
+            used.spindle, used.tool
+        ),
+    })
 }
 
 /// The tag of a machine whose files are found under these paths.

@@ -1,6 +1,7 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
 use super::controlled_machine::{ControlledMachine, MachineArguments};
+use super::machine::Remarks;
 use super::output::claim;
 use super::{Failure, Outcome, stdout};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
@@ -133,9 +134,9 @@ impl Prepared {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let mut prepared = Vec::new();
+    let (mut prepared, mut remarks) = (Vec::new(), Vec::new());
     for file in &arguments.controller {
-        match prepare(arguments, file)? {
+        match prepare(arguments, file, &mut remarks)? {
             Some(one) => prepared.push(one),
             None => return Ok(Outcome::TargetMissed),
         }
@@ -185,8 +186,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is refused.
-fn prepare(arguments: &Arguments, file: &str) -> Result<Option<Prepared>, Failure> {
-    let given = arguments.machine.with_controller(file)?;
+fn prepare(
+    arguments: &Arguments,
+    file: &str,
+    remarks: &mut Vec<Remarks>,
+) -> Result<Option<Prepared>, Failure> {
+    let (given, new) = arguments.machine.with_controller(file)?;
+    remarks.push(new);
     let read = [file, &given.used.spindle, &given.used.tool];
     claim(&arguments.out, &[], read)?;
     let machine = &given.machine;

@@ -2,6 +2,7 @@
 //! as CSV; an unstable loop has none. Without a controller the tool compliance is that of the rotor on its magnets, currents zero.
 
 use super::controlled_machine::MachineArguments;
+use super::machine::Remarks;
 use super::{Failure, Outcome, stdout};
 use crate::lti::Response;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
@@ -41,11 +42,11 @@ const MOST_POINTS: usize = 1_000_000;
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let frequencies = frequencies_hz(arguments)?;
-    let (machine, controller) = match &arguments.controller {
-        None => (arguments.machine.alone()?, None),
+    let (machine, controller, remarks) = match &arguments.controller {
+        None => (arguments.machine.alone()?, None, Remarks::default()),
         Some(file) => {
-            let found = arguments.machine.with_controller(file)?;
-            (found.machine, Some(found.controller))
+            let (found, remarks) = arguments.machine.with_controller(file)?;
+            (found.machine, Some(found.controller), remarks)
         }
     };
     if let Some(controller) = &controller {
@@ -55,6 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             return Ok(Outcome::TargetMissed);
         }
     }
+    drop(remarks);
     let speed = arguments.speed * TAU / 60.0;
     let plant = if arguments.design_model {
         Plant::design_model(&machine, speed)?

@@ -6,17 +6,38 @@ use crate::input::{self, Measurement, Warning};
 use crate::spindle::Machine;
 use crate::spindle::mesh_quality::coarse_mesh;
 
+/// Warnings that are held back until it is known whether the loop is stable, because that is said in the first line. They go
+/// to standard error when the value is dropped, so that none is lost on the way to an error.
+#[derive(Debug, Default)]
+pub struct Remarks(pub Vec<Warning>);
+
+impl Drop for Remarks {
+    fn drop(&mut self) {
+        self.0.iter().for_each(say);
+    }
+}
+
 /// The machine of a spindle and a tool file.
 ///
 /// # Errors
 /// [`Failure`] of whichever file is wrong.
 pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, Failure> {
-    let machine = input::load_machine(spindle, tool)?;
-    for (kind, file) in [(FileKind::Spindle, spindle), (FileKind::Tool, tool)] {
-        kind.warnings(file)?.iter().for_each(say);
-    }
-    mesh_warning(&machine, spindle, tool)?.iter().for_each(say);
+    let (machine, _said_on_return) = load_with_remarks(spindle, tool)?;
     Ok(machine)
+}
+
+/// The machine of a spindle and a tool file, and what looks wrong in them.
+///
+/// # Errors
+/// [`Failure`] of whichever file is wrong.
+pub fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, Remarks), Failure> {
+    let machine = input::load_machine(spindle, tool)?;
+    let mut remarks = Remarks::default();
+    for (kind, file) in [(FileKind::Spindle, spindle), (FileKind::Tool, tool)] {
+        remarks.0.extend(kind.warnings(file)?);
+    }
+    remarks.0.extend(mesh_warning(&machine, spindle, tool)?);
+    Ok((machine, remarks))
 }
 
 /// The machine of a measurement; a spindle or tool given on the command line wins.

@@ -92,7 +92,7 @@ const LONGEST_S: f64 = 20.0;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let given = arguments.machine.with_controller(&arguments.controller)?;
+    let (given, remarks) = arguments.machine.with_controller(&arguments.controller)?;
     let read = [&arguments.controller, &given.used.spindle, &given.used.tool];
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let machine = &given.machine;
@@ -109,6 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !stable {
         eprintln!("{}", unstable_words(growth, speed_rpm));
     }
+    drop(remarks);
     let settings = TimeSettings {
         noise_seed: arguments.noise_seed,
         bus_voltage_v: arguments.bus_voltage,

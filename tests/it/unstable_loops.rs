@@ -2,7 +2,7 @@
 //! that has no meaning; and a controller finds the machine that it was designed for.
 
 use super::program::muspin;
-use muspin::controller::{ControlLaw, Controller};
+use muspin::controller::{ControlLaw, Controller, MachineTag};
 use muspin::input::{load_controller, load_machine, spindle_yaml, tool_yaml};
 use muspin::lti::StateSpace;
 use muspin::lti::sample::tustin;
@@ -34,19 +34,30 @@ fn machine() -> Machine {
     load_machine(&files[0], &files[1]).unwrap()
 }
 
-/// A folder with the machine and the PID of the wrong sign.
+/// A folder with the machine and the PID of the wrong sign, which says that it was designed for another machine.
 fn wrong() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
+    let another = MachineTag {
+        spindle: "another.yaml".to_owned(),
+        tool: "another-tool.yaml".to_owned(),
+        hash: "0".repeat(64),
+    };
     let path = |name: &str| folder.path().join(name);
-    std::fs::write(path("wrong.json"), controller_json(&pid(-1.0), None)).unwrap();
+    std::fs::write(
+        path("wrong.json"),
+        controller_json(&pid(-1.0), Some(&another)),
+    )
+    .unwrap();
     for name in ["spindle.yaml", "tool.yaml"] {
         std::fs::copy(format!("{DATA}/{name}"), path(name)).unwrap();
     }
     folder
 }
 
-/// The growth rate that a first line states, 1/s.
+/// The growth rate that the first line states, 1/s; that the controller is of another machine comes after it.
 fn growth(text: &str) -> f64 {
+    let warned = text.lines().skip(1).any(|l| l.contains("another machine"));
+    assert!(warned, "{text}");
     let line = text.lines().next().unwrap_or_default();
     let (_, after) = line
         .split_once("unstable: the closed loop grows by ")
@@ -185,7 +196,7 @@ fn a_controller_finds_the_machine_beside_it_and_says_when_another_is_used() {
     let (used, err) = simulate("controller/k.json", &[]);
     assert!(used["is_that_of_the_design"].is_null(), "{used}");
     assert!(!err.contains("another machine"), "{err}");
-    let tag = muspin::controller::MachineTag {
+    let tag = MachineTag {
         spindle: "../spindle.yaml".to_owned(),
         tool: "../tool.yaml".to_owned(),
         hash: used["hash"].as_str().unwrap().to_owned(),
