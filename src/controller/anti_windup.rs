@@ -9,6 +9,9 @@
 //!   3. only if some eⱼ ≠ 0: for every state i with a row of L, in the order of its terms: xᵢ⁺ ← xᵢ⁺ + Lᵢⱼ eⱼ (product
 //!      rounded, then the sum); then the clamp of the state.
 //!
+//! The scales are such that neither step reaches ±1 for any displacements and currents within their limits, except where the
+//! clamp of a slow real pole is its own limit: the clamps do not interfere with the correction.
+//!
 //! Only the slow modes are conditioned, those with |ln z|/Tₛ < α, and those that do not decay: x_s of A_s, C_s. A limited
 //! actuator acts as a gain κ < 1. The integral action of a slow mode then turns into phase lag where the loop crosses over
 //! with that lower gain, and the rotor swings between its stops. With W the solution of W + C_sᵀC_s = A_sᵀ e^{2αTₛ} W A_s,
@@ -28,8 +31,8 @@
 //! saturation whose outputs stay below û/κ leaves the loop asymptotically stable, in this region and for the linear magnet;
 //! κ is [`AntiWindup::circle_gain`]. Both hold on a grid of frequencies. An unstable magnet has no global proof.
 
-use super::realise::{Form, Realisation, Row, Term};
-use super::scaling::ScaledRealisation;
+use super::realise::{Form, Realisation, Row};
+use super::scaling::{ScaledRealisation, with_room};
 use super::verification::growth_rate;
 use super::verification_error::VerificationError;
 use super::{ControllerError, in_step};
@@ -130,7 +133,8 @@ pub fn anti_windup(
     })
 }
 
-/// A scaled realisation with its anti-windup on a machine, at rest and at its top speed.
+/// A scaled realisation with its anti-windup on a machine, at rest and at its top speed; the scales leave room for what the
+/// correction does to the states.
 ///
 /// # Errors
 /// [`VerificationError`] when a plant cannot be built or an eigenvalue iteration fails.
@@ -146,22 +150,14 @@ pub fn with_anti_windup(
             Ok(plant.select(&axes, &axes))
         })
         .collect::<Result<Vec<_>, VerificationError>>()?;
-    let found = anti_windup(&scaled.rows, &plants)?;
-    let conditioning = (0..found.gain.nrows())
-        .map(|i| {
-            (0..found.gain.ncols())
-                .filter(|j| found.gain[(i, *j)] != 0.0)
-                .map(|j| Term {
-                    source: j,
-                    coefficient: found.gain[(i, j)],
-                })
-                .collect()
-        })
-        .collect();
-    let scaled = ScaledRealisation {
-        conditioning,
-        ..scaled
-    };
+    let mut found = anti_windup(&scaled.rows, &plants)?;
+    let before = scaled.state_scale.clone();
+    let scaled = with_room(scaled, &found.gain)?;
+    for (i, old) in before.iter().enumerate() {
+        for j in 0..found.gain.ncols() {
+            found.gain[(i, j)] *= old / scaled.state_scale[i];
+        }
+    }
     Ok((scaled, found))
 }
 

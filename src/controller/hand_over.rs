@@ -8,11 +8,14 @@ use super::arithmetic::{FixedRow, fixed};
 use super::realise::{Row, Term};
 use super::scaling::ScaledRealisation;
 use super::{ControllerError, in_step};
-use crate::linalg::{Mat, solve};
+use crate::linalg::{Mat, NumericError, eigenvalues, solve};
 use crate::lti::{Discrete, StateSpace};
 
 /// The horizon is 2 to this power of samples: 51 ms at 20 kHz, longer than a levitated rotor takes to settle.
 const HORIZON_DOUBLINGS: u32 = 10;
+/// A controller with unstable modes of its own has a shorter horizon: until the fastest of them has grown by this factor, six
+/// digits in the sum of squares.
+const LARGEST_GROWTH: f64 = 1e3;
 /// Weight of the states themselves, relative to that of the increments: decides only where the increments do not, nine
 /// digits below what counts and seven above rounding.
 const STATE_WEIGHT: f64 = 1e-9;
@@ -76,7 +79,7 @@ fn state_map(
     let b = times(&system.b, input_range);
     let c = times(&system.c, 1.0 / output_range);
     let d = times(&system.d, input_range / output_range);
-    let weight = output_energy(&system.a, &c);
+    let weight = output_energy(&system.a, &c).map_err(in_step("bumpless hand-over"))?;
     let step = &system.a - Mat::<f64>::identity(n, n);
     let mut cost = step.transpose() * &weight * &step;
     let mean = (0..n).map(|i| cost[(i, i)]).sum::<f64>() / n as f64;
@@ -115,11 +118,19 @@ fn times(matrix: &Mat<f64>, factor: f64) -> Mat<f64> {
 }
 
 /// Σ (Aᵀ)ᵏCᵀC Aᵏ over the horizon, by doubling.
-fn output_energy(a: &Mat<f64>, c: &Mat<f64>) -> Mat<f64> {
+fn output_energy(a: &Mat<f64>, c: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+    let poles = eigenvalues(a)?;
+    let radius = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
+    let doublings = if radius > 1.0 {
+        let samples = LARGEST_GROWTH.ln() / radius.ln();
+        (samples.max(1.0).log2() as u32).min(HORIZON_DOUBLINGS)
+    } else {
+        HORIZON_DOUBLINGS
+    };
     let (mut sum, mut power) = (c.transpose() * c, a.to_owned());
-    for _ in 0..HORIZON_DOUBLINGS {
+    for _ in 0..doublings {
         sum = &sum + power.transpose() * &sum * &power;
         power = &power * &power;
     }
-    sum
+    Ok(sum)
 }

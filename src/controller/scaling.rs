@@ -2,11 +2,13 @@
 //! |x|∞ ≤ Σₖ Σⱼ |(Aᵏ B)ᵢⱼ| ŷⱼ, becomes (at most) one, so fixed point never overflows in linear operation and
 //! clamping at ±1 acts only when something is wrong. Scales are powers of two, which rounds nothing.
 //! Slow real poles (integrators, leaky or not) are the exception: their range is the output authority,
-//! so the clamp at ±1 is their anti-windup.
+//! so the clamp at ±1 is their anti-windup. With the correction of [`super::anti_windup`] states reach further than without;
+//! [`with_room`] gives them the range.
 //! Source: Jackson, Bell Syst. Tech. J. 49 (1970) 159, the ℓ₁ bound. Symbols: ŷ input limit, û output limit.
 
 use super::ControllerError;
 use super::realise::{Realisation, Row, Term};
+use crate::linalg::Mat;
 use crate::lti::{Discrete, StateSpace};
 use std::f64::consts::TAU;
 
@@ -50,12 +52,12 @@ pub struct ScaledRealisation {
 }
 
 /// Nonzero coefficients of every row of A.
-fn transition_rows(system: &StateSpace<Discrete>) -> Vec<Row> {
-    let n = system.order();
+fn transition_rows(a: &Mat<f64>) -> Vec<Row> {
+    let n = a.nrows();
     let row = |i: usize| {
-        let terms = (0..n).filter(|j| system.a[(i, *j)] != 0.0).map(|j| Term {
+        let terms = (0..n).filter(|j| a[(i, *j)] != 0.0).map(|j| Term {
             source: j,
-            coefficient: system.a[(i, j)],
+            coefficient: a[(i, j)],
         });
         terms.collect()
     };
@@ -80,7 +82,7 @@ pub fn scaled(
     }
     let system = realisation.to_state_space()?;
     let (n, m) = (realisation.order(), realisation.inputs);
-    let transitions = transition_rows(&system);
+    let transitions = transition_rows(&system.a);
     let maps = realisation.signal_maps();
     let gains = l1_gains(&transitions, &maps, &system.b, limits.input_m);
     let authority = |i: usize| {
@@ -141,17 +143,7 @@ pub fn scaled(
         return Err(range("state scale".to_owned(), *bad));
     }
     let rows = rescaled(realisation, &state_scale, &signal_scale, 1.0, 1.0);
-    let output_reach_a = (0..system.outputs())
-        .map(|i| {
-            let states: f64 = (0..n)
-                .map(|j| (system.c[(i, j)] * state_scale[j]).abs())
-                .sum();
-            let inputs: f64 = (0..m)
-                .map(|j| system.d[(i, j)].abs() * limits.input_m)
-                .sum();
-            states + inputs
-        })
-        .fold(0.0, f64::max);
+    let output_reach_a = output_reach_a(&rows.to_state_space()?, limits);
     Ok(ScaledRealisation {
         rows,
         limits,
@@ -161,6 +153,78 @@ pub fn scaled(
         clamped: clamped(&anti_windup),
         output_reach_a,
         anti_windup,
+    })
+}
+
+/// Largest |u| of scaled states and inputs at their limits, A.
+fn output_reach_a(scaled: &StateSpace<Discrete>, limits: SignalLimits) -> f64 {
+    (0..scaled.outputs())
+        .map(|i| {
+            let states = (0..scaled.order()).map(|j| scaled.c[(i, j)].abs());
+            let inputs = (0..scaled.inputs()).map(|j| scaled.d[(i, j)].abs() * limits.input_m);
+            states.sum::<f64>() + inputs.sum::<f64>()
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Scales for the anti-windup x⁺ = (A − LC)x + (B − LD)y + Lu besides: no |y| ≤ ŷ with any |u| ≤ û drives a state or signal
+/// beyond ±1 then, so that the clamp at ±1 does not interfere with the correction. States whose clamp is their anti-windup
+/// keep their scale. `gain` is L in scaled states per A; `conditioning` of the result is in the new scales.
+///
+/// # Errors
+/// As [`scaled`].
+pub(super) fn with_room(
+    scaled: ScaledRealisation,
+    gain: &Mat<f64>,
+) -> Result<ScaledRealisation, ControllerError> {
+    let system = scaled.rows.to_state_space()?;
+    let (n, m) = (system.order(), system.inputs());
+    let corrected = &system.a - gain * &system.c;
+    let transitions = transition_rows(&corrected);
+    let maps = scaled.rows.signal_maps();
+    let without_inputs: Vec<Vec<f64>> = maps
+        .iter()
+        .map(|map| map[..n].iter().copied().chain(vec![0.0; m]).collect())
+        .collect();
+    let of_y = l1_gains(
+        &transitions,
+        &maps,
+        &(&system.b - gain * &system.d),
+        scaled.limits.input_m,
+    );
+    let of_u = l1_gains(&transitions, &without_inputs, gain, scaled.limits.output_a);
+    // A sum that does not converge, of a mode that L leaves alone, gives no more room than before.
+    let factor = |y: Option<f64>, u: Option<f64>| match (y, u) {
+        (Some(y), Some(u)) => power_of_two(y + u).max(1.0),
+        _ => 1.0,
+    };
+    let states: Vec<f64> = (0..n)
+        .map(|i| match scaled.anti_windup[i] {
+            true => 1.0,
+            false => factor(of_y.states[i], of_u.states[i]),
+        })
+        .collect();
+    let signals: Vec<f64> = (0..maps.len())
+        .map(|k| factor(of_y.signals[k], of_u.signals[k]))
+        .collect();
+    let rows = rescaled(&scaled.rows, &states, &signals, 1.0, 1.0);
+    let times = |old: &[f64], by: &[f64]| old.iter().zip(by).map(|(s, f)| s * f).collect();
+    Ok(ScaledRealisation {
+        output_reach_a: output_reach_a(&rows.to_state_space()?, scaled.limits),
+        state_scale: times(&scaled.state_scale, &states),
+        signal_scale: times(&scaled.signal_scale, &signals),
+        conditioning: (0..n)
+            .map(|i| {
+                let term = |j: usize| Term {
+                    source: j,
+                    coefficient: gain[(i, j)] / states[i],
+                };
+                let all = (0..gain.ncols()).map(term);
+                all.filter(|t| t.coefficient != 0.0).collect()
+            })
+            .collect(),
+        rows,
+        ..scaled
     })
 }
 
@@ -211,12 +275,7 @@ struct Gains {
 }
 
 /// ℓ₁ bounds of states and signals for inputs within ±`limit`; `None` where the sum did not converge.
-fn l1_gains(
-    transitions: &[Row],
-    maps: &[Vec<f64>],
-    b: &crate::linalg::Mat<f64>,
-    limit: f64,
-) -> Gains {
+fn l1_gains(transitions: &[Row], maps: &[Vec<f64>], b: &Mat<f64>, limit: f64) -> Gains {
     let (n, m) = (transitions.len(), b.ncols());
     let mut states = vec![Some(0.0); n];
     let mut signals: Vec<Option<f64>> = maps

@@ -2,7 +2,7 @@
 
 use muspin::controller::ControlLaw;
 use muspin::controller::anti_windup::{anti_windup, with_anti_windup};
-use muspin::controller::arithmetic::{Float32Program, float32};
+use muspin::controller::arithmetic::{Float32Program, float32, q31};
 use muspin::controller::realise::modal_form;
 use muspin::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
 use muspin::controller::sections::second_order_sections;
@@ -194,17 +194,133 @@ fn within_the_limits_nothing_changes() {
     assert!(differs, "beyond the limits the law acts");
 }
 
-fn pushed(program: &Float32Program, force_n: f64, rpm: f64) -> Recovery {
+fn pushed_on(machine: &Machine, program: &Float32Program, force_n: f64, rpm: f64) -> Recovery {
     let push = Case::Impulse {
         force_n,
         length_s: 5e-4,
     };
     let settings = TimeSettings::default();
     let speed = rpm * TAU / 60.0;
-    let found = run_case(&machine(), program, push, speed, 0.08, &settings).unwrap();
-    let recovery = Recovery::of(&machine(), &found);
+    let found = run_case(machine, program, push, speed, 0.08, &settings).unwrap();
+    let recovery = Recovery::of(machine, &found);
     assert_eq!(recovery == Recovery::Clear, found.in_contact == 0.0);
     recovery
+}
+
+fn pushed(program: &Float32Program, force_n: f64, rpm: f64) -> Recovery {
+    pushed_on(&machine(), program, force_n, rpm)
+}
+
+/// A spindle whose sensors stand far from its magnets, and the controllers of a run; the μ controller has unstable modes of its own
+/// (a pair that grows by 584 1/s).
+fn other_machine() -> (Machine, impl Fn(&str) -> StateSpace<Discrete>) {
+    let data = |name: &str| format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    let spindle = data("spindles/s04-noncollocated.yaml");
+    let law = move |name: &str| {
+        let file = data(&format!("designs/s04-noncollocated/{name}"));
+        let ControlLaw::Discrete(law) = load_controller(&file).unwrap().law else {
+            panic!("sampled")
+        };
+        law
+    };
+    (load_machine(&spindle, "endmill-12-long").unwrap(), law)
+}
+
+fn other_conditioned(machine: &Machine, law: &StateSpace<Discrete>) -> ScaledRealisation {
+    let limits = SignalLimits {
+        input_m: machine.spindle.backup_clearance_m,
+        output_a: 3.0,
+    };
+    let rows = scaled(&modal_form(law).unwrap(), limits).unwrap();
+    with_anti_windup(rows, machine).unwrap().0
+}
+
+#[test]
+fn the_correction_never_drives_a_state_to_its_clamp() {
+    let (machine, other) = other_machine();
+    let cases = [
+        conditioned(&law("mu.json")),
+        other_conditioned(&machine, &other("mu.json")),
+        other_conditioned(&machine, &other("pid.json")),
+    ];
+    for rows in cases {
+        let system = rows.rows.to_state_space().unwrap();
+        let n = system.order();
+        let mut x = Mat::<f64>::zeros(n, 1);
+        let mut largest = 0.0f64;
+        for k in 0..20_000 {
+            // Displacements that jump from stop to stop, at rates that pass through all modes.
+            let period = 3 + k / 40;
+            let y = Mat::from_fn(4, 1, |i, _| {
+                let up = (k / period + i / 2).is_multiple_of(2);
+                if up {
+                    rows.limits.input_m
+                } else {
+                    -rows.limits.input_m
+                }
+            });
+            let v = &system.c * &x + &system.d * &y;
+            x = &system.a * &x + &system.b * &y;
+            for (i, row) in rows.conditioning.iter().enumerate() {
+                for term in row {
+                    let wanted = v[(term.source, 0)];
+                    let limit = rows.limits.output_a;
+                    x[(i, 0)] += term.coefficient * (wanted.clamp(-limit, limit) - wanted);
+                }
+                if rows.anti_windup[i] {
+                    x[(i, 0)] = x[(i, 0)].clamp(-1.0, 1.0);
+                } else {
+                    largest = largest.max(x[(i, 0)].abs());
+                }
+            }
+        }
+        // The bound is for the worst of all signals; these come within some powers of two of it.
+        assert!(largest <= 1.0 && largest > 0.02, "{largest}");
+    }
+}
+
+#[test]
+fn an_unstable_controller_pushes_back_from_either_stop() {
+    let (machine, other) = other_machine();
+    let rows = other_conditioned(&machine, &other("mu.json"));
+    let (mut single, mut fixed) = (float32(&rows).unwrap(), q31(&rows).unwrap());
+    for side in [1.0, -1.0, 1.0] {
+        // At a stop for 20 ms: the current must have the sign that leaves it, u = K y with K restoring.
+        let y = [3e-4 * side, 0.0, 3e-4 * side, 0.0];
+        let coded = y.map(|v| fixed.encode_input(v));
+        let (mut u, mut q) = (vec![], vec![]);
+        for _ in 0..400 {
+            u = single.step(&y.map(|v| v as f32));
+            q = fixed.step(&coded);
+        }
+        for axis in [0, 2] {
+            let q = fixed.decode_output(q[axis]);
+            assert!(
+                f64::from(u[axis]) * side < -2.9,
+                "float32, axis {axis}: {u:?}"
+            );
+            assert!(q * side < -2.9, "Q31, axis {axis}: {q}");
+        }
+    }
+}
+
+#[test]
+fn the_rotor_of_another_machine_comes_back_with_either_controller() {
+    let (machine, other) = other_machine();
+    let top = machine.spindle.max_rpm;
+    let touching = touching_force_n(&machine, 3.0, 5e-4).unwrap();
+    for name in ["mu.json", "pid.json"] {
+        let program = float32(&other_conditioned(&machine, &other(name))).unwrap();
+        for rpm in [0.0, top] {
+            for force_n in [1000.0, 1500.0, touching] {
+                let recovery = pushed_on(&machine, &program, force_n, rpm);
+                assert!(
+                    recovery != Recovery::Lost,
+                    "{name}: {force_n} N at {rpm} rpm"
+                );
+            }
+        }
+    }
 }
 
 #[test]
