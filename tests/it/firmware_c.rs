@@ -1,6 +1,6 @@
 //! The exported C, compiled and run: bit for bit, after invalid samples, two controllers in a program, change at run time.
 
-use crate::firmware::{LIMITS, TIME, pid_like, typical};
+use crate::firmware::{LIMITS, TIME, hidden, pair, pid_like, real, typical};
 use muspin::controller::hand_over::hand_over;
 use muspin::controller::realise::{Term, modal_form};
 use muspin::controller::scaling::{ScaledRealisation, scaled};
@@ -12,6 +12,7 @@ use muspin::lti::{Discrete, StateSpace};
 use muspin::report::firmware::{Firmware, Format, write_all};
 use muspin::report::firmware_c::{c_identifier, is_prefix};
 use muspin::report::firmware_table::controller_table;
+use std::cmp::Ordering;
 use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
@@ -26,15 +27,19 @@ const STRICT: [&str; 6] = [
 ];
 
 /// What an export needs to own.
-struct Case {
+pub(crate) struct Case {
     controller: Controller,
     rows: ScaledRealisation,
     verification: Verification,
-    prefix: &'static str,
+    pub(crate) prefix: &'static str,
 }
 
 impl Case {
-    fn new(law: StateSpace<Discrete>, rows: ScaledRealisation, prefix: &'static str) -> Self {
+    pub(crate) fn new(
+        law: StateSpace<Discrete>,
+        rows: ScaledRealisation,
+        prefix: &'static str,
+    ) -> Self {
         Self {
             controller: Controller {
                 name: "test */ case".to_owned(),
@@ -51,7 +56,7 @@ impl Case {
         Self::new(law, rows, prefix)
     }
 
-    fn firmware(&self) -> Firmware<'_> {
+    pub(crate) fn firmware(&self) -> Firmware<'_> {
         Firmware {
             discrete: &self.controller,
             continuous: None,
@@ -63,7 +68,7 @@ impl Case {
         }
     }
 
-    fn write(&self, folder: &Path) {
+    pub(crate) fn write(&self, folder: &Path) {
         std::fs::create_dir_all(folder).unwrap();
         let files = write_all(&self.firmware(), &Format::ALL).unwrap();
         assert_eq!(files, write_all(&self.firmware(), &Format::ALL).unwrap());
@@ -99,7 +104,7 @@ fn run(folder: &Path, program: &str, arguments: &[&str]) -> String {
 }
 
 /// Writes `main.c` beside the export, compiles all strictly and returns what the program prints.
-fn main_prints(folder: &Path, text: &str, sources: &[&str]) -> String {
+pub(crate) fn main_prints(folder: &Path, text: &str, sources: &[&str]) -> String {
     std::fs::write(folder.join("main.c"), text).unwrap();
     let arguments = [&STRICT[..], &["-O2", "main.c"], sources, &["-o", "main"]].concat();
     compiles(folder, "cc", &arguments).unwrap_or_else(|e| panic!("{e}"));
@@ -130,8 +135,19 @@ fn reproduces_the_vectors(case: &Case, flags: &[&str]) {
 fn generated_c_reproduces_the_vectors_bit_for_bit() {
     let sections = scaled(&second_order_sections(&pid_like()).unwrap(), LIMITS).unwrap();
     let gain = Mat::from_fn(4, 4, |i, j| -1e4 * f64::from(u8::from(i == j)));
+    // Two equal pairs and three equal real poles of one law: blocks of four and of three states.
+    let twice = pair(700.0, 0.02);
+    let jordan = Mat::from_fn(3, 3, |i, j| match j.cmp(&i) {
+        Ordering::Equal => 0.95,
+        Ordering::Greater if j == i + 1 => 0.05,
+        _ => 0.0,
+    });
+    let merged = hidden(&[twice.clone(), twice, jordan, pair(90.0, 0.3)], 4, 4, 3);
+    let blocks = modal_form(&merged).unwrap().blocks;
+    assert!(blocks.iter().any(|n| *n > 2), "{blocks:?}");
     for case in [
         Case::modal(typical(), "typical"),
+        Case::modal(merged, "merged"),
         Case::new(pid_like(), sections, "sections"),
         Case::modal(StateSpace::gain(gain, TIME), "gain"),
     ] {
@@ -361,6 +377,41 @@ fn a_change_of_controller_continues_the_currents_and_the_loop_settles() {
     let twice = [lift.firmware(), lift.firmware()];
     let message = controller_table(&twice).unwrap_err().to_string();
     assert!(message.contains("--prefix"), "{message}");
+}
+
+#[test]
+fn a_controller_with_a_fast_unstable_mode_is_handed_over() {
+    // A pole of 1.6 grows by 1e209 within the usual horizon of 1024 samples.
+    let blocks = [real(0.99), real(0.3), real(1.6), pair(900.0, 0.05)];
+    let law = hidden(&blocks, 4, 4, 5);
+    let rows = scaled(&modal_form(&law).unwrap(), LIMITS).unwrap();
+    let map = hand_over(&rows).unwrap();
+    let system = rows.rows.to_state_space().unwrap();
+    let y = Mat::from_fn(4, 1, |i, _| 1e-6 * (i as f64 + 1.0));
+    let wanted = [0.5, -1.0, 2.0, 0.1];
+    let given: Vec<f64> = (0..8)
+        .map(|i| if i < 4 { y[(i, 0)] } else { wanted[i - 4] })
+        .collect();
+    let mut x = Mat::from_fn(system.order(), 1, |i, _| {
+        let terms = map.float32[i].iter();
+        terms.map(|t| t.coefficient * given[t.source]).sum::<f64>()
+    });
+    let (first, mut last) = (&system.c * &x + &system.d * &y, Mat::zeros(4, 1));
+    // Five states cannot hold four currents for long; the unstable one alone would grow by 1.6⁵ = 10.
+    for _ in 0..5 {
+        x = &system.a * &x + &system.b * &y;
+        last = &system.c * &x + &system.d * &y;
+    }
+    for i in 0..4 {
+        assert!(
+            (first[(i, 0)] - wanted[i]).abs() < 1e-4,
+            "output {i}: {first:?}"
+        );
+        assert!(
+            (last[(i, 0)] - wanted[i]).abs() < 4.0,
+            "output {i}: {last:?}"
+        );
+    }
 }
 
 #[test]
