@@ -3,7 +3,7 @@
 
 use super::summary::number;
 use crate::identify::frf::AXIS_NAMES;
-use crate::identify::plausibility::{Plausibility, RecordFault};
+use crate::identify::plausibility::{Plausibility, RecordFault, Signal};
 use crate::identify::{Identification, MeasuredFrf, Reading};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -71,7 +71,10 @@ fn fault_json(record: &str, fault: &RecordFault) -> Value {
         }
         RecordFault::Conjugate => vec![],
         RecordFault::Clock { factor } => vec![("factor", json!(factor))],
-        RecordFault::Quantity(quantity) => vec![("quantity", json!(quantity.name()))],
+        RecordFault::Quantity(quantity) => vec![
+            ("signal", json!(Signal::Compliance.name())),
+            ("quantity", json!(quantity.name())),
+        ],
     };
     map.extend(fields.into_iter().map(|(k, v)| (k.to_owned(), v)));
     map.insert("words".into(), json!(fault.words()));

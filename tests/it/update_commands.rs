@@ -367,6 +367,47 @@ fn a_sweep_in_micrometres_is_named_by_identify_and_refused_by_update() {
 }
 
 #[test]
+fn a_hammer_test_in_accelerance_is_a_record_fault_of_the_diagnosis() {
+    let folder = tempfile::tempdir().unwrap();
+    scaled_sweep(folder.path(), |_| false, 1.0);
+    let path = folder.path().join("hammer-0.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let row = |line: &str| {
+        let mut cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+        let omega = std::f64::consts::TAU * cells[0];
+        // x'' / F = (jω)² x / F.
+        cells[1] *= -omega * omega;
+        cells[2] *= -omega * omega;
+        let cells: Vec<String> = cells.iter().map(|c| format!("{c:e}")).collect();
+        cells.join(",")
+    };
+    let mut lines = text.lines().filter(|l| !l.is_empty());
+    let header = lines.next().unwrap();
+    let rows: Vec<String> = lines.map(row).collect();
+    std::fs::write(&path, format!("{header}\n{}\n", rows.join("\n"))).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let mut command = muspin();
+    command
+        .args(["diagnose", "--measurement"])
+        .arg(folder.path());
+    let run = command.arg("--out").arg(out.path()).output().unwrap();
+    let errors = String::from_utf8(run.stderr).unwrap();
+    let first = errors.lines().next().unwrap();
+    assert!(
+        first.contains("hammer-0.csv") && first.contains("accelerance, not compliance"),
+        "{errors}"
+    );
+    let answer = json(&run.stdout);
+    let faults = answer["diagnosis"]["record_faults"].as_array().unwrap();
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert_eq!(faults[0]["record"], "hammer-0.csv");
+    assert_eq!(faults[0]["fault"], "unit");
+    assert_eq!(faults[0]["signal"], "h");
+    assert_eq!(faults[0]["quantity"], "accelerance");
+    assert!(faults[0]["factor"].is_null());
+}
+
+#[test]
 fn a_right_sweep_passes_every_check() {
     let out = tempfile::tempdir().unwrap();
     let found = answer(&["identify", "--measurement", &c03()], out.path());

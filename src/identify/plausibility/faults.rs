@@ -112,10 +112,10 @@ impl RecordFault {
             Self::ChannelsSwapped { .. } => "channels_swapped",
             Self::PlanesSwapped { .. } => "planes_swapped",
             Self::Sign { .. } => "sign",
-            Self::Unit { .. } => "unit",
+            // Mobility and accelerance are other units of the response too: m/(N s) and m/(N s²) in place of m/N.
+            Self::Unit { .. } | Self::Quantity(_) => "unit",
             Self::Conjugate => "conjugate",
             Self::Clock { .. } => "clock",
-            Self::Quantity(_) => "quantity",
         }
     }
 
