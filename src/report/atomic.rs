@@ -69,8 +69,10 @@ impl Replacement<'_> {
         let files = self.files.iter().map(|(p, b)| (p.as_str(), b.as_slice()));
         for (path, bytes) in files.chain([manifest]) {
             let file = new.join(path);
-            at(parent(&file), fs::create_dir_all(parent(&file)))?;
-            at(&file, write_through(&file, bytes))?;
+            // An error names the place that the file is meant for; the staging folder is gone by then.
+            let place = self.target.join(path);
+            at(&place, fs::create_dir_all(parent(&file)))?;
+            at(&place, write_through(&file, bytes))?;
         }
         Ok(new)
     }
