@@ -72,14 +72,18 @@ fn damaged_files_are_read_or_refused_with_the_name_of_the_file() {
 }
 
 #[test]
-#[ignore = "runs MUTANTS (default 100 000) damaged files of each format with the seed SEED; see tests/fuzz/README.md"]
+#[ignore = "runs MUTANTS (default 100 000) damaged files of each format, or of FORMAT, with the seed SEED; see tests/fuzz/README.md"]
 fn many() {
     let number = |name: &str, default: u64| {
         let given = std::env::var(name).ok();
         given.map_or(default, |text| text.parse().unwrap())
     };
     let (count, seed) = (number("MUTANTS", 100_000), number("SEED", 2));
+    let only = std::env::var("FORMAT").ok();
     for format in FORMATS {
+        if only.as_ref().is_some_and(|name| name != format) {
+            continue;
+        }
         let start = Instant::now();
         let (refused, longest) = attack(format, count as usize, seed);
         let memory = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
