@@ -94,7 +94,7 @@ fn is_whole(folder: &Path, kept: &[&str], case: &str) {
         if name == MANIFEST || kept.contains(&name.as_str()) {
             continue;
         }
-        let listed = |key: &str| manifest[key][name] == Value::from(hash(bytes));
+        let listed = |key: &str| manifest[key][name] == hash(bytes);
         assert!(listed("files") || listed("replacing"), "{case}: {name}");
     }
 }
