@@ -168,6 +168,14 @@ struct Split {
 fn split(a: &Mat<f64>, limit: f64) -> Result<Split, ControllerError> {
     let n = a.nrows();
     let bases = invariant_bases(a, limit).map_err(in_step("modal form"))?;
+    if bases.len() == 1 && n > 2 {
+        // Nothing is separated: the balanced matrix stays as it is, and no digit is lost.
+        return Ok(Split {
+            transform: Mat::identity(n, n),
+            blocks: vec![n],
+            condition: 1.0,
+        });
+    }
     let mut transform = Mat::zeros(n, n);
     let mut start = 0;
     for basis in &bases {
