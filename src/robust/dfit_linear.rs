@@ -7,8 +7,8 @@
 //! (powers of x, and Chebyshev polynomials in a bilinear variable, do not). Positivity between and beyond the data is
 //! asked on a finer grid; the factors taken from the roots are positive by construction.
 
-use super::dfit::Magnitudes;
 use super::dfit_factors::{Factor, Factors, joined};
+use super::dfit_magnitudes::Magnitudes;
 use super::lmi::{Programme, Row};
 use crate::linalg::{Mat, c64, eigenvalues};
 

@@ -4,8 +4,8 @@
 //!
 //! At a minimax solution with as many active points as parameters the convergence is quadratic.
 
-use super::dfit::Magnitudes;
 use super::dfit_factors::Factors;
+use super::dfit_magnitudes::Magnitudes;
 use super::lmi::{Programme, Row};
 
 /// Largest weighted |ln(|d|/m)|.

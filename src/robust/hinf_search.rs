@@ -5,10 +5,10 @@
 
 use super::assumptions::explain;
 use super::error::{Condition, SynthesisError};
-use super::hinf::HinfSettings;
 use super::hinf_level::{Side, control_side, filter_side};
 use super::hinf_normal::NormalForm;
 use super::hinf_pair::{DEFINITE, Pair, coupling};
+use super::hinf_settings::HinfSettings;
 use crate::augment::GeneralizedPlant;
 use crate::linalg::Mat;
 use crate::linalg::riccati::Effort;

@@ -4,6 +4,7 @@
 pub mod dfit;
 pub mod dfit_factors;
 pub mod dfit_linear;
+pub mod dfit_magnitudes;
 pub mod dfit_polish;
 pub mod dk;
 pub mod dk_descent;
@@ -16,6 +17,7 @@ pub mod mu;
 pub mod mu_certificate;
 pub mod mu_lower;
 pub mod mu_mixed;
+pub mod mu_peak;
 pub mod mu_reduction;
 mod mu_search;
 pub mod mu_system;
@@ -33,6 +35,7 @@ pub mod hinf_level;
 pub mod hinf_normal;
 mod hinf_pair;
 mod hinf_search;
+pub mod hinf_settings;
 
 pub use error::{Condition, SynthesisError};
 pub use hinf::{HinfSettings, HinfSolution, synthesise};

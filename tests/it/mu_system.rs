@@ -1,7 +1,8 @@
 //! Peak of μ over frequency against the dense reference sweeps.
 
 use crate::control_cases::{Case, block_list, system};
-use muspin::robust::mu_system::{CERTIFICATE_SLACK, MuSystem};
+use muspin::robust::mu_peak::CERTIFICATE_SLACK;
+use muspin::robust::mu_system::MuSystem;
 
 #[test]
 fn certified_peaks_match_the_dense_sweeps() {
