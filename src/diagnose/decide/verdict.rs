@@ -314,7 +314,7 @@ fn hypotheses(
         top_rad_s: records.filter_map(|(_, w)| w.copied()).fold(0.0, f64::max),
     };
     let (span_m, modes) = (model.reduced.span_m(), model.reduced.flexible_rad_s());
-    Ok(catalogue(machine, span_m, modes, scope)?)
+    catalogue(machine, span_m, modes, scope)
 }
 
 /// What goes into files and pictures: what was named, or the machine as it is.

@@ -74,8 +74,8 @@ impl Place {
             p,
             Assembly {
                 effects: &effects,
-                speed_rad_s: speed_rad_s,
-                derivatives: derivatives,
+                speed_rad_s,
+                derivatives,
                 probes: &probes,
             },
         )?;
