@@ -138,7 +138,8 @@ fn a_peak_of_the_certificate_becomes_lines_of_the_loss() {
     let after = polisher.round(0).unwrap();
     // Lines of a pole beside them show the same and go.
     assert!(after.lines > before.lines && after.lines <= before.lines + 5);
-    // The controller is the same, so its largest bound is, up to lines that went.
+    // The controller is the same, so its largest bound is, up to lines that went: a line a quarter of the half-width beside a
+    // resonance shows 3 % less.
     let now = after.over_limit[3] * polisher.limits().mu;
-    assert!((now / largest - 1.0).abs() < 1e-2, "{now} {largest}");
+    assert!((now / largest - 1.0).abs() < 3e-2, "{now} {largest}");
 }
