@@ -35,7 +35,7 @@ pub struct UncertainMode {
     pub relative: f64,
 }
 
-/// Generalized plant of one plane; `plane` has the ports of [`super::plane::PlaneModel::state_space`] with one
+/// Generalized plant of one plane; `plane` has the ports of [`super::plane`] with one
 /// modal port per entry of `modes`.
 ///
 /// # Errors

@@ -3,7 +3,7 @@
 //! clamping at ±1 acts only when something is wrong. Scales are powers of two, which rounds nothing.
 //! Slow real poles (integrators, leaky or not) are the exception: their range is the output authority,
 //! so the clamp at ±1 is their anti-windup. With the correction of [`super::anti_windup`] states reach further than without;
-//! [`with_room`] gives them the range.
+//! `with_room` gives them the range.
 //! Source: Jackson, Bell Syst. Tech. J. 49 (1970) 159, the ℓ₁ bound. Symbols: ŷ input limit, û output limit.
 
 use super::ControllerError;

@@ -2,7 +2,7 @@
 //!
 //! At its centre the sampled loop is computed (poles); [`super::speed_lift`] says how far the speed may move from there.
 //! What an interval leaves open is divided again until the range is covered, or a centre is unstable, or intervals get
-//! shorter than [`SHORTEST_RPM`].
+//! shorter than `SHORTEST_RPM`.
 //!
 //! What is proven: the loop of the full plant (modes to 24 kHz and pseudo-modes for the rest, exact delay and hold, magnets
 //! linear) with the coefficients as rounded is stable at every constant speed of the covered range, and also while the speed

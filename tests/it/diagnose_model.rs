@@ -149,7 +149,7 @@ fn difference(plant: &Plant, model: &Model, p: &[f64], effects: &[Effect]) -> f6
     worst
 }
 
-/// The mesh as a small parameter is the mesh: 1 is a mesh twice as fine, −4 is the file's own and too far for a first order.
+/// The mesh as a nuisance parameter is the mesh: 1 is a mesh twice as fine, −4 is the file's own and too far for a first order.
 #[test]
 fn mesh_parameter_is_a_finer_mesh() {
     let (machine, model) = reduced();
@@ -254,7 +254,7 @@ fn derivatives_of_readings() {
     }
 }
 
-/// Derivatives to every small parameter against central differences.
+/// Derivatives to every nuisance parameter against central differences.
 #[test]
 fn derivatives_of_small_parameters() {
     let (_, model) = reduced();

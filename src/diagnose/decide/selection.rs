@@ -21,7 +21,7 @@ const MOST_EFFECTS: usize = 4;
 /// First effects that are tried as the beginning of a pair.
 const BEAM: usize = 2;
 
-/// Share of the model model error at which the machine as it is fails: an effect that holds down to there explains
+/// Share of the model error at which the machine as it is fails: an effect that holds down to there explains
 /// nearly all.
 const NEARLY: f64 = 0.11;
 

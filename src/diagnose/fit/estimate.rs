@@ -1,4 +1,4 @@
-//! The most probable parameters of a set of effects: min χ²(θ, η) + Σ(η/sd)² by Levenberg–Marquardt, the model model
+//! The most probable parameters of a set of effects: min χ²(θ, η) + Σ(η/sd)² by Levenberg–Marquardt, the model
 //! error lowered in steps.
 
 use super::super::DiagnoseError;
@@ -49,7 +49,7 @@ impl Linear {
     }
 }
 
-/// A step of the schedule: model model error and iterations.
+/// A step of the schedule: model error and iterations.
 pub type Stage = (f64, usize);
 
 /// Curvature of χ² that every effect's coordinate has at least in a step. A unit is a large effect, so that a

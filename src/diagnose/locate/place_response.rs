@@ -28,7 +28,7 @@ pub struct OpenedPlace<'a> {
     pub(super) split: bool,
 }
 
-/// One line of a scene.
+/// One line of an opened place.
 pub struct PlaceResponse<'a> {
     pub(super) scene: &'a OpenedPlace<'a>,
     electronics: ElectronicsLine,

@@ -2,7 +2,7 @@
 //!
 //! At every line the whitened residual r loses what the directions of the place explain (orthogonal projection P), and
 //! the nuisance parameters follow from  min Σ 2‖P(r − J dp)‖² + Σ((p + dp)/sd)²  by Gauss–Newton, the law held in J,
-//! relinearised while the model model error falls.
+//! relinearised while the model error falls.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::{Subset, SweepEvidence, whiten};
@@ -235,7 +235,7 @@ fn whitened(f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] {
     all
 }
 
-/// Nuisance parameters with a free law at a place, through stages of model model error and number of steps.
+/// Nuisance parameters with a free law at a place, through stages of model error and number of steps.
 ///
 /// # Errors
 /// [`DiagnoseError`] when the machine cannot be assembled or a step cannot be computed.

@@ -1,7 +1,7 @@
 //! The free-free shaft in Ritz coordinates in which moduli, joint and ports can move without a new FE assembly.
 //!
 //! Every element of the file is halved, and what a finer mesh would change is kept as a number of its own
-//! ([`super::mesh_correction`]), so that the mesh of the model is not what the data complain about. The coordinates are
+//! (`mesh_correction`), so that the mesh of the model is not what the data complain about. The coordinates are
 //! the lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g
 //! K_g (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes. Limits: valid up
 //! to about the highest kept mode; 4 kHz lies far below.
