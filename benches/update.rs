@@ -1,5 +1,5 @@
-//! One objective evaluation of model updating (poles, antiresonances, matching, Eq. 7) on the reference spindle, and whole fits.
-//! Reference on one core: scipy's dense eigenvalues 3.1 ms, ROSS 300 ms. Aim: 0.3 ms.
+//! One objective evaluation of model updating (poles, antiresonances, matching, Eq. 7) on the reference spindle, and
+//! whole fits. Reference on one core: scipy's dense eigenvalues 3.1 ms, ROSS 300 ms. Aim: 0.3 ms.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use muspin::input::{load_machine, load_measurement};

@@ -35,7 +35,8 @@
 //!
 //! # Own plant: H∞, D-K, discrete controller
 //!
-//! A mass on the negative stiffness of a magnet, ω² = k_s/m, which is uncertain by 20 %. States are x and ẋ/ω, in time 1/ω.
+//! A mass on the negative stiffness of a magnet, ω² = k_s/m, which is uncertain by 20 %. States are x and ẋ/ω, in time
+//! 1/ω.
 //!
 //! ```
 //! use muspin::controller::discretise::discretised;

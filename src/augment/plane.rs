@@ -3,8 +3,8 @@
 //! At rest the two planes are equal and independent: one is designed, the other gets a copy. Ports of a plane:
 //! inputs (one modal port per uncertain mode; loads at tool, front and rear actuator, N; commands front, rear, A),
 //! outputs (modal coordinates; displacements at tool, front and rear actuator, m; signals front, rear, m).
-//! Direct design maps the sampled plant (hold, exact delay) by z = (1 + sT/2)/(1 − sT/2); nothing is lost on the way back.
-//! Emulation takes the continuous plant with a Padé approximant of the delay.
+//! Direct design maps the sampled plant (hold, exact delay) by z = (1 + sT/2)/(1 − sT/2); nothing is lost on the way
+//! back. Emulation takes the continuous plant with a Padé approximant of the delay.
 
 use crate::lti::sample::inverse_tustin;
 use crate::lti::structure;

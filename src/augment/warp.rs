@@ -2,10 +2,11 @@
 //!
 //! In the w plane ω = (2/T) atan(vT/2), so a weight written in s has the magnitude it says at low frequency only. With
 //! X = (vT/2)² and θ = ωT/2, θ² = atan²√X is a complete Bernstein function of X; the table has its minimax rational
-//! approximants ρ(X) = g X Π(1 + X/zᵢ)/Π(1 + X/pᵢ). A first-order section has |W|² = (b₀² + b₁²ω²)/(a₀² + a₁²ω²), so with
-//! ω² replaced by (2/T)² ρ(X) it stays rational in X; its roots are real, negative and lie one between each two poles of ρ:
-//! zeros and poles of a stable minimum-phase system in v. Relative error of |W| ≤ half that of ρ. The gain is then raised
-//! until the fit is nowhere below the section, so a μ bound with the fit is one with the section as written.
+//! approximants ρ(X) = g X Π(1 + X/zᵢ)/Π(1 + X/pᵢ). A first-order section has |W|² = (b₀² + b₁²ω²)/(a₀² + a₁²ω²), so
+//! with ω² replaced by (2/T)² ρ(X) it stays rational in X; its roots are real, negative and lie one between each two
+//! poles of ρ: zeros and poles of a stable minimum-phase system in v. Relative error of |W| ≤ half that of ρ. The gain
+//! is then raised until the fit is nowhere below the section, so a μ bound with the fit is one with the section as
+//! written.
 //! The same approximant gives the inverse of the hold, 1/sinc² = θ²(1 + X)/X.
 
 use super::weighting::Section;
@@ -51,7 +52,8 @@ const APPROXIMANTS: [Approximant; 3] = [
 /// Points X per decade, and decades, at which a fit is compared with its weight: θ from 1e-5 to π/2 − 1e-8.
 const POINTS_PER_DECADE: i32 = 100;
 const DECADES: (i32, i32) = (-10, 16);
-/// What a ratio may exceed those at the points by: at an extremum it bends by less than its range, 2 %, per decade squared.
+/// What a ratio may exceed those at the points by: at an extremum it bends by less than its range, 2 %, per decade
+/// squared.
 const BETWEEN_POINTS: f64 = 1e-5;
 
 /// Zeros and poles of |W|² in −X, and |W| at X = 0.

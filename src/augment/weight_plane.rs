@@ -1,10 +1,11 @@
 //! The frequency plane of a generalized plant, and how weights of true frequency are realised in it.
 //!
-//! In the w plane of the sampled loop v = (2/T) tan(ωT/2). What a loop is judged on has every weight fitted to its magnitude
-//! over true frequency ([`super::warp`]). The synthesis takes the sections as written, with v in the place of ω: no state more,
-//! and a rising weight asks for more than is written as Nyquist is approached. The sampled plant holds every input. Modal
-//! uncertainty and loads act between the samples too: in analysis their inputs carry a fitted 1/sinc(ωT/2), so that their
-//! magnitude is that of the continuous response; in synthesis the modal inputs carry its value at their natural frequency.
+//! In the w plane of the sampled loop v = (2/T) tan(ωT/2). What a loop is judged on has every weight fitted to its
+//! magnitude over true frequency ([`super::warp`]). The synthesis takes the sections as written, with v in the place of
+//! ω: no state more, and a rising weight asks for more than is written as Nyquist is approached. The sampled plant
+//! holds every input. Modal uncertainty and loads act between the samples too: in analysis their inputs carry a fitted
+//! 1/sinc(ωT/2), so that their magnitude is that of the continuous response; in synthesis the modal inputs carry its
+//! value at their natural frequency.
 
 use super::warp::{FittedWeight, fitted, inverse_hold};
 use super::weighting::{Section, integral_section};
@@ -76,10 +77,12 @@ impl WeightPlane {
     }
 }
 
-/// Lines up to Nyquist over which the excess of a section that is read at v is taken: it is smooth, and 1e-5 of it lies between them.
+/// Lines up to Nyquist over which the excess of a section that is read at v is taken: it is smooth, and 1e-5 of it lies
+/// between them.
 const LINES: usize = 2000;
 
-/// Largest relative excess over true frequency of a section that reads v in the place of ω; none where the section falls.
+/// Largest relative excess over true frequency of a section that reads v in the place of ω; none where the section
+/// falls.
 fn warped_excess(section: &Section, period_s: f64) -> f64 {
     let nyquist_rad_s = std::f64::consts::PI / period_s;
     let excess = |k: usize| {

@@ -13,8 +13,8 @@ use crate::controller::MachineTag;
 use crate::controller::pid_tune::{found_or_reason, tune};
 use crate::input::{load_weights, spindle_yaml, tool_yaml};
 use crate::pipeline::comparison::{Prediction, predict, rival_settings};
-use crate::pipeline::problems::largest_tightening;
 use crate::pipeline::settings::DesignSettings;
+use crate::pipeline::tightening::largest_tightening;
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
 use crate::predict::sensitivity::Zone;
 use crate::report::comparison::pid_json;
@@ -191,10 +191,10 @@ fn one(
     let design = run_design(machine, weights, progress)?;
     progress.stage(format!("{tool}: PID"));
     let effort = arguments.pid.settings(PidEffort::Quick);
-    let effort = rival_settings(machine, &design.controller, effort)?;
+    let effort = rival_settings(machine, &design.delivery.controller, effort)?;
     let pid = found_or_reason(tune(machine, &effort, &mut |_, _| {}))?;
     progress.stage(format!("{tool}: predictions"));
-    let mut controllers = vec![&design.controller];
+    let mut controllers = vec![&design.delivery.controller];
     controllers.extend(pid.as_ref().ok().map(|p| &p.controller));
     let rest = controllers
         .iter()
@@ -240,10 +240,10 @@ fn one(
     let sensitivity = |k: usize| of(k, &sensitivity_json);
     let worst_cases = |k: usize| worst.get(k).map(|w| worst_json(w));
     Ok(Row {
-        mu: design.rounded.specification.upper,
-        covered: design.rounded.covered.upper,
-        order: 2 * design.rounded.order,
-        stable_to_rpm: design.speed_proof.proven_to_rpm(),
+        mu: design.delivery.rounded.specification.upper,
+        covered: design.delivery.rounded.covered.upper,
+        order: 2 * design.delivery.rounded.order,
+        stable_to_rpm: design.delivery.speed_proof.proven_to_rpm(),
         worst: [0, 1].map(|k| worst.get(k).map_or(f64::NAN, |w| least(w))),
         met,
         tightening,

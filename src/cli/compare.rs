@@ -108,10 +108,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         progress.stage("PID");
         let effort = arguments.pid.settings(PidEffort::Thorough);
-        let effort = rival_settings(&machine, &found.controller, effort)?;
+        let effort = rival_settings(&machine, &found.delivery.controller, effort)?;
         let pid = found_or_reason(tune(&machine, &effort, &mut |_, _| {}))?;
         let plain = found_or_reason(textbook(&machine, &TuneSettings::quick()))?;
-        controllers = vec![(Role::Mu, found.controller)];
+        controllers = vec![(Role::Mu, found.delivery.controller)];
         match pid {
             Ok(pid) => {
                 summary.set("pid", pid_json(&pid, &effort));

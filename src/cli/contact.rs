@@ -37,7 +37,7 @@ pub fn add_contact(
     };
     let force_n = touching_force_n(machine, limits.current_a, PUSH_S)?;
     let top_rpm = machine.spindle.max_rpm;
-    let mu = pushed(machine, &design.realisation, force_n)?;
+    let mu = pushed(machine, &design.delivery.realisation, force_n)?;
     let mut runs = vec![("mu", "μ", Role::Mu, mu)];
     if let Some(ControlLaw::Discrete(law)) = pid.map(|p| &p.controller.law) {
         let unlimited = scaled(&modal_form(law)?, signal_limits(machine))?;

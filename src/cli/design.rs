@@ -96,7 +96,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     summary.set("tool", machine.tool.name.as_str());
     summary.set("weights", written.name.as_str());
     summary.set("design", design_json(&found));
-    let runs = [0.0, machine.spindle.max_rpm].map(|rpm| predict(&machine, &found.controller, rpm));
+    let runs = [0.0, machine.spindle.max_rpm]
+        .map(|rpm| predict(&machine, &found.delivery.controller, rpm));
     let [rest, speed] = runs;
     let (rest, speed) = (rest?, speed?);
     add_arithmetic(&mut summary, &machine, &found)?;
@@ -152,11 +153,15 @@ pub fn add_arithmetic(
     design: &Design,
 ) -> Result<(), Failure> {
     let rest: Result<Vec<Prediction>, PipelineError> = design
+        .delivery
         .arithmetic
         .iter()
         .map(|a| predict(machine, &a.controller, 0.0))
         .collect();
-    summary.set("design.arithmetic", arithmetic_json(design, &rest?));
+    summary.set(
+        "design.delivery.arithmetic",
+        arithmetic_json(design, &rest?),
+    );
     Ok(())
 }
 
@@ -208,11 +213,11 @@ pub fn add_controller(
     let name = format!("{} with {}", machine.spindle.name, machine.tool.name);
     let files = write_all(
         &Firmware {
-            discrete: &design.controller,
+            discrete: &design.delivery.controller,
             // The design's own continuous controller lives in the w plane; no frequency there is a true one.
             continuous: None,
-            scaled: &design.realisation,
-            verification: &design.verification,
+            scaled: &design.delivery.realisation,
+            verification: &design.delivery.verification,
             machine: &name,
             tag: Some(tag),
             prefix: &c_identifier(&machine.tool.name),

@@ -8,8 +8,8 @@ use crate::augment::weights::Weights;
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::Design;
-use crate::pipeline::problems::largest_tightening;
 use crate::pipeline::settings::DesignSettings;
+use crate::pipeline::tightening::largest_tightening;
 use crate::report::design_summary::{route_word, variant_json};
 use crate::report::summary::number;
 use crate::spindle::Machine;
@@ -89,7 +89,7 @@ pub fn tightened(
     };
     let mut found = by(factor)?;
     for _ in 0..STEPS_BACK {
-        let mu = found.rounded.specification.upper;
+        let mu = found.delivery.rounded.specification.upper;
         if mu <= 1.0 {
             break;
         }
@@ -115,12 +115,12 @@ pub fn tightening_json(
     progress: &Progress,
 ) -> Result<Value, Failure> {
     let before = run_design_with(machine, written, settings, progress)?;
-    let before_rest = predict(machine, &before.controller, 0.0)?;
+    let before_rest = predict(machine, &before.delivery.controller, 0.0)?;
     let gain = |now: f64, then: f64| number(now / then);
     let percent = |now: f64, then: f64| 100.0 * (now / then - 1.0);
     let sentence = format!(
         "The tool's displacement limits divided by {factor:.2} give µ {}; against the design as written the softest point changes by {:+.0} % (now at {:.0} Hz), the stiffness at 10 Hz by {:+.0} %, at the frequency of the top speed by {:+.0} %.",
-        tightened.rounded.specification.words(),
+        tightened.delivery.rounded.specification.words(),
         percent(rest.minimum.0, before_rest.minimum.0),
         rest.minimum.1,
         percent(rest.at_10_hz_n_per_m, before_rest.at_10_hz_n_per_m),
@@ -163,7 +163,7 @@ pub fn routes_json(
         rows.push(
             match crate::pipeline::design::design(machine, weights, &settings, &mut |_| {}) {
                 Ok(other) => {
-                    let rest = predict(machine, &other.controller, 0.0)?;
+                    let rest = predict(machine, &other.delivery.controller, 0.0)?;
                     variant_json(name, &other, &rest)
                 }
                 // That it does not survive sampling is the answer of the comparison.

@@ -22,6 +22,7 @@ use crate::pipeline::comparison::{Prediction, better_in_every_figure, predict, r
 use crate::pipeline::design::Design;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::pipeline::overspeed::OVERSPEED;
+use crate::predict::stiffness::stiffness_words;
 use crate::report::comparison::pid_json;
 use crate::report::controller_json::controller_json;
 use crate::report::identification::identification_json;
@@ -129,12 +130,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let design = run_design(machine, &weights, &progress)?;
     progress.line(format!(
         "controller: μ {} as specified at rest, {} over speed, order {}",
-        design.rounded.specification.words(),
+        design.delivery.rounded.specification.words(),
         mu_words(design.largest_mu()),
-        2 * design.rounded.order
+        2 * design.delivery.rounded.order
     ));
     progress.stage("PID");
-    let quick = rival_settings(machine, &design.controller, TuneSettings::quick())?;
+    let quick = rival_settings(machine, &design.delivery.controller, TuneSettings::quick())?;
     // A PID that is not found leaves the run without it.
     let pid = found_or_reason(tune(machine, &quick, &mut |_, _| {}))?;
     let plain = found_or_reason(textbook(machine, &quick))?;
@@ -224,7 +225,7 @@ fn assemble(
     let of = |rival: &Rival| -> Result<Option<[Prediction; 2]>, Failure> {
         rival.as_ref().ok().map(|p| both(&p.controller)).transpose()
     };
-    let (mu, tuned, untuned) = (both(&design.controller)?, of(pid)?, of(plain)?);
+    let (mu, tuned, untuned) = (both(&design.delivery.controller)?, of(pid)?, of(plain)?);
     let flexible: Vec<f64> = updated_hz.iter().take(3).map(|f| f * TAU).collect();
     let unpolished = of_unpolished(machine, design)?;
     let named = [
@@ -349,36 +350,35 @@ fn plain_words(
     pid: Result<&Prediction, &str>,
     pid_is_better: bool,
 ) -> String {
-    let micro = |k: f64| k * 1e-6;
     let stable = if design.is_stable() {
         format!(
             "stable at every speed up to {:.0} rpm, proven between the speeds computed as well",
-            design.speed_proof.proven_to_rpm()
+            design.delivery.speed_proof.proven_to_rpm()
         )
     } else {
         format!(
             "NOT proven stable at every speed (up to {:.0} rpm only)",
-            design.speed_proof.proven_to_rpm()
+            design.delivery.speed_proof.proven_to_rpm()
         )
     };
     let stiffness = match (mu.is_stable(), pid) {
         (true, Err(reason)) => format!(
-            "Smallest tool stiffness {:.2} N/µm at {:.0} Hz. {}",
-            micro(mu.minimum.0),
+            "Smallest tool stiffness {} at {:.0} Hz. {}",
+            stiffness_words(mu.minimum.0),
             mu.minimum.1,
             not_found_words(reason)
         ),
         (true, Ok(pid)) if pid.is_stable() => format!(
-            "Smallest tool stiffness {:.2} N/µm at {:.0} Hz against {:.2} N/µm with the tuned PID (zone {}), a factor of {:.1}.",
-            micro(mu.minimum.0),
+            "Smallest tool stiffness {} at {:.0} Hz against {} with the tuned PID (zone {}), a factor of {:.1}.",
+            stiffness_words(mu.minimum.0),
             mu.minimum.1,
-            micro(pid.minimum.0),
+            stiffness_words(pid.minimum.0),
             pid.zone_word(),
             mu.minimum.0 / pid.minimum.0
         ),
         (true, Ok(_)) => format!(
-            "Smallest tool stiffness {:.2} N/µm at {:.0} Hz; the loop of the tuned PID is unstable at rest.",
-            micro(mu.minimum.0),
+            "Smallest tool stiffness {} at {:.0} Hz; the loop of the tuned PID is unstable at rest.",
+            stiffness_words(mu.minimum.0),
             mu.minimum.1
         ),
         (false, _) => format!(
@@ -391,8 +391,8 @@ fn plain_words(
          written at rest, {} at most from rest to {:.0} rpm, is {stable}, zone {}. {stiffness}",
         machine.spindle.name,
         machine.tool.name,
-        2 * design.rounded.order,
-        design.rounded.specification.words(),
+        2 * design.delivery.rounded.order,
+        design.delivery.rounded.specification.words(),
         mu_words(design.largest_mu()),
         OVERSPEED * machine.spindle.max_rpm,
         mu.zone_word(),

@@ -1,10 +1,11 @@
 //! What a controller asks of the amplifiers: its gain above the modes of the model, and the current from sensor noise.
 //! A rival is held to the figures of the delivered controller, so that neither is held shorter than the other.
 //!
-//! Gain: largest singular value of K(e^{jωT}), A/m, the largest current vector per signal vector; for a controller per axis
-//! the largest axis. It counts from the geometric mean of the last flexible mode that the spindle's model keeps and the next
-//! one (at most 0.4 of the sample rate) to the Nyquist frequency: beyond the modes that the design knows, gain only amplifies
-//! noise and unknown modes. Noise: largest rms current of an axis from white sensor noise, at rest and at the top speed.
+//! Gain: largest singular value of K(e^{jωT}), A/m, the largest current vector per signal vector; for a controller per
+//! axis the largest axis. It counts from the geometric mean of the last flexible mode that the spindle's model keeps
+//! and the next one (at most 0.4 of the sample rate) to the Nyquist frequency: beyond the modes that the design knows,
+//! gain only amplifies noise and unknown modes. Noise: largest rms current of an axis from white sensor noise, at rest
+//! and at the top speed.
 
 use super::full_loop::noise_current_a;
 use super::in_step;

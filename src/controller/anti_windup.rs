@@ -9,27 +9,30 @@
 //!   3. only if some eⱼ ≠ 0: for every state i with a row of L, in the order of its terms: xᵢ⁺ ← xᵢ⁺ + Lᵢⱼ eⱼ (product
 //!      rounded, then the sum); then the clamp of the state.
 //!
-//! The scales are such that neither step reaches ±1 for any displacements and currents within their limits, except where the
-//! clamp of a slow real pole is its own limit: the clamps do not interfere with the correction.
+//! The scales are such that neither step reaches ±1 for any displacements and currents within their limits, except
+//! where the clamp of a slow real pole is its own limit: the clamps do not interfere with the correction.
 //!
-//! Only the slow modes are conditioned, those with |ln z|/Tₛ < α, and those that do not decay: x_s of A_s, C_s. A limited
-//! actuator acts as a gain κ < 1. The integral action of a slow mode then turns into phase lag where the loop crosses over
-//! with that lower gain, and the rotor swings between its stops. With W the solution of W + C_sᵀC_s = A_sᵀ e^{2αTₛ} W A_s,
+//! Only the slow modes are conditioned, those with |ln z|/Tₛ < α, and those that do not decay: x_s of A_s, C_s. A
+//! limited actuator acts as a gain κ < 1. The integral action of a slow mode then turns into phase lag where the loop
+//! crosses over with that lower gain, and the rotor swings between its stops. With W the solution of W + C_sᵀC_s = A_sᵀ
+//! e^{2αTₛ} W A_s,
 //!   L_s = A_s (W + C_sᵀC_s)⁻¹ C_sᵀ
-//! is the gain of least energy that leaves all modes of A_s − L_s C_s a decay rate above α: it moves a mode with the rate r
-//! to 2α − r (Anderson and Moore, Linear Optimal Control, 1971, prescribed degree of stability). All other rows of L are zero.
+//! is the gain of least energy that leaves all modes of A_s − L_s C_s a decay rate above α: it moves a mode with the
+//! rate r to 2α − r (Anderson and Moore, Linear Optimal Control, 1971, prescribed degree of stability). All other rows
+//! of L are zero.
 //!
 //! Choice of α: with dead zone q = v − u and nominal loop M from q to v, M = −(I − KG)⁻¹(KG + Γ), Γ = C(zI − A)⁻¹L, a
-//! saturation of gain κ on all axes is q = δ v, δ = 1 − κ. Let κ(α) be the smallest gain such that |1 − δ λᵢ(M)| ≥ 1/5 for all
-//! gains of [κ, 1], at rest and at the top speed. α is the fastest rate on a grid with κ(α) ≤ κ without L: the fastest
-//! forgetting that costs no robustness against a lower gain. A fast rate also leaves room for the lag of coils at their
-//! voltage limit, which M does not know.
+//! saturation of gain κ on all axes is q = δ v, δ = 1 − κ. Let κ(α) be the smallest gain such that |1 − δ λᵢ(M)| ≥ 1/5
+//! for all gains of [κ, 1], at rest and at the top speed. α is the fastest rate on a grid with κ(α) ≤ κ without L: the
+//! fastest forgetting that costs no robustness against a lower gain. A fast rate also leaves room for the lag of coils
+//! at their voltage limit, which M does not know.
 //!
 //! Stability. (a) Limited output: v follows x⁺ = (A − LC)x + (B − LD)y + Lu with y and u bounded, and A − LC is block
-//! triangular with the modes of A_s − L_s C_s and the untouched ones of A; so states stay bounded and forget at the rate of
-//! [`AntiWindup::forgetting_1_s`]. (b) Loop: circle criterion, λ_max(½(M + Mᴴ)) < 1/(1 − κ) on the unit circle: every
-//! saturation whose outputs stay below û/κ leaves the loop asymptotically stable, in this region and for the linear magnet;
-//! κ is [`AntiWindup::circle_gain`]. Both hold on a grid of frequencies. An unstable magnet has no global proof.
+//! triangular with the modes of A_s − L_s C_s and the untouched ones of A; so states stay bounded and forget at the
+//! rate of [`AntiWindup::forgetting_1_s`]. (b) Loop: circle criterion, λ_max(½(M + Mᴴ)) < 1/(1 − κ) on the unit circle:
+//! every saturation whose outputs stay below û/κ leaves the loop asymptotically stable, in this region and for the
+//! linear magnet; κ is [`AntiWindup::circle_gain`]. Both hold on a grid of frequencies. An unstable magnet has no
+//! global proof.
 
 use super::realise::{Form, Realisation, Row};
 use super::scaling::{ScaledRealisation, with_room};
@@ -133,8 +136,8 @@ pub fn anti_windup(
     })
 }
 
-/// A scaled realisation with its anti-windup on a machine, at rest and at its top speed; the scales leave room for what the
-/// correction does to the states.
+/// A scaled realisation with its anti-windup on a machine, at rest and at its top speed; the scales leave room for what
+/// the correction does to the states.
 ///
 /// # Errors
 /// [`VerificationError`] when a plant cannot be built or an eigenvalue iteration fails.
@@ -328,7 +331,8 @@ fn smallest_gain(loops: &[LoopPoint], gamma: &[Mat<c64>]) -> f64 {
     let mut reach = 1.0f64;
     for point in loops {
         let m = dead_zone(point, gamma);
-        // An integrator on the grid's lowest frequencies may overflow nothing; an iteration that fails counts as no room.
+        // An integrator on the grid's lowest frequencies may overflow nothing; an iteration that fails counts as no
+        // room.
         let Ok(values) = eigenvalues_complex(&m) else {
             return 1.0;
         };

@@ -2,8 +2,9 @@
 //! multiply-add) and Q31 (32-bit fractions in ±1, coefficients with a post shift per row, 64-bit sums).
 //! Q31 row: coefficients qⱼ = round(cⱼ·2^(31−s)), s the least shift with Σ|qⱼ| ≤ 2³¹, so that the sum of
 //! products of 32-bit values never leaves 64 bits; result = (Σ qⱼ vⱼ + 2^(30−s)) >> (31−s), saturated.
-//! Q31: states, signals and outputs saturate at ±1. Float32: outputs at their limit, and those states at ±1 that
-//! would wind up or do not decay, and conditioned ones while an output is limited (see [`super::anti_windup`]); a sample that is not a finite number leaves the last valid one of its channel in place.
+//! Q31: states, signals and outputs saturate at ±1. Float32: outputs at their limit, and those states at ±1 that would
+//! wind up or do not decay, and conditioned ones while an output is limited (see [`super::anti_windup`]); a sample that
+//! is not a finite number leaves the last valid one of its channel in place.
 
 use super::ControllerError;
 use super::anti_windup::correct_f32;

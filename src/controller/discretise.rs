@@ -1,4 +1,5 @@
-//! A continuous controller made ready to run: Tustin's rule, exact at one frequency (prewarping), at the spindle's rate.
+//! A continuous controller made ready to run: Tustin's rule, exact at one frequency (prewarping), at the spindle's
+//! rate.
 
 use super::{ControlLaw, Controller, ControllerError, in_step};
 use crate::lti::sample::tustin_prewarped;

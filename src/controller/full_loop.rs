@@ -77,7 +77,8 @@ impl FullLoop {
     }
 }
 
-/// Largest rms current of an axis from white sensor noise on the full sampled plant at a speed, A; infinite when unstable.
+/// Largest rms current of an axis from white sensor noise on the full sampled plant at a speed, A; infinite when
+/// unstable.
 ///
 /// # Errors
 /// [`VerificationError`] from the plant, the poles or the Lyapunov equation.

@@ -13,8 +13,8 @@ use crate::lti::{Discrete, StateSpace};
 
 /// The horizon is 2 to this power of samples: 51 ms at 20 kHz, longer than a levitated rotor takes to settle.
 const HORIZON_DOUBLINGS: u32 = 10;
-/// A controller with unstable modes of its own has a shorter horizon: until the fastest of them has grown by this factor, six
-/// digits in the sum of squares.
+/// A controller with unstable modes of its own has a shorter horizon: until the fastest of them has grown by this
+/// factor, six digits in the sum of squares.
 const LARGEST_GROWTH: f64 = 1e3;
 /// Weight of the states themselves, relative to that of the increments: decides only where the increments do not, nine
 /// digits below what counts and seven above rounding.

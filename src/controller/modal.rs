@@ -18,9 +18,11 @@ use std::f64::consts::PI;
 /// coefficients that result still cancel by less than what single precision can carry in one block.
 const LARGEST_CONDITION: f64 = 1e6;
 /// Limits on the coupling of two blocks that are tried in this order. The first gives the smallest blocks that the
-/// condition number allows at all, every further one gives a digit of accuracy for larger blocks; zero leaves one block.
+/// condition number allows at all, every further one gives a digit of accuracy for larger blocks; zero leaves one
+/// block.
 const COUPLING_LIMITS: [f64; 8] = [1e6, 1e5, 1e4, 1e3, 1e2, 10.0, 1.0, 0.0];
-/// Newton steps on the transform: the first leaves the square of the Schur form's rounding, the second what the first rounds.
+/// Newton steps on the transform: the first leaves the square of the Schur form's rounding, the second what the first
+/// rounds.
 const REFINEMENTS: usize = 2;
 /// A longer step is none of refinement: it loses its own second order above the digits that it gains.
 const LARGEST_STEP: f64 = 1e-6;
@@ -195,8 +197,8 @@ fn split(a: &Mat<f64>, limit: f64) -> Result<Split, ControllerError> {
     })
 }
 
-/// One Newton step on T⁻¹AT = diag(Aₖ) + E: T ← T(I + P) with AᵢPᵢⱼ − PᵢⱼAⱼ = −Eᵢⱼ takes the rounding of the Schur form out,
-/// which an integrator would magnify at low frequencies.
+/// One Newton step on T⁻¹AT = diag(Aₖ) + E: T ← T(I + P) with AᵢPᵢⱼ − PᵢⱼAⱼ = −Eᵢⱼ takes the rounding of the Schur form
+/// out, which an integrator would magnify at low frequencies.
 fn refined(a: &Mat<f64>, transform: &Mat<f64>, blocks: &[usize]) -> Result<Mat<f64>, NumericError> {
     let n = a.nrows();
     let full = solve(transform, &(a * transform))?;
@@ -215,7 +217,8 @@ fn refined(a: &Mat<f64>, transform: &Mat<f64>, blocks: &[usize]) -> Result<Mat<f
     };
     for i in 0..blocks.len() {
         for j in (0..blocks.len()).filter(|j| *j != i) {
-            // Blocks that share a pole have no bounded step; their coupling stays, and the transfer matrix tells whether it matters.
+            // Blocks that share a pole have no bounded step; their coupling stays, and the transfer matrix tells
+            // whether it matters.
             let p = sylvester(&part(i, i, 1.0), &part(j, j, -1.0), &part(i, j, -1.0));
             if let Some(p) = p.ok().filter(|p| p.norm_l2() <= LARGEST_STEP) {
                 correction
@@ -227,8 +230,8 @@ fn refined(a: &Mat<f64>, transform: &Mat<f64>, blocks: &[usize]) -> Result<Mat<f
     Ok(transform * correction)
 }
 
-/// Basis of a pair's plane in which A is [[σ, ω], [−ω, σ]]; the orthonormal basis itself for any other block and when the
-/// pair is so close to a double real pole that the rotation form would be ill conditioned.
+/// Basis of a pair's plane in which A is [[σ, ω], [−ω, σ]]; the orthonormal basis itself for any other block and when
+/// the pair is so close to a double real pole that the rotation form would be ill conditioned.
 fn rotation_basis(a: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
     if q.ncols() != 2 {
         return q.clone();

@@ -1,9 +1,11 @@
 //! What a PID is worth on the full plant, sampled with true delay: the figures that its tuning is judged by.
 //!
-//! Stability: eigenvalues of the sampled loop, nominal at every speed checked, and with shifted modes (each of the first six
-//! alone, every combination of signs of the first four, all modes of the shaft together). Sensitivity: ‖S_jj‖∞ by level sets,
-//! which no grid can hide a peak from. Noise: rms of the current from white sensor noise, by a Lyapunov equation.
-//! Stiffness: on lines packed round every closed-loop pole, then refined at the lowest dip; the tool's force is not held.
+//! Stability: eigenvalues of the sampled loop, nominal at every speed checked, and with shifted modes (each of the
+//! first six alone, every combination of signs of the first four, all modes of the shaft together). Sensitivity:
+//! ‖S_jj‖∞ by level sets, which no grid can hide a peak from. Noise: rms of the current from white sensor noise, by a
+//! Lyapunov equation.
+//! Stiffness: on lines packed round every closed-loop pole, then refined at the lowest dip; the tool's force is not
+//! held.
 
 use super::amplifier_demand::{high_frequency_gain, high_frequency_hz};
 use super::full_loop::FullLoop;
@@ -349,8 +351,8 @@ fn peak(found: &HinfNorm) -> PeakSensitivity {
     }
 }
 
-/// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the currents
-/// go through the hold. The poles of the sampled loop `closed` say where to look.
+/// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the
+/// currents go through the hold. The poles of the sampled loop `closed` say where to look.
 ///
 /// # Errors
 /// [`NumericError`] when the eigenvalues of the loop fail.

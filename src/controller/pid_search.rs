@@ -1,5 +1,5 @@
-//! Search of a PID: starts drawn from the machine, screened by the argument principle, the best basins descended with exact
-//! derivatives by the method of the polish ([`super::polish`]), the best of them to the end.
+//! Search of a PID: starts drawn from the machine, screened by the argument principle, the best basins descended with
+//! exact derivatives by the method of the polish ([`super::polish`]), the best of them to the end.
 
 use super::pid::{PidParameters, pid_controller};
 use super::pid_law::PidLaw;
@@ -54,8 +54,8 @@ const OVERSPEED: f64 = 1.2;
 /// Starts looked at on all rotors.
 const SHORTLIST: usize = 24;
 
-/// The best PID that the search finds; `given` starts come before those drawn, `shape` puts each start into the form searched
-/// for (or drops it), `free` lists the parameters that move.
+/// The best PID that the search finds; `given` starts come before those drawn, `shape` puts each start into the form
+/// searched for (or drops it), `free` lists the parameters that move.
 ///
 /// # Errors
 /// [`ControllerError::Infeasible`] when no start levitates the machine at rest and top speed; failures of plants.

@@ -33,8 +33,8 @@ impl TuneSettings {
             sensitivity_db: 11.8,
             mode_shift: 0.03,
             noise_current_a: 0.1,
-            // Without a delivered controller to be held to: a micrometre of noise or of an unknown mode above those of the
-            // model asks for two amperes at most.
+            // Without a delivered controller to be held to: a micrometre of noise or of an unknown mode above those of
+            // the model asks for two amperes at most.
             high_frequency_gain_a_per_m: 2.0e6,
             starts: 3000,
             basins: 3,
@@ -44,8 +44,8 @@ impl TuneSettings {
         }
     }
 
-    /// The same search with the amplifier limits of a delivered controller, so that neither is held shorter than the other.
-    /// Where its loop is unstable and has no noise current, the limit stays.
+    /// The same search with the amplifier limits of a delivered controller, so that neither is held shorter than the
+    /// other. Where its loop is unstable and has no noise current, the limit stays.
     #[must_use]
     pub fn held_to(self, demand: &AmplifierDemand) -> Self {
         let noise = demand.noise_current_a;

@@ -1,8 +1,9 @@
-//! Starts for the search of a PID, from the machine alone: rigid-body dynamics on negative stiffness, and filters drawn at random
-//! between the first bending mode and Nyquist, screened by the argument principle.
+//! Starts for the search of a PID, from the machine alone: rigid-body dynamics on negative stiffness, and filters drawn
+//! at random between the first bending mode and Nyquist, screened by the argument principle.
 //!
-//! With P unstable poles of the plant the phase of det(I − G K), its integrators taken out, gathers π(P − Z) from zero to the
-//! Nyquist frequency, Z the unstable poles of the loop: a start is stable where it gathers πP, at rest and at top speed.
+//! With P unstable poles of the plant the phase of det(I − G K), its integrators taken out, gathers π(P − Z) from zero
+//! to the Nyquist frequency, Z the unstable poles of the loop: a start is stable where it gathers πP, at rest and at
+//! top speed.
 
 use super::pid::{AxisParameters, Biquad, PidParameters};
 use super::polish::matrix2::{Matrix2, ONE, ZERO};
@@ -63,8 +64,8 @@ impl StartRule {
         })
     }
 
-    /// One start: stiffness m(aω)² over the negative stiffness and damping ζ as a rigid rotor would have them, corners and
-    /// sections drawn. Every other start has flat sections.
+    /// One start: stiffness m(aω)² over the negative stiffness and damping ζ as a rigid rotor would have them, corners
+    /// and sections drawn. Every other start has flat sections.
     fn draw(&self, random: &mut ChaCha8Rng, flat: bool) -> PidParameters {
         let mut spread = |from: f64, to: f64| from * (to / from).powf(random.random::<f64>());
         // Both bearings alike, up to a factor each.
@@ -121,8 +122,8 @@ pub(super) struct Start {
     pub sensitivity: f64,
 }
 
-/// `count` starts drawn from `seed` and screened on `rotors`, best first: fewest unstable poles, then smallest sensitivity. `shape` puts each
-/// into the form searched for; `unstable_poles` is P of one plane.
+/// `count` starts drawn from `seed` and screened on `rotors`, best first: fewest unstable poles, then smallest
+/// sensitivity. `shape` puts each into the form searched for; `unstable_poles` is P of one plane.
 pub(super) fn starts(
     rule: &StartRule,
     (count, seed): (usize, u64),

@@ -1,9 +1,9 @@
 //! Automatic tuning of the PID: largest minimum of the tool's dynamic stiffness, subject to stability from standstill
-//! to 1.2 times the largest speed with shifted modes, a sensitivity peak within ISO 14839-3 zone B, and limits on the noise
-//! current and on the gain above the band.
-//! Search: `pid_search`, starts from the machine's own dynamics and descent with exact derivatives. The result is judged
-//! on the full plant ([`super::pid_certificate`]); where that finds a limit exceeded, the search goes on from there with the
-//! limit lowered by as much.
+//! to 1.2 times the largest speed with shifted modes, a sensitivity peak within ISO 14839-3 zone B, and limits on the
+//! noise current and on the gain above the band.
+//! Search: `pid_search`, starts from the machine's own dynamics and descent with exact derivatives. The result is
+//! judged on the full plant ([`super::pid_certificate`]); where that finds a limit exceeded, the search goes on from
+//! there with the limit lowered by as much.
 
 use super::ControllerError;
 use super::amplifier_demand::high_frequency_hz;

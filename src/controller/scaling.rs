@@ -1,8 +1,8 @@
 //! Scaling by L∞ gains: the largest value that any input within its limit can ever drive a state or signal to,
 //! |x|∞ ≤ Σₖ Σⱼ |(Aᵏ B)ᵢⱼ| ŷⱼ, becomes (at most) one, so fixed point never overflows in linear operation and
 //! clamping at ±1 acts only when something is wrong. Scales are powers of two, which rounds nothing.
-//! Slow real poles (integrators, leaky or not) are the exception: their range is the output authority,
-//! so the clamp at ±1 is their anti-windup. With the correction of [`super::anti_windup`] states reach further than without;
+//! Slow real poles (integrators, leaky or not) are the exception: their range is the output authority, so the clamp at
+//! ±1 is their anti-windup. With the correction of [`super::anti_windup`] states reach further than without;
 //! `with_room` gives them the range.
 //! Source: Jackson, Bell Syst. Tech. J. 49 (1970) 159, the ℓ₁ bound. Symbols: ŷ input limit, û output limit.
 
@@ -167,9 +167,9 @@ fn output_reach_a(scaled: &StateSpace<Discrete>, limits: SignalLimits) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Scales for the anti-windup x⁺ = (A − LC)x + (B − LD)y + Lu besides: no |y| ≤ ŷ with any |u| ≤ û drives a state or signal
-/// beyond ±1 then, so that the clamp at ±1 does not interfere with the correction. States whose clamp is their anti-windup
-/// keep their scale. `gain` is L in scaled states per A; `conditioning` of the result is in the new scales.
+/// Scales for the anti-windup x⁺ = (A − LC)x + (B − LD)y + Lu besides: no |y| ≤ ŷ with any |u| ≤ û drives a state or
+/// signal beyond ±1 then, so that the clamp at ±1 does not interfere with the correction. States whose clamp is their
+/// anti-windup keep their scale. `gain` is L in scaled states per A; `conditioning` of the result is in the new scales.
 ///
 /// # Errors
 /// As [`scaled`].

@@ -1,14 +1,16 @@
 //! The sampled loop seen from the speed: how much a change of speed feeds back through the rotor between the samples.
 //!
-//! The undelayed plant is affine in the speed, ẋ = (A₀ + Ω A₁) x + B u, C and B do not depend on it: A₁ holds the gyroscopic
-//! matrix and the circulatory part of rotating damping. Write A₁ = L R with L Lᵀ = (A₁A₁ᵀ)^{1/2}, RᵀR = (A₁ᵀA₁)^{1/2}. The loop at
-//! Ω + δ is the loop at Ω with w = δ z, z = R x, where w enters by L w at every instant, not only at the samples. Lifted over
-//! one period, z = M w with signals in L²[0, T]:
-//!   M = O (zI − A_c)⁻¹ C + V,   C w = ∫₀ᵀ e^{A(T−s)} L w(s) ds,   (O ξ)(s) = R x(s) from the states and held commands ξ,
+//! The undelayed plant is affine in the speed, ẋ = (A₀ + Ω A₁) x + B u, C and B do not depend on it: A₁ holds the
+//! gyroscopic matrix and the circulatory part of rotating damping. Write A₁ = L R with L Lᵀ = (A₁A₁ᵀ)^{1/2}, RᵀR =
+//! (A₁ᵀA₁)^{1/2}. The loop at Ω + δ is the loop at Ω with w = δ z, z = R x, where w enters by L w at every instant, not
+//! only at the samples. Lifted over one period, z = M w with signals in L²[0, T]:
+//!   M = O (zI − A_c)⁻¹ C + V,   C w = ∫₀ᵀ e^{A(T−s)} L w(s) ds,   (O ξ)(s) = R x(s) from the states and held commands
+//!   ξ,
 //!   (V w)(s) = R ∫₀ˢ e^{A(s−t)} L w(t) dt.
-//! C Cᵀ and OᵀO are gramians over a finite time, so the first part has the norm of a finite sampled system; V is bounded by its
-//! Hilbert–Schmidt norm. By the small-gain theorem the loop is stable for every |δ| ≤ 1/(‖O(zI − A_c)⁻¹C‖∞ + ‖V‖), both norms from above.
-//! No bilinear or first-order approximation of the hold enters. Numbers are doubles, not intervals.
+//! C Cᵀ and OᵀO are gramians over a finite time, so the first part has the norm of a finite sampled system; V is
+//! bounded by its Hilbert–Schmidt norm. By the small-gain theorem the loop is stable for every |δ| ≤ 1/(‖O(zI −
+//! A_c)⁻¹C‖∞ + ‖V‖), both norms from above. No bilinear or first-order approximation of the hold enters. Numbers are
+//! doubles, not intervals.
 
 use super::ControllerError;
 use crate::linalg::{Mat, NumericError, exponential, svd, symmetric_eigen};

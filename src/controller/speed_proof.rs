@@ -1,13 +1,13 @@
 //! Stability at every speed of a range, not at samples of it: intervals that overlap, each proven by a small gain.
 //!
-//! At its centre the sampled loop is computed (poles); [`super::speed_lift`] says how far the speed may move from there.
-//! What an interval leaves open is divided again until the range is covered, or a centre is unstable, or intervals get
-//! shorter than `SHORTEST_RPM`.
+//! At its centre the sampled loop is computed (poles); [`super::speed_lift`] says how far the speed may move from
+//! there. What an interval leaves open is divided again until the range is covered up to the lowest unstable centre, or
+//! intervals get shorter than `SHORTEST_RPM`.
 //!
-//! What is proven: the loop of the full plant (modes to 24 kHz and pseudo-modes for the rest, exact delay and hold, magnets
-//! linear) with the coefficients as rounded is stable at every constant speed of the covered range, and also while the speed
-//! wanders inside one interval, as far as the gyroscopic moment Ω G ẋ is concerned. What is not: nonlinearity, and plants
-//! other than this one; those are the business of μ.
+//! What is proven: the loop of the full plant (modes to 24 kHz and pseudo-modes for the rest, exact delay and hold,
+//! magnets linear) with the coefficients as rounded is stable at every constant speed of the covered range, and also
+//! while the speed wanders inside one interval, as far as the gyroscopic moment Ω G ẋ is concerned. What is not:
+//! nonlinearity, and plants other than this one; those are the business of μ.
 
 use super::ControllerError;
 use super::speed_lift::AffinePlant;
@@ -50,7 +50,7 @@ pub struct SpeedProof {
     pub to_rpm: f64,
     /// Every centre at which the loop was computed, by speed, with what it proves.
     pub intervals: Vec<SpeedInterval>,
-    /// Pieces of the range that no interval covers, rpm.
+    /// Pieces of the range that no interval covers, rpm; above the lowest unstable speed some were not asked.
     pub open_rpm: Vec<[f64; 2]>,
 }
 
@@ -96,7 +96,8 @@ impl SpeedProof {
 /// Proves stability of the sampled loop of the full plant from rest to `to_rpm`.
 ///
 /// # Errors
-/// [`VerificationError`] when the plant cannot be built or a computation fails; an unstable loop is an open piece, no error.
+/// [`VerificationError`] when the plant cannot be built or a computation fails; an unstable loop is an open piece, no
+/// error.
 pub fn prove(
     machine: &Machine,
     controller: &StateSpace<Discrete>,
@@ -157,7 +158,16 @@ pub fn prove(
                 next.extend(divided(*piece, radius.clamp(half / PARTS, 0.5 * half)));
             }
         }
-        pieces = next;
+        // What is proven ends at the lowest unstable speed: nothing above it is asked.
+        let lost = intervals
+            .iter()
+            .filter(|i| i.growth_rate_per_s >= 0.0)
+            .map(|i| i.centre_rpm)
+            .fold(f64::INFINITY, f64::min);
+        let (below, above) = next.into_iter().partition(|piece| piece[0] < lost);
+        pieces = below;
+        let above: Vec<[f64; 2]> = above;
+        open.extend(above);
     }
     intervals.sort_by(|a, b| a.centre_rpm.total_cmp(&b.centre_rpm));
     Ok(SpeedProof {

@@ -70,8 +70,8 @@ impl Verification {
         self.is_stable() && self.proof.as_ref().is_some_and(reaches)
     }
 
-    /// The first speed at which the loop is known to be unstable: of those checked, else of the centres of the proof up to
-    /// the largest speed.
+    /// The first speed at which the loop is known to be unstable: of those checked, else of the centres of the proof up
+    /// to the largest speed.
     pub fn unstable(&self) -> Option<SpeedCheck> {
         let centres = self.proof.iter().flat_map(|proof| &proof.intervals);
         let below = centres
@@ -140,9 +140,9 @@ pub fn verify(
     verify_at(machine, controller, &speeds, conditions)
 }
 
-/// Checks the sampled loop at `points` speeds and proves stability between them, from rest to the largest speed. A loop that
-/// is unstable at rest is proven nowhere: the proof is left out. A proof that fails numerically leaves the loop unproven, with
-/// the reason.
+/// Checks the sampled loop at `points` speeds and proves stability between them, from rest to the largest speed. A loop
+/// that is unstable at rest is proven nowhere: the proof is left out. A proof that fails numerically leaves the loop
+/// unproven, with the reason.
 ///
 /// # Errors
 /// As [`verify`].

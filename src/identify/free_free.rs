@@ -1,10 +1,10 @@
 //! Resonances and antiresonances of the free-free rotor from a measured open-loop plant.
 //!
-//! G = Y U⁻¹ removes the levitation loop. Amplifier, delay and sensor are scalar factors of a channel: they move neither its poles
-//! nor its zeros of bending, and those known are divided out so that residues keep their sign. What is left is the rotor on the
-//! negative stiffness of its magnets; the shift between that and the free-free rotor, f(ks = 0) − f(ks), is taken from the
-//! finite-element model of the given machine and added. It is below a few hertz and nearly independent of the moduli, so that a
-//! nominal model serves; a tenth of it is added to the standard deviation.
+//! G = Y U⁻¹ removes the levitation loop. Amplifier, delay and sensor are scalar factors of a channel: they move
+//! neither its poles nor its zeros of bending, and those known are divided out so that residues keep their sign. What
+//! is left is the rotor on the negative stiffness of its magnets; the shift between that and the free-free rotor, f(ks
+//! = 0) − f(ks), is taken from the finite-element model of the given machine and added. It is below a few hertz and
+//! nearly independent of the moduli, so that a nominal model serves; a tenth of it is added to the standard deviation.
 //! The two control axes of a plane see the same rotor at rest: poles are fitted to both together, zeros averaged.
 
 use super::IdentifyError;
@@ -86,8 +86,8 @@ pub struct Identification {
 /// Identifies resonances and antiresonances of a standstill sweep.
 ///
 /// # Errors
-/// [`IdentifyError::NotAtRest`] for a sweep at speed, where whirl splits every peak; [`IdentifyError::NoResonance`] when no
-/// resonance stands out; [`IdentifyError::Machine`] when the machine has no model.
+/// [`IdentifyError::NotAtRest`] for a sweep at speed, where whirl splits every peak; [`IdentifyError::NoResonance`]
+/// when no resonance stands out; [`IdentifyError::Machine`] when the machine has no model.
 pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, IdentifyError> {
     if frf.speed_rpm != 0.0 {
         return Err(IdentifyError::NotAtRest {

@@ -1,10 +1,12 @@
-//! Open-loop frequency responses from closed-loop sweeps:  Ĝ = Ȳ Ū⁻¹  line by line, experiments as columns, bars over repeats.
+//! Open-loop frequency responses from closed-loop sweeps:  Ĝ = Ȳ Ū⁻¹  line by line, experiments as columns, bars over
+//! repeats.
 //!
 //! Never Y/U per channel: the loop is closed and every axis answers every injection. With v = y − Ĝu of each repeat,
 //!   Σ_v = Σ v vᴴ / (E (P − 1)),   Cov(vec Ĝ) = (Ū Ūᴴ)⁻ᵀ ⊗ Σ_v / P,
-//! so noise that the controller feeds back into u is accounted for. Complex covariances: real and imaginary part of an entry have
-//! half its variance each. Symbols: n = 4 axes, E = 4 experiments, P repeats, vec stacks columns (index = output + 4·input).
-//! Limits: where the excitation is weak Ĝ tends to −K⁻¹; the condition number of Ū is kept for every line.
+//! so noise that the controller feeds back into u is accounted for. Complex covariances: real and imaginary part of an
+//! entry have half its variance each. Symbols: n = 4 axes, E = 4 experiments, P repeats, vec stacks columns (index =
+//! output + 4·input). Limits: where the excitation is weak Ĝ tends to −K⁻¹; the condition number of Ū is kept for every
+//! line.
 
 use super::IdentifyError;
 use crate::linalg::{Mat, c64, max_singular_value_complex, solve_complex};
@@ -16,7 +18,8 @@ use std::f64::consts::TAU;
 pub const AXES: usize = 4;
 /// Names of the axes.
 pub const AXIS_NAMES: [&str; AXES] = ["front_x", "front_y", "rear_x", "rear_y"];
-/// Condition number of Ū above which a line is refused: rounding and the weakest noise would both be amplified a million times.
+/// Condition number of Ū above which a line is refused: rounding and the weakest noise would both be amplified a
+/// million times.
 const WORST_CONDITION: f64 = 1e6;
 /// Noise matrices of this many lines on either side are averaged: sensor noise varies slowly along the lines, and three
 /// repeats give only eight degrees of freedom a line.
@@ -45,8 +48,8 @@ impl SweepRecord {
         self.current.dim().2
     }
 
-    /// The same record with currents that were logged as samples, before the hold, brought behind it: their fundamental at
-    /// the amplifier has the magnitude sinc(fT). Its half sample is part of `delay_s`, as for every record.
+    /// The same record with currents that were logged as samples, before the hold, brought behind it: their fundamental
+    /// at the amplifier has the magnitude sinc(fT). Its half sample is part of `delay_s`, as for every record.
     #[must_use]
     pub fn behind_hold(mut self, period_s: f64) -> Self {
         for (mut line, hz) in self.current.outer_iter_mut().zip(&self.frequency_hz) {
@@ -107,7 +110,8 @@ impl MeasuredFrf {
 /// Ĝ with its covariance.
 ///
 /// # Errors
-/// [`IdentifyError::Singular`] for a line whose experiments are linearly dependent, [`IdentifyError::Empty`] without lines.
+/// [`IdentifyError::Singular`] for a line whose experiments are linearly dependent, [`IdentifyError::Empty`] without
+/// lines.
 pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
     let (lines, experiments, repeats, axes) = record.current.dim();
     if lines == 0 || repeats == 0 {

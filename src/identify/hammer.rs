@@ -1,7 +1,7 @@
 //! A measured FRF of one input and one output with what is known about its noise: hammer tests at the tool.
 //!
-//! From coherence γ² and n averages the complex standard deviation is |H| √((1 − γ²)/(n γ²)), half its square for the real and half
-//! for the imaginary part (Bendat and Piersol, Random Data, sec. 9.2).
+//! From coherence γ² and n averages the complex standard deviation is |H| √((1 − γ²)/(n γ²)), half its square for the
+//! real and half for the imaginary part (Bendat and Piersol, Random Data, sec. 9.2).
 
 use super::frf::AXES;
 use crate::linalg::c64;
@@ -42,7 +42,8 @@ impl HammerFrf {
     }
 }
 
-/// Compliance at the tool plane of the levitated spindle, m/N, with the hold of a sampled controller. `axis` 0 is x, 1 is y.
+/// Compliance at the tool plane of the levitated spindle, m/N, with the hold of a sampled controller. `axis` 0 is x, 1
+/// is y.
 pub fn closed_loop_compliance(
     plant: &Plant,
     controller: &dyn HeldResponse,

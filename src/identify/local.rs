@@ -1,9 +1,11 @@
-//! Local rational fit of several FRFs that share poles:  g_c(x) = Σ_k r_ck/(x − p_k) + Σ_d a_cd T_d(x),  x = (f − f₀)/h in [−1, 1].
+//! Local rational fit of several FRFs that share poles:  g_c(x) = Σ_k r_ck/(x − p_k) + Σ_d a_cd T_d(x),  x = (f − f₀)/h
+//! in [−1, 1].
 //!
-//! A lightly damped mode is one pole p = (f_d + jζf) in the upper half plane of the frequency axis; its mirror image, the other modes
-//! and the electronics are smooth in the window and go into the Chebyshev polynomial. Weighted least squares over complex
-//! parameters, in which the model is holomorphic: the coefficients are solved exactly for given poles, the poles move by
-//! Gauss–Newton. Covariances are those of circular complex noise, scaled up when the residual exceeds the noise.
+//! A lightly damped mode is one pole p = (f_d + jζf) in the upper half plane of the frequency axis; its mirror image,
+//! the other modes and the electronics are smooth in the window and go into the Chebyshev polynomial. Weighted least
+//! squares over complex parameters, in which the model is holomorphic: the coefficients are solved exactly for given
+//! poles, the poles move by Gauss–Newton. Covariances are those of circular complex noise, scaled up when the residual
+//! exceeds the noise.
 //! Symbols: r residues, a coefficients, T_d Chebyshev polynomials, σ standard deviation of a complex entry.
 
 use crate::linalg::{Mat, c64, solve_complex};

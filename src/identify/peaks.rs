@@ -1,10 +1,12 @@
-//! Resonances and antiresonances of a set of FRFs by local rational fits ([`super::local`]), each with a standard deviation.
+//! Resonances and antiresonances of a set of FRFs by local rational fits ([`super::local`]), each with a standard
+//! deviation.
 //!
-//! Resonances: local maxima are tried as single poles over all FRFs of a group at once; where one pole leaves a residual well
-//! above the noise, two are tried. Antiresonances: with the poles divided out an FRF is smooth; its minima are fitted with
-//! the poles held fixed and the root of the fit is the zero. Between two neighbouring poles with residues of equal sign an
-//! odd number of zeros must lie: where none is found, the antiresonance exists but cannot be identified, and that is said.
-//! Limits: lightly damped peaks (ζ ≤ 2 %) at least four lines apart from the ends of the band.
+//! Resonances: local maxima are tried as single poles over all FRFs of a group at once; where one pole leaves a
+//! residual well above the noise, two are tried. Antiresonances: with the poles divided out an FRF is smooth; its
+//! minima are fitted with the poles held fixed and the root of the fit is the zero. Between two neighbouring poles with
+//! residues of equal sign an odd number of zeros must lie: where none is found, the antiresonance exists but cannot be
+//! identified, and that is said. Limits: lightly damped peaks (ζ ≤ 2 %) at least four lines apart from the ends of the
+//! band.
 
 use super::local::{LocalChannel, LocalData, LocalFit, fit};
 use crate::linalg::c64;
@@ -362,7 +364,8 @@ pub fn antiresonances(
     list
 }
 
-/// Zero next to a line: Ok(None) when the minimum is no lightly damped zero, Err with the reason when it cannot be told.
+/// Zero next to a line: Ok(None) when the minimum is no lightly damped zero, Err with the reason when it cannot be
+/// told.
 fn zero_near(
     frequency_hz: &[f64],
     channel: &Channel,

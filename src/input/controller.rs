@@ -1,5 +1,5 @@
-//! Controller JSON (formats.md, section 5) to [`Controller`]: u = C x + D y, matrices row by row, `sample_time_s` 0 means
-//! continuous time, channels front_x, front_y, rear_x, rear_y; `machine` is optional.
+//! Controller JSON (formats.md, section 5) to [`Controller`]: u = C x + D y, matrices row by row, `sample_time_s` 0
+//! means continuous time, channels front_x, front_y, rear_x, rear_y; `machine` is optional.
 
 use super::error::InputError;
 use super::shipped;

@@ -2,7 +2,8 @@
 //! refused, and why.
 //!
 //! Outside the plausible range a value is said and used; outside the possible one it is an error. Both name the unit
-//! that it looks like. The ranges are those of rotors on active magnetic bearings, from small turbo spindles to compressors.
+//! that it looks like. The ranges are those of rotors on active magnetic bearings, from small turbo spindles to
+//! compressors.
 
 /// One key of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! MATLAB level-5 files: the names and sizes of their matrices, as far as they are not compressed.
 //!
-//! Source: MathWorks, MAT-File Format, level 5: a header of 128 bytes, then elements with tag (type, bytes) on multiples of 8.
+//! Source: MathWorks, MAT-File Format, level 5: a header of 128 bytes, then elements with tag (type, bytes) on
+//! multiples of 8.
 
 use super::error::InputError;
 

@@ -1,7 +1,8 @@
-//! A measurement folder (formats.md, section 4): `measurement.yaml` and the records it lists, every file read and checked.
+//! A measurement folder (formats.md, section 4): `measurement.yaml` and the records it lists, every file read and
+//! checked.
 //!
-//! `spindle` and `tool` are looked for beside `measurement.yaml` (the name as a path, `<name>.yaml`, then `spindle.yaml` or `tool.yaml`)
-//! and after that among shipped names and paths.
+//! `spindle` and `tool` are looked for beside `measurement.yaml` (the name as a path, `<name>.yaml`, then
+//! `spindle.yaml` or `tool.yaml`) and after that among shipped names and paths.
 
 use super::error::{InputError, nearest};
 use super::hammer::{read_hammer, read_mode_shapes};
@@ -119,8 +120,8 @@ struct AntiresonancesFile {
     rear: Vec<Option<f64>>,
 }
 
-/// Reads a measurement folder with all its records. A YAML file of frequencies serves as well: it is a measurement of the
-/// reference spindle that consists of nothing else.
+/// Reads a measurement folder with all its records. A YAML file of frequencies serves as well: it is a measurement of
+/// the reference spindle that consists of nothing else.
 ///
 /// # Errors
 /// [`InputError`] that says which file, line or key is wrong.

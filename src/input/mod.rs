@@ -1,7 +1,7 @@
 //! Files in: YAML, CSV, JSON, UFF to validated domain values. The only home of parsing.
 //!
-//! Every function takes a path or the name of a shipped file, and either returns a domain value that keeps all rules or one
-//! [`InputError`] that says file, line or key path, rule and hint.
+//! Every function takes a path or the name of a shipped file, and either returns a domain value that keeps all rules or
+//! one [`InputError`] that says file, line or key path, rule and hint.
 
 pub mod controller;
 mod effect;

@@ -1,4 +1,5 @@
-//! The values of a file against the table of its keys: what is missing, what cannot be, and what looks like another unit.
+//! The values of a file against the table of its keys: what is missing, what cannot be, and what looks like another
+//! unit.
 
 use super::error::InputError;
 use super::keys::{Group, Key, other_units};

@@ -1,5 +1,5 @@
-//! Sweep CSV (formats.md, section 4) to a [`SweepRecord`]: one row per line, experiment and repeat. Rows may come in any order;
-//! what is missing, doubled or no number is refused with its line.
+//! Sweep CSV (formats.md, section 4) to a [`SweepRecord`]: one row per line, experiment and repeat. Rows may come in
+//! any order; what is missing, doubled or no number is refused with its line.
 
 use super::error::InputError;
 use crate::identify::SweepRecord;
@@ -35,8 +35,8 @@ pub fn header() -> Vec<String> {
 /// A sweep from the bytes of its file; `file` names it in messages.
 ///
 /// # Errors
-/// [`InputError`] with the line: wrong columns, no number, frequency not positive, unknown or missing experiment, doubled row,
-/// unequal repeats.
+/// [`InputError`] with the line: wrong columns, no number, frequency not positive, unknown or missing experiment,
+/// doubled row, unequal repeats.
 pub fn read_sweep(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<SweepRecord, InputError> {
     let mut rows = rows(file, bytes)?;
     rows.sort_by(|a, b| {

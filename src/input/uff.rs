@@ -1,8 +1,10 @@
-//! Universal files: dataset 58 (ASCII) and 58b (binary), functions at nodal degrees of freedom, with dataset 164 (units).
+//! Universal files: dataset 58 (ASCII) and 58b (binary), functions at nodal degrees of freedom, with dataset 164
+//! (units).
 //!
-//! Source: SDRC I-DEAS universal file documentation, dataset 58, as kept by UC-SDRL. Real and complex, single and double precision,
-//! even and uneven abscissa, either byte order. Header text may be in any encoding. Byte counts in 58b headers are often wrong in the
-//! wild: the length follows from the number of values, and the terminator after them is checked.
+//! Source: SDRC I-DEAS universal file documentation, dataset 58, as kept by UC-SDRL. Real and complex, single and
+//! double precision, even and uneven abscissa, either byte order. Header text may be in any encoding. Byte counts in
+//! 58b headers are often wrong in the wild: the length follows from the number of values, and the terminator after them
+//! is checked.
 //! Limits: VAX and IBM floating point are refused; other datasets are skipped.
 
 use super::error::InputError;
@@ -346,7 +348,8 @@ fn binary_values(
 ) -> Result<Vec<f64>, String> {
     let ordinates = if complex { 2 } else { 1 };
     let size = if double { 8 } else { 4 };
-    // Uneven abscissae are single precision by the book and as wide as the ordinate in many files: the terminator tells.
+    // Uneven abscissae are single precision by the book and as wide as the ordinate in many files: the terminator
+    // tells.
     let widths: &[usize] = match (even, double) {
         (true, _) => &[0],
         (false, false) => &[4],

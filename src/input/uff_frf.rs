@@ -1,6 +1,6 @@
-//! Which functions of a universal file are frequency responses of a structure, and their conversion to compliance in m/N.
-//! Mobility v/F = jω x/F, accelerance a/F = −ω² x/F (ISO 7626-1). What is measured is taken from the data types of the axes, else from
-//! their unit labels; what cannot be told is refused.
+//! Which functions of a universal file are frequency responses of a structure, and their conversion to compliance in
+//! m/N. Mobility v/F = jω x/F, accelerance a/F = −ω² x/F (ISO 7626-1). What is measured is taken from the data types of
+//! the axes, else from their unit labels; what cannot be told is refused.
 
 use super::error::InputError;
 use super::uff::UffFunction;

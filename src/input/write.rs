@@ -1,5 +1,5 @@
-//! Spindle and tool values back to YAML that loads everywhere: numbers in shortest round-trip form that YAML 1.1 readers
-//! see as numbers too (1.5e+6, not 1.5e6), strings quoted where plain text would be something else.
+//! Spindle and tool values back to YAML that loads everywhere: numbers in shortest round-trip form that YAML 1.1
+//! readers see as numbers too (1.5e+6, not 1.5e6), strings quoted where plain text would be something else.
 
 use crate::rotor::{Disc, Material, Section};
 use crate::spindle::{Effect, Location, Side, Spindle, Tool};

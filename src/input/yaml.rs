@@ -1,4 +1,5 @@
-//! YAML text to values: byte order marks, nesting, missing keys and impossible sizes are dealt with before anything else.
+//! YAML text to values: byte order marks, nesting, missing keys and impossible sizes are dealt with before anything
+//! else.
 
 use super::error::InputError;
 use super::keys::Group;
@@ -6,7 +7,8 @@ use super::plausible;
 use serde::de::DeserializeOwned;
 use serde_yaml::Value;
 
-/// Deepest nesting that is read: the deepest file format has five levels. The parser's time grows with the square of it.
+/// Deepest nesting that is read: the deepest file format has five levels. The parser's time grows with the square of
+/// it.
 const DEEPEST: usize = 64;
 /// Largest file of keys that is read, bytes: thousands of elements take less than a megabyte.
 const LARGEST: usize = 16 << 20;
@@ -14,7 +16,8 @@ const LARGEST: usize = 16 << 20;
 /// A file of keys, checked against its table.
 ///
 /// # Errors
-/// [`InputError`]: the line of what is no YAML or has an unknown key, all missing keys at once, or the first impossible size.
+/// [`InputError`]: the line of what is no YAML or has an unknown key, all missing keys at once, or the first impossible
+/// size.
 pub fn read<T: DeserializeOwned>(
     file: &str,
     text: &str,

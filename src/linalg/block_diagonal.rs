@@ -1,7 +1,7 @@
 //! Block-diagonal form by real similarity, A [X₁ X₂ …] = [X₁ X₂ …] diag(A₁, A₂, …), with limited coupling solutions.
-//! From the ordered real Schur form [T₁₁ T₁₂; 0 T₂₂] the first block is separated by P with T₁₁P − PT₂₂ = −T₁₂. Where ‖P‖
-//! exceeds the limit the poles of both are too close to a common Jordan block: the pole of T₂₂ nearest to those of T₁₁
-//! is moved next to them and joins the block. So every block is found by orthogonal steps and one linear solve, and
+//! From the ordered real Schur form [T₁₁ T₁₂; 0 T₂₂] the first block is separated by P with T₁₁P − PT₂₂ = −T₁₂. Where
+//! ‖P‖ exceeds the limit the poles of both are too close to a common Jordan block: the pole of T₂₂ nearest to those of
+//! T₁₁ is moved next to them and joins the block. So every block is found by orthogonal steps and one linear solve, and
 //! poles that cannot be separated stay together. Source: Bavely and Stewart, SIAM J. Numer. Anal. 16 (1979) 359.
 
 use super::basis::orthonormal_columns;
@@ -9,9 +9,9 @@ use super::error::NumericError;
 use super::schur::{RealSchur, schur, small_solve};
 use faer::{Mat, c64};
 
-/// Separates a square matrix into blocks whose coupling solutions P have a Frobenius norm of at most `limit`; zero gives
-/// one block, the Schur form itself. Returns an orthonormal basis of each block's invariant subspace (n×size): AXₖ = XₖAₖ
-/// with Aₖ quasi upper triangular.
+/// Separates a square matrix into blocks whose coupling solutions P have a Frobenius norm of at most `limit`; zero
+/// gives one block, the Schur form itself. Returns an orthonormal basis of each block's invariant subspace (n×size):
+/// AXₖ = XₖAₖ with Aₖ quasi upper triangular.
 ///
 /// # Errors
 /// [`NumericError`] when the Schur form fails.

@@ -127,7 +127,8 @@ impl Planar {
         self.im.fill(0.0);
     }
 
-    /// Replaces the lower triangle of a Hermitian matrix by its Cholesky factor L; false when it is not positive definite.
+    /// Replaces the lower triangle of a Hermitian matrix by its Cholesky factor L; false when it is not positive
+    /// definite.
     pub fn cholesky(&mut self) -> bool {
         let n = self.rows;
         for j in 0..n {
@@ -172,8 +173,8 @@ impl Planar {
         }
     }
 
-    /// Largest singular value, through the smaller Gram matrix: exact to rounding relative to itself. NaN for entries that
-    /// are not finite.
+    /// Largest singular value, through the smaller Gram matrix: exact to rounding relative to itself. NaN for entries
+    /// that are not finite.
     pub fn largest_singular_value(&self) -> f64 {
         let entries = self.re.iter().chain(&self.im);
         // max() would drop a NaN.
@@ -201,7 +202,8 @@ impl Planar {
         gram.largest_hermitian_value().max(0.0).sqrt() * size
     }
 
-    /// Largest eigenvalue of a Hermitian matrix (both triangles), which it destroys: Householder's tridiagonal form, then QL.
+    /// Largest eigenvalue of a Hermitian matrix (both triangles), which it destroys: Householder's tridiagonal form,
+    /// then QL.
     pub fn largest_hermitian_value(&mut self) -> f64 {
         let n = self.rows;
         let (mut d, mut e) = (vec![0.0; n], vec![0.0; n]);
@@ -257,8 +259,8 @@ impl Planar {
     }
 }
 
-/// Eigenvalues of the symmetric tridiagonal matrix with diagonal d and subdiagonal e (its last entry unused), into d: implicit
-/// QL without vectors (Bowdler, Martin, Reinsch and Wilkinson 1968).
+/// Eigenvalues of the symmetric tridiagonal matrix with diagonal d and subdiagonal e (its last entry unused), into d:
+/// implicit QL without vectors (Bowdler, Martin, Reinsch and Wilkinson 1968).
 fn tridiagonal_values(d: &mut [f64], e: &mut [f64]) {
     let n = d.len();
     for l in 0..n {

@@ -26,8 +26,8 @@ pub fn definite_eigen(k: &Mat<f64>, m: &Mat<f64>) -> Result<DefiniteEigen, Numer
     definite_eigen_lifted(k, m, &Mat::zeros(m.nrows(), 0))
 }
 
-/// As [`definite_eigen`], but with the known null vectors R of K (n×r, RᵀMR = I) lifted out of the way: the answer holds
-/// the other n − r pairs only, M-orthogonal to R. R need not come from any eigensolver, so it stays exact.
+/// As [`definite_eigen`], but with the known null vectors R of K (n×r, RᵀMR = I) lifted out of the way: the answer
+/// holds the other n − r pairs only, M-orthogonal to R. R need not come from any eigensolver, so it stays exact.
 ///
 /// # Errors
 /// As [`definite_eigen`].

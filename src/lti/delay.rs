@@ -56,8 +56,8 @@ pub fn hold(
     ))
 }
 
-/// Sampled equivalent of a continuous system with zero-order hold on every input, its first `delayed` inputs reaching it
-/// `delay_s` later than the others: whole samples as a shift register, a fraction by splitting the hold. Exact.
+/// Sampled equivalent of a continuous system with zero-order hold on every input, its first `delayed` inputs reaching
+/// it `delay_s` later than the others: whole samples as a shift register, a fraction by splitting the hold. Exact.
 ///
 /// # Errors
 /// [`NumericError`] from the exponential.

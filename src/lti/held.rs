@@ -1,5 +1,5 @@
-//! A controller as the plant sees it. A sampled controller acts through a zero-order hold, whose response is
-//! (1 − e^{−jωT})/(jωT) = sinc(fT)·e^{−jωT/2}: its half sample is part of the plant's delay (`delay_s`, of which the hold
+//! A controller as the plant sees it. A sampled controller acts through a zero-order hold, whose response is (1 −
+//! e^{−jωT})/(jωT) = sinc(fT)·e^{−jωT/2}: its half sample is part of the plant's delay (`delay_s`, of which the hold
 //! takes T/2 and the rest is pure delay), its magnitude sinc(fT) = sin(πfT)/(πfT) belongs to the controller. A
 //! continuous controller has no hold. Every closed-loop response takes its controller through this trait, so that the
 //! magnitude of the hold cannot be left out.

@@ -77,8 +77,8 @@ pub fn peak(
     })
 }
 
-/// Frequencies of the eigenvalues on the axis to within rounding, ascending: where a level may be met that the gain stays
-/// clear of or crosses steeply. Narrower than what [`peak`] looks at, which also climbs.
+/// Frequencies of the eigenvalues on the axis to within rounding, ascending: where a level may be met that the gain
+/// stays clear of or crosses steeply. Narrower than what [`peak`] looks at, which also climbs.
 pub fn axis_frequencies(values: &[c64]) -> Vec<f64> {
     let size = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let mut list: Vec<f64> = values

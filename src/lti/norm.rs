@@ -81,8 +81,9 @@ pub fn hinf_norm_discrete(
     })
 }
 
-/// Whether the gain of a stable sampled system stays below `level` at every frequency. One eigenvalue problem, no search:
-/// where H(γ) has an eigenvalue on the axis, or near it, the gain itself decides there and between its neighbours.
+/// Whether the gain of a stable sampled system stays below `level` at every frequency. One eigenvalue problem, no
+/// search: where H(γ) has an eigenvalue on the axis, or near it, the gain itself decides there and between its
+/// neighbours.
 /// The frequency (rad/s) and gain of the largest value met come with the answer.
 ///
 /// # Errors

@@ -18,8 +18,8 @@ use std::f64::consts::TAU;
 /// Peak of μ of one loop of the whole machine.
 #[derive(Clone, Copy, Debug)]
 pub struct PeakFigures {
-    /// No frequency of the sampled problem in the w plane has a larger μ (certified), nor any line of the exact frequency
-    /// responses where those were asked; infinite for an unstable loop, which has no μ.
+    /// No frequency of the sampled problem in the w plane has a larger μ (certified), nor any line of the exact
+    /// frequency responses where those were asked; infinite for an unstable loop, which has no μ.
     pub upper: f64,
     /// Lower bound at the certified peak, with a perturbation behind it.
     pub lower: f64,

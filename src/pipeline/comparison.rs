@@ -43,8 +43,8 @@ pub struct Prediction {
     pub at_max_speed_n_per_m: f64,
     /// Sensitivity of the four axes.
     pub sensitivity: AxisSensitivity,
-    /// Largest growth rate of the loop at this speed, 1/s. An unstable loop has neither stiffness nor zone: the curves are
-    /// empty and the figures are not numbers.
+    /// Largest growth rate of the loop at this speed, 1/s. An unstable loop has neither stiffness nor zone: the curves
+    /// are empty and the figures are not numbers.
     pub growth_rate_per_s: f64,
     /// Closed-loop poles as equivalent continuous ones, rad/s.
     pub poles_rad_s: Vec<c64>,
@@ -69,8 +69,9 @@ impl Prediction {
     }
 }
 
-/// True when `a` is better than `b` in every figure at every speed given: smallest tool stiffness, stiffness at 10 Hz and at the
-/// frequency of the top speed, largest sensitivity of each axis. An unstable loop is worse than a stable one.
+/// True when `a` is better than `b` in every figure at every speed given: smallest tool stiffness, stiffness at 10 Hz
+/// and at the frequency of the top speed, largest sensitivity of each axis. An unstable loop is worse than a stable
+/// one.
 pub fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool {
     let figures = |p: &Prediction| {
         let stiffness = [p.minimum.0, p.at_10_hz_n_per_m, p.at_max_speed_n_per_m];
@@ -82,8 +83,8 @@ pub fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool {
     })
 }
 
-/// Settings of a PID search whose amplifier limits are the figures of the delivered controller: noise current at rest and
-/// top speed, gain above the modes of the model.
+/// Settings of a PID search whose amplifier limits are the figures of the delivered controller: noise current at rest
+/// and top speed, gain above the modes of the model.
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the norms fail.
@@ -107,7 +108,8 @@ pub fn predict(
 ) -> Result<Prediction, PipelineError> {
     let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
     let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
-    // The two frequencies at which stiffness is stated are lines of their own: beside a sharp zero nothing can be interpolated.
+    // The two frequencies at which stiffness is stated are lines of their own: beside a sharp zero nothing can be
+    // interpolated.
     let top_speed_hz = machine.spindle.max_rpm / 60.0;
     let stated = [LOW_HZ, top_speed_hz].map(|f| f * TAU);
     let stable = poles.growth_rate_per_s < 0.0;
@@ -147,7 +149,8 @@ pub(super) struct LoopAtSpeed {
     pub(super) grid: FrequencyGrid,
 }
 
-/// The full plant at a speed, the poles of its loop, and a grid over `band_hz`, at most to Nyquist, that is dense round them.
+/// The full plant at a speed, the poles of its loop, and a grid over `band_hz`, at most to Nyquist, that is dense round
+/// them.
 pub(super) fn closed_loop(
     machine: &Machine,
     controller: &Controller,
@@ -161,7 +164,8 @@ pub(super) fn closed_loop(
     Ok(LoopAtSpeed { plant, poles, grid })
 }
 
-/// A frequency, at most 0.49 of the sample rate: beyond Nyquist the response of a sampled loop repeats, and says nothing.
+/// A frequency, at most 0.49 of the sample rate: beyond Nyquist the response of a sampled loop repeats, and says
+/// nothing.
 pub(super) fn below_nyquist(machine: &Machine, hz: f64) -> f64 {
     hz.min(0.49 * machine.spindle.electronics.sample_rate_hz)
 }

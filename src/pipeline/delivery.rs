@@ -1,5 +1,5 @@
-//! A sampled controller of one plane as firmware runs it, with every certificate: realisation, rounding, μ of the whole machine,
-//! stability over speed, arithmetics.
+//! A sampled controller of one plane as firmware runs it, with every certificate: realisation, rounding, μ of the whole
+//! machine, stability over speed, arithmetics.
 
 use super::PipelineError;
 use super::certificates::{PeakFigures, Stage, attained, mu_curve, stage};
@@ -37,33 +37,41 @@ pub struct Arithmetic {
 
 /// A controller with its certificates.
 #[derive(Clone, Debug)]
-pub(super) struct Delivery {
+pub struct Delivery {
+    /// After rounding to float32, in sampled time.
     pub rounded: Stage,
+    /// μ over frequency of the rounded loop on the specification: Hz, upper, lower.
     pub specification_curve: Vec<(f64, f64, f64)>,
+    /// μ over frequency of the rounded loop on the covered problem.
     pub covered_curve: Vec<(f64, f64, f64)>,
+    /// Growth rate of the controller's own poles, 1/s; negative: stable.
     pub controller_growth_rate_per_s: f64,
+    /// Modal form with scaled states, before rounding.
     pub realisation: ScaledRealisation,
+    /// The controller as it runs: four axes, sampled, coefficients rounded to float32.
     pub controller: Controller,
+    /// The same in the continuous w plane, unrounded.
     pub continuous: Controller,
+    /// Stability of the full sampled plant with it, over speed.
     pub verification: Verification,
+    /// The same from the top speed to 20 % above it.
     pub overspeed: Verification,
+    /// Stability at every speed from rest to 20 % above the top speed.
     pub speed_proof: SpeedProof,
+    /// μ of the specification with the true gyroscopics, over speed.
     pub speed_mu: Vec<SpeedMu>,
+    /// μ with float64, float32 and Q31 coefficients; without Q31 when its range does not hold them.
     pub arithmetic: Vec<Arithmetic>,
+    /// Static stiffness at tool, front and rear actuator at rest, N/m.
     pub static_stiffness_n_per_m: [f64; LOADS],
 }
 
 impl Delivery {
     /// Largest μ of the specification: certified at rest, on the exact responses over speed.
     pub fn largest_mu(&self) -> f64 {
-        largest_mu(&self.rounded, &self.speed_mu)
+        let over_speed = self.speed_mu.iter().map(|s| s.mu);
+        over_speed.fold(self.rounded.specification.upper, f64::max)
     }
-}
-
-/// Largest μ of the specification: certified at rest, on the exact responses over speed.
-pub(super) fn largest_mu(stage: &Stage, speeds: &[SpeedMu]) -> f64 {
-    let over_speed = speeds.iter().map(|s| s.mu);
-    over_speed.fold(stage.specification.upper, f64::max)
 }
 
 /// Realises, rounds and certifies the sampled controller `plane` of one plane (m to A).
@@ -92,14 +100,16 @@ pub(super) fn deliver(
     let rounded = realisation.rows.rounded_f32()?;
     let rounded_plane = plane_of(&rounded)?;
     let certified = stage("rounded", problems, &rounded_plane)?;
-    let at_rest = |modes: &[UncertainMode]| mu_at_speed(machine, weights, modes, &rounded, 0.0);
+    let at_rest = |weights: &Weights, modes: &[UncertainMode]| {
+        mu_at_speed(machine, weights, modes, &rounded, 0.0)
+    };
     let rounded_stage = Stage {
         specification: certified
             .specification
-            .at_least(&at_rest(&problems.written_modes)?),
+            .at_least(&at_rest(weights, &problems.written_modes)?),
         covered: certified
             .covered
-            .at_least(&at_rest(&problems.covered_modes)?),
+            .at_least(&at_rest(&problems.aim, &problems.covered_modes)?),
         ..certified
     };
     let top = machine.spindle.max_rpm;

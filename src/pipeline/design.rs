@@ -1,14 +1,15 @@
 //! From machine and specification to the controller that firmware runs, with a certificate for every step.
 //!
 //! At rest the planes decouple: one plane is designed and copied. Three generalized plants share one plane model:
-//! the *specification* (Table 2 as written), the *covered* problem (mode uncertainty widened by the gyroscopic split at the
-//! highest speed, so that a design at rest holds at speed), and the *synthesis* problem (covered, plus a bound on the
-//! complementary sensitivity, because Table 2 alone leaves sensitivity peaks of 15–20 dB). Synthesis takes the tightest
-//! bound on T that keeps μ within its target. The w plane is exact in both directions, so nothing is lost to discretisation.
+//! the *specification* (Table 2 as written), the *covered* problem (mode uncertainty widened by the gyroscopic split at
+//! the highest speed, so that a design at rest holds at speed), and the *synthesis* problem (covered, plus a bound on
+//! the complementary sensitivity, because Table 2 alone leaves sensitivity peaks of 15–20 dB). Synthesis takes the
+//! tightest bound on T that keeps μ within its target. The w plane is exact in both directions, so nothing is lost to
+//! discretisation.
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, Stage, d_scales, stage};
-use super::delivery::{Arithmetic, deliver, largest_mu};
+use super::delivery::{Delivery, deliver};
 use super::emulation::Emulated;
 use super::polishing::{PolishOutcome, polished};
 use super::problems::Problems;
@@ -16,16 +17,11 @@ use super::progress::{Event, Listener};
 use super::reduction::reduce;
 use super::settings::DesignSettings;
 use super::specification_scale::{SpecificationScale, specification_scale};
-use super::speed_mu::SpeedMu;
 use super::stable::OwnStability;
 use super::synthesis::{Round, Synthesised, synthesise_for_machine};
 use crate::augment::assembly::unscale_controller;
-use crate::augment::plane::LOADS;
 use crate::augment::weights::Weights;
-use crate::controller::scaling::ScaledRealisation;
-use crate::controller::speed_proof::SpeedProof;
-use crate::controller::verification::Verification;
-use crate::controller::{ControlLaw, Controller};
+use crate::controller::ControlLaw;
 use crate::lti::sample::tustin;
 use crate::robust::dk::DkStep;
 use crate::spindle::Machine;
@@ -37,7 +33,8 @@ pub struct Design {
     pub problems: Problems,
     /// Records of the D-K iteration on the synthesis problem.
     pub steps: Vec<DkStep>,
-    /// Syntheses with more modes or a lower level that μ of the whole machine asked for; the last is the first within target.
+    /// Syntheses with more modes or a lower level that μ of the whole machine asked for; the last is the first within
+    /// target.
     pub rounds: Vec<Round>,
     /// D-scales of the best step beside what the pointwise bound of its loop asks for.
     pub d_scales: Vec<DScaleCurve>,
@@ -57,54 +54,47 @@ pub struct Design {
     pub full: Stage,
     /// After reduction.
     pub reduced: Stage,
-    /// After rounding to float32, in sampled time.
-    pub rounded: Stage,
-    /// μ over frequency of the rounded loop on the specification: Hz, upper, lower.
-    pub specification_curve: Vec<(f64, f64, f64)>,
-    /// μ over frequency of the rounded loop on the covered problem.
-    pub covered_curve: Vec<(f64, f64, f64)>,
     /// μ against order tried in reduction: (order, μ of the covered problem).
     pub orders_tried: Vec<(usize, f64)>,
-    /// Growth rate of the controller's own poles, 1/s; negative: stable.
-    pub controller_growth_rate_per_s: f64,
-    /// Modal form with scaled states, before rounding.
-    pub realisation: ScaledRealisation,
-    /// The controller as it runs: four axes, sampled, coefficients rounded to float32.
-    pub controller: Controller,
-    /// The same in the continuous w plane, unrounded.
-    pub continuous: Controller,
-    /// Stability of the full sampled plant with it, over speed.
-    pub verification: Verification,
-    /// The same from the top speed to 20 % above it.
-    pub overspeed: Verification,
-    /// Stability at every speed from rest to 20 % above the top speed.
-    pub speed_proof: SpeedProof,
-    /// μ of the specification with the true gyroscopics, over speed.
-    pub speed_mu: Vec<SpeedMu>,
+    /// What is delivered, with its certificates.
+    pub delivery: Delivery,
     /// Where μ exceeds one: the factor on the limits at which the specification is met.
     pub specification_scale: Option<SpecificationScale>,
-    /// μ with float64, float32 and Q31 coefficients; without Q31 when its range does not hold them.
-    pub arithmetic: Vec<Arithmetic>,
-    /// Static stiffness at tool, front and rear actuator at rest, N/m.
-    pub static_stiffness_n_per_m: [f64; LOADS],
 }
 
 impl Design {
     /// True when the loop is stable at every speed from rest to the top speed, between those computed as well.
     pub fn is_stable(&self) -> bool {
-        self.verification.is_proven()
+        self.delivery.verification.is_proven()
     }
 
-    /// Largest μ of the specification from rest to 20 % above the top speed: certified at rest, on the exact responses with the
-    /// true gyroscopics over speed.
+    /// Largest μ of the specification from rest to 20 % above the top speed: certified at rest, on the exact responses
+    /// with the true gyroscopics over speed.
     pub fn largest_mu(&self) -> f64 {
-        largest_mu(&self.rounded, &self.speed_mu)
+        self.delivery.largest_mu()
     }
 
-    /// True when the specification is met at rest and at speed and every speed from rest to 20 % above the top speed is proven
-    /// stable.
+    /// True when the delivered controller has no pole outside the circle.
+    pub fn controller_is_stable(&self) -> bool {
+        self.delivery.controller_growth_rate_per_s < 0.0
+    }
+
+    /// Whether the delivered controller is stable itself, in a sentence.
+    pub fn own_stability_sentence(&self) -> String {
+        let polished = self.polish.as_ref().is_some_and(|p| p.delivered.is_some());
+        match polished {
+            true => format!(
+                "The controller itself is stable: the polish keeps its poles inside the circle, the slowest decays at {:.3} 1/s.",
+                -self.delivery.controller_growth_rate_per_s
+            ),
+            false => self.own_stability.sentence(),
+        }
+    }
+
+    /// True when the specification is met at rest and at speed and every speed from rest to 20 % above the top speed is
+    /// proven stable.
     pub fn meets_targets(&self) -> bool {
-        self.largest_mu() <= 1.0 && self.is_stable() && self.speed_proof.is_complete()
+        self.largest_mu() <= 1.0 && self.is_stable() && self.delivery.speed_proof.is_complete()
     }
 }
 
@@ -166,12 +156,7 @@ pub fn design(
         own_stability,
         emulated,
         polish,
-        speed_proof: delivery.speed_proof,
-        speed_mu: delivery.speed_mu,
-        arithmetic: delivery.arithmetic,
-        static_stiffness_n_per_m: delivery.static_stiffness_n_per_m,
-        specification_curve: delivery.specification_curve,
-        covered_curve: delivery.covered_curve,
+        delivery,
         gamma: outcome.gamma,
         d_order: outcome
             .steps
@@ -182,14 +167,7 @@ pub fn design(
         steps: outcome.steps,
         full: full_stage,
         reduced: reduced_stage,
-        rounded: delivery.rounded,
         orders_tried,
-        controller_growth_rate_per_s: delivery.controller_growth_rate_per_s,
-        realisation: delivery.realisation,
-        controller: delivery.controller,
-        continuous: delivery.continuous,
-        verification: delivery.verification,
-        overspeed: delivery.overspeed,
         problems,
     })
 }

@@ -1,9 +1,10 @@
 //! Emulation: a controller designed in continuous time, made to run at the sample rate by Tustin's rule.
 //!
-//! The rule bends frequencies, s = k (z − 1)/(z + 1): it keeps the response at one frequency, chosen by k = ω/tan(ωT/2), and
-//! shifts every other one. Which is best kept depends on where μ peaks, so the frequencies of the uncertain modes and of their
-//! gaps are tried and the one with the lowest μ of the *sampled* loop is taken. In the w plane of the direct route,
-//! v = (2/T)(z − 1)/(z + 1), the sampled controller is K(s) with s = (kT/2) v: a stretch of the frequency axis, nothing else.
+//! The rule bends frequencies, s = k (z − 1)/(z + 1): it keeps the response at one frequency, chosen by k =
+//! ω/tan(ωT/2), and shifts every other one. Which is best kept depends on where μ peaks, so the frequencies of the
+//! uncertain modes and of their gaps are tried and the one with the lowest μ of the *sampled* loop is taken. In the w
+//! plane of the direct route, v = (2/T)(z − 1)/(z + 1), the sampled controller is K(s) with s = (kT/2) v: a stretch of
+//! the frequency axis, nothing else.
 
 use super::PipelineError;
 use super::certificates::attained;

@@ -1,7 +1,7 @@
 //! Whether a loop is stable, before anything is said about it: at one speed by the poles of the loop as it acts.
 //!
-//! A sampled controller: the sampled loop of the full plant with hold and exact delay. A continuous one: the continuous loop, the
-//! delay as a Padé approximant of order 8 (phase error below 1e-6 rad up to ωτ = 5, far above any crossover).
+//! A sampled controller: the sampled loop of the full plant with hold and exact delay. A continuous one: the continuous
+//! loop, the delay as a Padé approximant of order 8 (phase error below 1e-6 rad up to ωτ = 5, far above any crossover).
 
 use super::PipelineError;
 use crate::controller::{ControlLaw, Controller};

@@ -1,128 +1,37 @@
-//! The polish of the reduced controller in a design: its limits from the machine, its certificates, and which controller is
-//! delivered.
+//! The polish of the reduced controller in a design: its limits from the machine, its certificates, and which
+//! controller is delivered.
 //!
-//! Limits: |S_jj| within zone A of ISO 14839-3; current from sensor noise, rms, a thirtieth of the smaller bias current; gain
-//! above the modes of the model so that sensor noise at any one frequency asks for that current at most; μ of the specification
-//! as written at rest and, with the true gyroscopics, at top speed and 1.2 times that. After the descent μ of the whole machine
-//! is certified; a peak above one becomes a line of the loss, and the descent goes on from there. The polished controller goes
-//! through the same rounding and certificates as the one of the D-K iteration, and is delivered when they hold and its tool is
-//! stiffer at rest and at top speed. Where the controller of the D-K iteration misses a target, the polish starts from a tuned
-//! PID as well.
+//! Limits: |S_jj| within zone A of ISO 14839-3; current from sensor noise, rms, a thirtieth of the smaller bias
+//! current; gain above the modes of the model so that sensor noise at any one frequency asks for that current at most;
+//! μ of the specification as written at rest and, with the true gyroscopics, at top speed and 1.2 times that. After the
+//! descent μ of the whole machine is certified; a peak above one becomes a line of the loss, and the descent goes on
+//! from there. The polished controller goes through the same rounding and certificates as the one of the D-K iteration.
+//! Of two controllers the one is delivered that meets more goals ([`super::judged`], the most important first), and of equals
+//! the stiffer one. Where the controller of the D-K iteration misses a goal, the polish starts from a tuned PID as
+//! well.
 
 use super::PipelineError;
 use super::certificates::{PeakFigures, certified, mu_words};
-use super::comparison::{BAND_HZ, Prediction, predict};
+use super::comparison::{BAND_HZ, predict};
 use super::delivery::{Delivery, deliver, scaled_plane};
+use super::judged::Judged;
 use super::overspeed::OVERSPEED;
 use super::problems::Problems;
 use super::settings::PolishEffort;
 use super::speed_mu::mu_at_speed;
+use crate::augment::GeneralizedPlant;
 use crate::augment::plane::connected_part;
 use crate::augment::weights::Weights;
+use crate::controller::ControlLaw;
 use crate::controller::amplifier_demand::high_frequency_hz;
 use crate::controller::pid_settings::TuneSettings;
 use crate::controller::pid_tune::tune;
 use crate::controller::polish::{LoopLimits, PolishRound, PolishTask, Polisher};
-use crate::controller::{ControlLaw, Controller};
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, StateSpace};
 use crate::predict::closed_loop::both_planes;
-use crate::predict::sensitivity::Zone;
+use crate::predict::stiffness::stiffness_words;
 use crate::spindle::Machine;
-
-/// A controller with the figures that decide between two.
-#[derive(Clone, Debug)]
-pub struct Judged {
-    /// The controller as it runs.
-    pub controller: Controller,
-    /// Its order over both planes.
-    pub order: usize,
-    /// Largest μ of the specification: certified at rest, on exact responses at speeds to 1.2 times the top speed.
-    pub mu: f64,
-    /// Certified μ at rest: specification, and with the gyroscopic split covered.
-    pub mu_at_rest: [f64; 2],
-    /// Smallest tool stiffness at rest and at top speed, N/m; NaN for an unstable loop.
-    pub stiffness_n_per_m: [f64; 2],
-    /// Zone at rest and at top speed; none of an unstable loop.
-    pub zones: [Option<Zone>; 2],
-    /// Stability is proven from rest to this speed, at most 1.2 times the top speed, rpm.
-    pub proven_to_rpm: f64,
-    /// Growth rate of the controller's own poles, 1/s.
-    pub growth_rate_per_s: f64,
-}
-
-impl Judged {
-    fn of(machine: &Machine, name: &str, delivery: &Delivery) -> Result<Self, PipelineError> {
-        let top = machine.spindle.max_rpm;
-        let controller = Controller {
-            name: name.to_owned(),
-            ..delivery.controller.clone()
-        };
-        let [rest, fast] = [0.0, top].map(|rpm| predict(machine, &controller, rpm));
-        let both = [rest?, fast?];
-        let minimum = |p: &Prediction| {
-            if p.is_stable() { p.minimum.0 } else { f64::NAN }
-        };
-        Ok(Self {
-            order: 2 * delivery.rounded.order,
-            mu: delivery.largest_mu(),
-            mu_at_rest: [
-                delivery.rounded.specification.upper,
-                delivery.rounded.covered.upper,
-            ],
-            stiffness_n_per_m: [minimum(&both[0]), minimum(&both[1])],
-            zones: [both[0].zone(), both[1].zone()],
-            proven_to_rpm: delivery.speed_proof.proven_to_rpm().min(OVERSPEED * top),
-            growth_rate_per_s: delivery.controller_growth_rate_per_s,
-            controller,
-        })
-    }
-
-    /// True when μ exceeds one, a speed is not proven stable, or the controller itself is unstable.
-    fn misses_a_target(&self, machine: &Machine) -> bool {
-        let met = self.mu <= 1.0
-            && self.proven_to_rpm >= OVERSPEED * machine.spindle.max_rpm
-            && self.growth_rate_per_s < 0.0;
-        !met
-    }
-
-    /// Why this controller is not delivered in place of `other`; empty when it is.
-    fn objections(&self, other: &Self) -> Vec<&'static str> {
-        let worse_zone = |k: usize| {
-            let rank = |z: Option<Zone>| z.map_or(usize::MAX, |z| z as usize);
-            rank(self.zones[k]) > rank(other.zones[k])
-        };
-        let softer = |k: usize| {
-            let now = self.stiffness_n_per_m[k];
-            now.is_nan() || now <= other.stiffness_n_per_m[k]
-        };
-        let list = [
-            (
-                self.mu.is_nan() || self.mu > other.mu.max(1.0),
-                "µ of the whole machine exceeds one",
-            ),
-            (
-                self.proven_to_rpm < other.proven_to_rpm,
-                "stability is proven to a lower speed",
-            ),
-            (
-                self.growth_rate_per_s >= 0.0,
-                "the controller itself is unstable",
-            ),
-            (
-                worse_zone(0) || worse_zone(1),
-                "its zone of ISO 14839-3 is worse",
-            ),
-            (
-                softer(0) || softer(1),
-                "its tool is not stiffer both at rest and at top speed",
-            ),
-        ];
-        list.into_iter()
-            .filter_map(|(holds, words)| holds.then_some(words))
-            .collect()
-    }
-}
 
 /// A polish from one start.
 #[derive(Clone, Debug)]
@@ -131,6 +40,8 @@ pub struct PolishAttempt {
     pub start: &'static str,
     /// The polished controller; none when the polish could not start.
     pub judged: Option<Judged>,
+    /// Why it did not take the place of the best before it; empty when it did.
+    pub objections: Vec<&'static str>,
     /// What the loss said of the start, and after each round.
     pub rounds: Vec<PolishRound>,
     /// Certificates: μ of the specification and its frequency, Hz.
@@ -154,8 +65,9 @@ pub struct PolishOutcome {
     pub sentence: String,
 }
 
-/// End of zone A (|S| = 3) less 2 %, for peaks between the lines and for rounding.
-const SENSITIVITY: f64 = 0.98 * 3.0;
+/// Ends of zone A and zone B (|S| = 3 and 4) less 2 %, for peaks between the lines and for rounding.
+const ZONE_A: f64 = 0.98 * 3.0;
+const ZONE_B: f64 = 0.98 * 4.0;
 /// Sensitivity of rotors with shifted modes relative to that.
 const SHIFTED_SENSITIVITY: f64 = 1.3;
 /// μ below one by what the certificate finds between the lines and by the fit of the weights in the w plane.
@@ -167,8 +79,8 @@ const SAME_PEAK: f64 = 0.02;
 /// Share of the bias current that sensor noise may ask for.
 const NOISE_SHARE: f64 = 1.0 / 30.0;
 
-/// Limits of a polish, from the machine.
-fn limits(machine: &Machine) -> Result<LoopLimits, PipelineError> {
+/// Limits of a polish, from the machine, with a largest |S_jj|.
+fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, PipelineError> {
     let spindle = &machine.spindle;
     let bias = spindle
         .front
@@ -178,7 +90,7 @@ fn limits(machine: &Machine) -> Result<LoopLimits, PipelineError> {
     let nyquist_hz = 0.5 * spindle.electronics.sample_rate_hz;
     Ok(LoopLimits {
         stiffness_band_hz: (BAND_HZ.0, BAND_HZ.1.min(0.98 * nyquist_hz)),
-        sensitivity: SENSITIVITY,
+        sensitivity,
         shifted_sensitivity: SHIFTED_SENSITIVITY,
         high_frequency_hz: high_frequency_hz(machine)?,
         high_frequency_gain_a_per_m: NOISE_SHARE * bias / noise,
@@ -188,26 +100,57 @@ fn limits(machine: &Machine) -> Result<LoopLimits, PipelineError> {
     })
 }
 
-/// The largest μ of the specification with a controller of one plane, and its frequency, Hz: certified at rest, on the exact
+/// What the polish holds μ to: the specification as written, and where that was far out of reach what the synthesis
+/// aimed at.
+#[derive(Clone, Copy)]
+struct Goal<'a> {
+    weights: &'a Weights,
+    plant: &'a GeneralizedPlant,
+}
+
+/// A polish brings down μ by more than this factor on no machine: with limits that had to be widened further, those of
+/// the specification as written would hold nothing but their own worst row.
+const WITHIN_REACH: f64 = 2.0;
+
+impl<'a> Goal<'a> {
+    fn of(problems: &'a Problems, written: &'a Weights) -> Self {
+        let widening = problems.widening;
+        if widening.tool.max(widening.current) <= WITHIN_REACH {
+            Self {
+                weights: written,
+                plant: &problems.specification,
+            }
+        } else {
+            Self {
+                weights: &problems.aim,
+                plant: &problems.aimed,
+            }
+        }
+    }
+}
+
+/// The largest μ of the goal with a controller of one plane, and its frequency, Hz: certified at rest, on the exact
 /// responses at rest, top speed and beyond.
 fn certificate(
     machine: &Machine,
-    weights: &Weights,
-    problems: &Problems,
+    (problems, goal): (&Problems, &Goal<'_>),
     plane: &StateSpace<Discrete>,
 ) -> Result<(f64, f64), PipelineError> {
     const STAGE: &str = "certificate of the polish";
     let scaled = scaled_plane(plane)?;
-    let rest = certified(STAGE, &problems.specification, &scaled, problems.period_s)?;
+    let rest = certified(STAGE, goal.plant, &scaled, problems.period_s)?;
     let law = both_planes(plane);
     let mut worst: PeakFigures = rest;
     for share in [0.0, 1.0, OVERSPEED] {
         let speed = share * machine.spindle.max_rpm;
-        let exact = mu_at_speed(machine, weights, &problems.written_modes, &law, speed)?;
+        let exact = mu_at_speed(machine, &problems.aim, &problems.written_modes, &law, speed)?;
         worst = worst.at_least(&exact);
     }
     Ok((worst.upper, worst.frequency_hz))
 }
+
+/// Rounds at most, in units of those asked.
+const MOST_ROUNDS: usize = 3;
 
 /// A polish that came to its end.
 struct Polished {
@@ -219,25 +162,28 @@ struct Polished {
 /// Polishes `plane` until its μ is certified, or to the lowest μ found.
 fn descend(
     machine: &Machine,
-    (weights, effort): (&Weights, PolishEffort),
-    problems: &Problems,
+    (limits, effort): (LoopLimits, PolishEffort),
+    (problems, goal): (&Problems, &Goal<'_>),
     plane: &StateSpace<Discrete>,
 ) -> Result<Polished, PipelineError> {
     let task = PolishTask {
-        weights,
+        weights: goal.weights,
         modes: &problems.written_modes,
-        limits: limits(machine)?,
+        limits,
     };
     let mut polisher = Polisher::new(machine, task, plane, OVERSPEED)?;
     let mut rounds = vec![polisher.figures()];
-    for _ in 0..effort.rounds {
+    // Rounds beyond those asked as long as a limit is exceeded: from a distant start they go on to gain.
+    while rounds.len() <= effort.rounds
+        || rounds.len() <= MOST_ROUNDS * effort.rounds && !polisher.within_limits()
+    {
         rounds.push(polisher.round(effort.steps)?);
     }
     let mut certificates: Vec<(f64, f64)> = vec![];
     let mut best: Option<(f64, StateSpace<Discrete>)> = None;
     for cut in 0..=effort.cuts {
         let found = polisher.plane()?;
-        let (mu, at_hz) = certificate(machine, weights, problems, &found)?;
+        let (mu, at_hz) = certificate(machine, (problems, goal), &found)?;
         certificates.push((mu, at_hz));
         if best.as_ref().is_none_or(|(least, _)| mu < *least) {
             best = Some((mu, found));
@@ -260,61 +206,136 @@ fn descend(
     })
 }
 
-/// Polishes `plane`, of which `dk` is the delivery, and decides which controller is delivered. Where that of the D-K iteration
-/// misses a target, the polish starts from a tuned PID as well.
-pub(super) fn polished(
-    machine: &Machine,
-    asked: (&Weights, usize, PolishEffort),
-    problems: &Problems,
-    plane: &StateSpace<Discrete>,
-    dk: Delivery,
-) -> Result<(Delivery, PolishOutcome), PipelineError> {
-    let mut outcome = PolishOutcome {
-        dk: Judged::of(machine, "dk", &dk)?,
-        limits: limits(machine)?,
-        attempts: vec![],
-        delivered: None,
-        sentence: String::new(),
-    };
-    let mut best = (dk, outcome.dk.clone());
-    let mut starts = vec![("D-K iteration", Ok(plane.clone()))];
-    if outcome.dk.misses_a_target(machine) {
-        starts.push(("tuned PID", tuned_pid(machine)));
+/// What the attempts share.
+struct Contest<'a> {
+    machine: &'a Machine,
+    weights: &'a Weights,
+    problems: &'a Problems,
+    speeds: usize,
+    effort: PolishEffort,
+    /// Smallest tool stiffness of a tuned PID at rest and at top speed, once there is one, N/m.
+    rival: Option<[f64; 2]>,
+    /// The best so far.
+    delivery: Delivery,
+    judged: Judged,
+    outcome: PolishOutcome,
+}
+
+impl Contest<'_> {
+    fn misses_a_goal(&self) -> bool {
+        self.judged.first_missed(self.machine, self.rival).is_some()
     }
-    for (start, plane) in starts {
+
+    /// Polishes `plane`, and keeps the result when it is better.
+    fn attempt(
+        &mut self,
+        start: &'static str,
+        limits: LoopLimits,
+        plane: Result<&StateSpace<Discrete>, &PipelineError>,
+    ) {
         let mut attempt = PolishAttempt {
             start,
             judged: None,
+            objections: vec![],
             rounds: vec![],
             certificates: vec![],
             failure: None,
         };
-        let done = plane.and_then(|plane| {
-            let found = descend(machine, (asked.0, asked.2), problems, &plane)?;
-            let candidate = deliver(machine, asked.0, problems, asked.1, &found.plane)?;
-            Ok((Judged::of(machine, "mu", &candidate)?, candidate, found))
+        let done = plane.map_err(ToString::to_string).and_then(|plane| {
+            self.polish(limits, plane)
+                .map_err(|error| error.to_string())
         });
         match done {
             Ok((judged, candidate, found)) => {
-                if judged.objections(&best.1).is_empty() {
-                    best = (candidate, judged.clone());
-                    outcome.delivered = Some(outcome.attempts.len());
+                attempt.objections = judged.objections(&self.judged, self.machine, self.rival);
+                if attempt.objections.is_empty() {
+                    (self.delivery, self.judged) = (candidate, judged.clone());
+                    self.outcome.delivered = Some(self.outcome.attempts.len());
                 }
                 attempt.judged = Some(judged);
                 attempt.rounds = found.rounds;
                 attempt.certificates = found.certificates;
             }
             // What an earlier start or the D-K iteration gave stands, and the outcome says what failed.
-            Err(error) => attempt.failure = Some(error.to_string()),
+            Err(failure) => attempt.failure = Some(failure),
         }
-        outcome.attempts.push(attempt);
+        self.outcome.attempts.push(attempt);
     }
-    outcome.sentence = sentence(&outcome);
-    Ok((best.0, outcome))
+
+    fn polish(
+        &self,
+        limits: LoopLimits,
+        plane: &StateSpace<Discrete>,
+    ) -> Result<(Judged, Delivery, Polished), PipelineError> {
+        let goal = Goal::of(self.problems, self.weights);
+        let found = descend(
+            self.machine,
+            (limits, self.effort),
+            (self.problems, &goal),
+            plane,
+        )?;
+        let candidate = deliver(
+            self.machine,
+            self.weights,
+            self.problems,
+            self.speeds,
+            &found.plane,
+        )?;
+        let judged = Judged::of(self.machine, "mu", &candidate)?;
+        Ok((judged, candidate, found))
+    }
 }
 
-/// One plane of a tuned PID, m to A.
-fn tuned_pid(machine: &Machine) -> Result<StateSpace<Discrete>, PipelineError> {
+/// Polishes `plane`, of which `dk` is the delivery, and decides which controller is delivered. Where that of the D-K
+/// iteration misses a goal, a PID is tuned: the polished controller has to be as stiff, and where it misses a goal too,
+/// the polish starts from the PID as well, within zone A, then within zone B.
+pub(super) fn polished(
+    machine: &Machine,
+    (weights, speeds, effort): (&Weights, usize, PolishEffort),
+    problems: &Problems,
+    plane: &StateSpace<Discrete>,
+    dk: Delivery,
+) -> Result<(Delivery, PolishOutcome), PipelineError> {
+    let zone_a = limits(machine, ZONE_A)?;
+    let judged = Judged::of(machine, "dk", &dk)?;
+    let mut contest = Contest {
+        machine,
+        weights,
+        problems,
+        speeds,
+        effort,
+        rival: None,
+        outcome: PolishOutcome {
+            dk: judged.clone(),
+            limits: zone_a,
+            attempts: vec![],
+            delivered: None,
+            sentence: String::new(),
+        },
+        delivery: dk,
+        judged,
+    };
+    let by_pid = contest.misses_a_goal().then(|| tuned_pid(machine));
+    if let Some(Ok((_, stiffness))) = &by_pid {
+        contest.rival = Some(*stiffness);
+    }
+    contest.attempt("D-K iteration", zone_a, Ok(plane));
+    if let Some(found) = &by_pid {
+        let start = found.as_ref().map(|(plane, _)| plane);
+        if contest.misses_a_goal() {
+            contest.attempt("tuned PID", zone_a, start);
+        }
+        if contest.misses_a_goal() && start.is_ok() {
+            contest.attempt("tuned PID within zone B", limits(machine, ZONE_B)?, start);
+        }
+    }
+    let mut outcome = contest.outcome;
+    outcome.sentence = sentence(&outcome);
+    Ok((contest.delivery, outcome))
+}
+
+/// One plane of a tuned PID, m to A, and its smallest tool stiffness at rest and at top speed, N/m.
+fn tuned_pid(machine: &Machine) -> Result<(StateSpace<Discrete>, [f64; 2]), PipelineError> {
     let found = tune(machine, &TuneSettings::quick(), &mut |_, _| {})?;
     let period_s = machine.spindle.electronics.sample_period_s();
     let law = match &found.controller.law {
@@ -323,16 +344,26 @@ fn tuned_pid(machine: &Machine) -> Result<StateSpace<Discrete>, PipelineError> {
             tustin(law, period_s).map_err(PipelineError::numeric("discretisation of the PID"))?
         }
     };
-    Ok(connected_part(&law.select(&[0, 2], &[0, 2])))
+    let minimum = |rpm: f64| -> Result<f64, PipelineError> {
+        let seen = predict(machine, &found.controller, rpm)?;
+        // An unstable loop is no rival.
+        Ok(if seen.is_stable() {
+            seen.minimum.0
+        } else {
+            0.0
+        })
+    };
+    let stiffness = [minimum(0.0)?, minimum(machine.spindle.max_rpm)?];
+    Ok((connected_part(&law.select(&[0, 2], &[0, 2])), stiffness))
 }
 
 fn sentence(outcome: &PolishOutcome) -> String {
     let dk = &outcome.dk;
-    let micro = |k: f64| {
+    let words = |k: f64| {
         if k.is_nan() {
             "none (unstable loop)".to_owned()
         } else {
-            format!("{:.2} N/µm", 1e-6 * k)
+            stiffness_words(k)
         }
     };
     let figures = |attempt: &PolishAttempt, judged: &Judged| {
@@ -340,10 +371,10 @@ fn sentence(outcome: &PolishOutcome) -> String {
             "The polish from the {} has a smallest tool stiffness of {} at rest and {} at top speed (D-K iteration: {} and {}), \
              µ of the specification at most {} from rest to 1.2 times the top speed",
             attempt.start,
-            micro(judged.stiffness_n_per_m[0]),
-            micro(judged.stiffness_n_per_m[1]),
-            micro(dk.stiffness_n_per_m[0]),
-            micro(dk.stiffness_n_per_m[1]),
+            words(judged.stiffness_n_per_m[0]),
+            words(judged.stiffness_n_per_m[1]),
+            words(dk.stiffness_n_per_m[0]),
+            words(dk.stiffness_n_per_m[1]),
             mu_words(judged.mu),
         )
     };
@@ -362,7 +393,7 @@ fn sentence(outcome: &PolishOutcome) -> String {
             (Some(judged), _) => format!(
                 "{}; it is not delivered: {}.",
                 figures(attempt, judged),
-                judged.objections(dk).join(", ")
+                attempt.objections.join(", ")
             ),
             (None, failure) => format!(
                 "No polish from the {}: {}.",

@@ -8,13 +8,13 @@ use crate::robust::dk::DkSettings;
 pub struct DesignSettings {
     /// Flexible modes in the design model beyond the spindle's `flexible_modes`.
     pub guard_modes: usize,
-    /// Flexible modes that the synthesis sees beyond the guard modes, without uncertainty of their own, at most those below
-    /// half the sample rate. With fewer, the design adds some when μ of the whole machine exceeds one.
+    /// Flexible modes that the synthesis sees beyond the guard modes, without uncertainty of their own, at most those
+    /// below half the sample rate. With fewer, the design adds some when μ of the whole machine exceeds one.
     pub extra_modes: usize,
-    /// Shares of the gyroscopic split of the guard modes to cover, the first with which the target can be reached; none of
-    /// it when all fail. The whole split as a complex uncertainty asks for more damping than a mode beyond the band can
-    /// get, none leaves μ of the rotating plant above one there (1.3 at 4.6 kHz on the reference spindle): 0.4 brings
-    /// it to what it is at rest.
+    /// Shares of the gyroscopic split of the guard modes to cover, the first with which the target can be reached; none
+    /// of it when all fail. The whole split as a complex uncertainty asks for more damping than a mode beyond the band
+    /// can get, none leaves μ of the rotating plant above one there (1.3 at 4.6 kHz on the reference spindle): 0.4
+    /// brings it to what it is at rest.
     pub guard_cover: Vec<f64>,
     /// Direct sampled design, or emulation.
     pub route: Route,
@@ -22,13 +22,17 @@ pub struct DesignSettings {
     pub sensitivity_limits: Vec<f64>,
     /// Level that the optimal γ with constant scales must reach for a bound on T to be accepted.
     pub gamma_target: f64,
+    /// Where the target is out of reach, the cover of the gyroscopic split gives way mode by mode, then the limits of
+    /// the specification.
+    pub give_way: bool,
     /// Relative growth of μ that reduction may cost, as long as μ stays below one.
     pub reduction_budget: f64,
     /// Settings of the D-K iteration.
     pub dk: DkSettings,
     /// Speeds checked between zero and the top speed, evenly spaced, both ends included.
     pub speeds: usize,
-    /// Effort of the polish after the reduction; `None`, the default: the reduced controller of the D-K iteration is delivered.
+    /// Effort of the polish after the reduction; `None`, the default: the reduced controller of the D-K iteration is
+    /// delivered.
     pub polish: Option<PolishEffort>,
 }
 
@@ -42,6 +46,7 @@ impl Default for DesignSettings {
             sensitivity_limits: vec![3.5, 4.0, 4.5, 5.0, 6.0, 8.0, 12.0],
             // What reduction may cost is kept free.
             gamma_target: 1.0 / 1.02,
+            give_way: true,
             reduction_budget: 0.02,
             // Constant scales come first, so the iteration starts close: two steps with low-order scales settle it.
             dk: DkSettings {

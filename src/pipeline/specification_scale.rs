@@ -1,13 +1,14 @@
 //! By how much the limits of a specification have to be widened for a loop that misses it, and which of them binds.
 //!
-//! The displacements and the control current that the specification allows are multiplied by one factor; loads, noise and the
-//! natural-frequency uncertainty stay. The factor is the smallest at which μ is at most one at every speed of
+//! The displacements and the control current that the specification allows are multiplied by one factor; loads, noise
+//! and the natural-frequency uncertainty stay. The factor is the smallest at which μ is at most one at every speed of
 //! [`super::speed_mu::mu_over_speed`], on the exact responses of the whole machine.
 
 use super::PipelineError;
 use super::speed_mu::{SpeedMu, mu_at_speed};
+use super::widening::Widening;
 use crate::augment::assembly::UncertainMode;
-use crate::augment::weights::{Limits, Weights};
+use crate::augment::weights::Weights;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
 use rayon::prelude::*;
@@ -44,7 +45,7 @@ impl SpecificationScale {
 }
 
 /// Factors beyond this count as none.
-const LARGEST: f64 = 1e3;
+const LARGEST: f64 = 1e5;
 /// Width of the factor, relative: below the digits reported.
 const WIDTH: f64 = 4e-3;
 /// What a limit is loosened by to see whether it binds.
@@ -58,7 +59,8 @@ const ROWS: [&str; 5] = [
     "the natural-frequency uncertainty",
 ];
 
-/// The scale of a four-axis law whose μ over speed is `over_speed`; none when it meets the specification or is unstable at a speed.
+/// The scale of a four-axis law whose μ over speed is `over_speed`; none when it meets the specification or is unstable
+/// at a speed.
 ///
 /// # Errors
 /// [`PipelineError`] when a plant, a weight or a bound fails.
@@ -76,15 +78,15 @@ pub fn specification_scale(
     if worst.mu <= 1.0 || !worst.mu.is_finite() {
         return Ok(None);
     }
-    let at = |factors: &[f64; 4], modes: &[UncertainMode], rpm: f64| {
-        mu_at_speed(machine, &widened(weights, factors), modes, law, rpm)
+    let at = |widening: Widening, modes: &[UncertainMode], rpm: f64| {
+        mu_at_speed(machine, &widening.apply(weights), modes, law, rpm)
     };
     let (mut factor, mut binding) = (1.0f64, worst);
     for speed in &speeds {
         let rpm = speed.speed_rpm;
         let mut found = match factor {
             1.0 => *speed,
-            _ => at(&[factor; 4], modes, rpm)?,
+            _ => at(Widening::all(factor), modes, rpm)?,
         };
         if found.mu <= 1.0 {
             continue;
@@ -94,7 +96,7 @@ pub fn specification_scale(
         let mut low = factor;
         let mut high = factor * found.mu;
         while found.mu > 1.0 && high <= LARGEST {
-            found = at(&[high; 4], modes, rpm)?;
+            found = at(Widening::all(high), modes, rpm)?;
             if found.mu > 1.0 {
                 binding = found;
                 low = high;
@@ -107,7 +109,7 @@ pub fn specification_scale(
         }
         while high / low > 1.0 + WIDTH {
             let middle = (low * high).sqrt();
-            let there = at(&[middle; 4], modes, rpm)?;
+            let there = at(Widening::all(middle), modes, rpm)?;
             if there.mu > 1.0 {
                 (low, binding) = (middle, there);
             } else {
@@ -120,13 +122,16 @@ pub fn specification_scale(
     let loosened: Result<Vec<f64>, PipelineError> = (0..ROWS.len())
         .into_par_iter()
         .map(|row| {
-            let mut factors = [used; 4];
+            let mut wider = Widening::all(used);
             let mut modes = modes.to_vec();
-            match factors.get_mut(row) {
-                Some(own) => *own *= LOOSER,
-                None => modes.iter_mut().for_each(|m| m.relative /= LOOSER),
+            match row {
+                0 => wider.tool *= LOOSER,
+                1 => wider.front *= LOOSER,
+                2 => wider.rear *= LOOSER,
+                3 => wider.current *= LOOSER,
+                _ => modes.iter_mut().for_each(|m| m.relative /= LOOSER),
             }
-            Ok(at(&factors, &modes, binding.speed_rpm)?.mu)
+            Ok(at(wider, &modes, binding.speed_rpm)?.mu)
         })
         .collect();
     let binds = loosened?
@@ -140,20 +145,4 @@ pub fn specification_scale(
         speed_rpm: binding.speed_rpm,
         frequency_hz: binding.frequency_hz.abs(),
     }))
-}
-
-/// Weights with the displacements at tool, front and rear and the control current multiplied.
-fn widened(weights: &Weights, [tool, front, rear, current]: &[f64; 4]) -> Weights {
-    let wider = |limits: &Limits, factor: f64| Limits {
-        max_dc_displacement_m: factor * limits.max_dc_displacement_m,
-        max_hf_displacement_m: factor * limits.max_hf_displacement_m,
-        ..*limits
-    };
-    Weights {
-        tool: wider(&weights.tool, *tool),
-        front: wider(&weights.front, *front),
-        rear: wider(&weights.rear, *rear),
-        current_limit_a: current * weights.current_limit_a,
-        ..weights.clone()
-    }
 }

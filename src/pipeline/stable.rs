@@ -1,9 +1,10 @@
 //! A stable controller instead of an unstable one, where it costs little.
 //!
-//! The optimal controller of an unstable plant may have poles of its own in the right half plane: the loop is stable, but a
-//! saturated actuator or a lost sensor is not survived, and lift-off needs another controller. The set of controllers of a
-//! level grows with the level, and its central member changes, so a few syntheses with the scales found are tried: a higher γ,
-//! more noise in the assumed sensors, a bound on T. The first stable one within [`PRICE`] of the μ found is delivered.
+//! The optimal controller of an unstable plant may have poles of its own in the right half plane: the loop is stable,
+//! but a saturated actuator or a lost sensor is not survived, and lift-off needs another controller. The set of
+//! controllers of a level grows with the level, and its central member changes, so a few syntheses with the scales
+//! found are tried: a higher γ, more noise in the assumed sensors, a bound on T. The first stable one within [`PRICE`]
+//! of the μ found is delivered.
 
 use super::PipelineError;
 use super::certificates::attained;
@@ -88,10 +89,11 @@ impl OwnStability {
     }
 }
 
-/// The controller to deliver: that of the iteration when it is stable, else a stable one within the price, else it all the same.
+/// The controller to deliver: that of the iteration when it is stable, else a stable one within the price, else it all
+/// the same.
 ///
-/// `posed` is the problem of the synthesis, `constant` its constant scales, `noise` the channels of w that carry sensor noise,
-/// `bounded` gives the problem with a bound on T, for the bounds to try.
+/// `posed` is the problem of the synthesis, `constant` its constant scales, `noise` the channels of w that carry sensor
+/// noise, `bounded` gives the problem with a bound on T, for the bounds to try.
 ///
 /// # Errors
 /// [`PipelineError`] when poles or μ of the first controller fail; a lever that fails is no alternative, no more.

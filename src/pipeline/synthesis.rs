@@ -1,13 +1,14 @@
 //! From the machine to the controller of full order, with as many modes in the synthesis as the whole machine needs.
 //!
-//! A mode that the synthesis does not see may still meet the loop. μ of the covered problem is computed on the whole machine,
-//! and where it exceeds one the synthesis is repeated with the modes up to that peak, or, where it has them, at a level lower
-//! by what was missed. The controller with the lowest μ of the whole machine is taken.
+//! A mode that the synthesis does not see may still meet the loop. μ of the covered problem is computed on the whole
+//! machine, and where it exceeds one the synthesis is repeated with the modes up to that peak, or, where it has them,
+//! at a level lower by what was missed. The controller with the lowest μ of the whole machine is taken.
 
 use super::PipelineError;
 use super::certificates::{attained_at, true_frequency_hz};
 use super::emulation::{Emulated, sampled_by_tustin};
-use super::problems::{Problems, generalized, pose};
+use super::posing::pose;
+use super::problems::{Problems, generalized};
 use super::progress::{Event, Listener};
 use super::settings::DesignSettings;
 use super::stable::{OwnStability, prefer_stable};
@@ -167,7 +168,7 @@ fn synthesise_once(
             let (flexible, modes) = (problems.synthesis_modes, &problems.covered_modes);
             generalized(
                 machine,
-                weights,
+                &problems.aim,
                 flexible,
                 modes,
                 Some(limit),

@@ -1,6 +1,6 @@
-//! Worst cases of a controller over the natural frequencies of the rotor within the specification's uncertainty: at each speed
-//! asked for, and at speeds spread from rest to the top speed, gyroscopic moments exact. A set of loops that holds an unstable one
-//! has no worst case.
+//! Worst cases of a controller over the natural frequencies of the rotor within the specification's uncertainty: at
+//! each speed asked for, and at speeds spread from rest to the top speed, gyroscopic moments exact. A set of loops that
+//! holds an unstable one has no worst case.
 
 use super::PipelineError;
 use super::comparison::{BAND_HZ, LOW_HZ, LoopAtSpeed, below_nyquist, closed_loop, discrete};
@@ -35,7 +35,8 @@ impl WorstPrediction {
         self.corner_growth_rate_per_s < 0.0
     }
 
-    /// Tool stiffness that no rotor within the uncertainty falls below at this speed, over both axes, N/m, and where, Hz.
+    /// Tool stiffness that no rotor within the uncertainty falls below at this speed, over both axes, N/m, and where,
+    /// Hz.
     pub fn least_stiffness(&self) -> Option<(f64, f64)> {
         let peaks = self.worst.compliance.iter().filter_map(|c| c.peak());
         let least = peaks.map(|(hz, e)| (1.0 / e.upper, hz));

@@ -1,13 +1,15 @@
 //! Chatter: the largest stable depth of cut over spindle speed, from the response at the tool of the closed loop.
 //!
-//! Milling by the zero-order form of Altintas and Budak (CIRP Annals 44, 1995): with the averaged directional coefficients A₀
-//! of the engagement and Φ(jω) = displacement / force at the tool, det(I + Λ A₀ Φ) = 0, hence Λ = −1/e for the eigenvalues e of
-//! A₀Φ, and  a_lim = −2π Λ_R (1 + κ²) / (N K_t), κ = Λ_I/Λ_R, at the tooth periods T with ωT = π − 2 arctan κ + 2πk.
+//! Milling by the zero-order form of Altintas and Budak (CIRP Annals 44, 1995): with the averaged directional
+//! coefficients A₀ of the engagement and Φ(jω) = displacement / force at the tool, det(I + Λ A₀ Φ) = 0, hence Λ = −1/e
+//! for the eigenvalues e of A₀Φ, and  a_lim = −2π Λ_R (1 + κ²) / (N K_t), κ = Λ_I/Λ_R, at the tooth periods T with ωT =
+//! π − 2 arctan κ + 2πk.
 //! Orthogonal cutting by Tlusty:  b_lim = −1 / (2 K_s Re G).
 //!
-//! x is the feed direction, the cutter turns from y towards x as in the source. The response may be that of a turning rotor
-//! (2×2, not symmetric); for one that changes with speed take a curve a speed. Zero order means: good for many teeth in the
-//! cut, optimistic or pessimistic for a few percent of immersion, where flip lobes appear that it does not know.
+//! x is the feed direction, the cutter turns from y towards x as in the source. The response may be that of a turning
+//! rotor (2×2, not symmetric); for one that changes with speed take a curve a speed. Zero order means: good for many
+//! teeth in the cut, optimistic or pessimistic for a few percent of immersion, where flip lobes appear that it does not
+//! know.
 
 use crate::linalg::{Mat, c64};
 use std::f64::consts::{PI, TAU};
@@ -173,8 +175,8 @@ pub fn milling(
     })
 }
 
-/// Stability limit of orthogonal cutting (one tooth): `specific_pa` is K_s, `oriented` the response of the chip thickness to
-/// the cutting force, m/N.
+/// Stability limit of orthogonal cutting (one tooth): `specific_pa` is K_s, `oriented` the response of the chip
+/// thickness to the cutting force, m/N.
 ///
 /// # Errors
 /// [`ChatterError`] for values out of range or lists that do not fit.
@@ -229,7 +231,8 @@ impl StabilityLimit {
         let mut least: Option<f64> = None;
         for pair in self.runs.iter().flat_map(|run| run.windows(2)) {
             let [a, b] = pair else { continue };
-            // The number of whole waves between two teeth must be an integer: every one passed between the points counts.
+            // The number of whole waves between two teeth must be an integer: every one passed between the points
+            // counts.
             let (u, v) = (waves(a), waves(b));
             let (first, last) = (u.min(v).ceil().max(0.0), u.max(v).floor());
             if first > last || !(u.is_finite() && v.is_finite()) {

@@ -1,7 +1,7 @@
 //! Plant and controller closed with positive feedback u = K y: stability in sampled time, frequency responses.
 //! The plant carries the channels of [`crate::spindle`]: currents then forces in, sensors then displacements out.
-//! Frequency predictions take the plant as [`Response`] and the controller as [`HeldResponse`], so that PID, full, reduced
-//! and rounded controllers go through the same lines, and sampled ones through their hold:
+//! Frequency predictions take the plant as [`Response`] and the controller as [`HeldResponse`], so that PID, full,
+//! reduced and rounded controllers go through the same lines, and sampled ones through their hold:
 //! T = P_zw + P_zu K (I − P_yu K)⁻¹ P_yw.
 
 use crate::linalg::{Mat, NumericError, c64, solve_complex};

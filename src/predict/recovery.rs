@@ -15,7 +15,8 @@ pub enum Recovery {
     Clear,
     /// It touched and came free again.
     Recovered {
-        /// From the first touch until it stays within zone A of ISO 14839-2 (30 % of the clearance), free of contact, s.
+        /// From the first touch until it stays within zone A of ISO 14839-2 (30 % of the clearance), free of contact,
+        /// s.
         after_s: f64,
     },
     /// It touched, and in the last quarter of the run it still touches, leaves zone A or needs all its current.
@@ -67,9 +68,9 @@ impl Recovery {
     }
 }
 
-/// Peak of a half-sine push at the tool, N, whose energy in the free rigid rotor is what both bearings can take out within
-/// the clearance at their current limit: J²/(2 m_t) = s Σ k_i û, J = 2 F T/π, 1/m_t = 1/m + (z_t − z_c)²/I_d. A rigid rotor
-/// with linear magnets touches its backup bearings after a harder push, whatever the controller.
+/// Peak of a half-sine push at the tool, N, whose energy in the free rigid rotor is what both bearings can take out
+/// within the clearance at their current limit: J²/(2 m_t) = s Σ k_i û, J = 2 F T/π, 1/m_t = 1/m + (z_t − z_c)²/I_d. A
+/// rigid rotor with linear magnets touches its backup bearings after a harder push, whatever the controller.
 ///
 /// # Errors
 /// [`SpindleError`] when the rotor cannot be built.

@@ -1,8 +1,8 @@
 //! The line of the shaft between the planes that a simulation records, for pictures of its motion.
 //!
-//! Tool and both actuators are recorded; between and beyond them the line is the combination of the two rigid modes and the
-//! first bending mode of the free rotor through these three points. Limits: a picture, not a prediction; higher bending shows
-//! at the three planes only.
+//! Tool and both actuators are recorded; between and beyond them the line is the combination of the two rigid modes and
+//! the first bending mode of the free rotor through these three points. Limits: a picture, not a prediction; higher
+//! bending shows at the three planes only.
 
 use crate::linalg::{Mat, solve};
 use crate::rotor::modes::PlanarModes;

@@ -49,6 +49,16 @@ pub fn dynamic_stiffness(
     }
 }
 
+/// A stiffness in N/µm, that of a slender rotor in N/mm.
+pub fn stiffness_words(n_per_m: f64) -> String {
+    // Two decimals of N/µm show three digits from here on.
+    if n_per_m.abs() < 1e5 {
+        format!("{:.2} N/mm", 1e-3 * n_per_m)
+    } else {
+        format!("{:.2} N/µm", 1e-6 * n_per_m)
+    }
+}
+
 /// Dynamic stiffness magnitude at one frequency, N/m.
 pub fn stiffness_at(
     plant: &dyn Response,

@@ -1,5 +1,5 @@
-//! Time response of the levitated rotor with what linear predictions leave out: the magnets' force law, coil and voltage
-//! limits, sampling, computation delay, quantised sensors, clamps of the firmware, backup bearings.
+//! Time response of the levitated rotor with what linear predictions leave out: the magnets' force law, coil and
+//! voltage limits, sampling, computation delay, quantised sensors, clamps of the firmware, backup bearings.
 //!
 //! Shaft and sensors: linear, ẋ = A x + B f, without magnetic stiffness, which is part of the force law. Integrator:
 //! exponential, second order (ETD2: Cox and Matthews 2002): x⁺ = Φx + Γ₀f(x) + Γ₁(f(x̂) − f(x)), x̂ = Φx + Γ₀f(x),
@@ -31,7 +31,8 @@ pub struct TimeSettings {
     pub substeps: usize,
     /// Bus voltage of the amplifiers, V.
     pub bus_voltage_v: f64,
-    /// Time over which the reference moves from where the rotor rests to the centre after switching on, s; 0 for at once.
+    /// Time over which the reference moves from where the rotor rests to the centre after switching on, s; 0 for at
+    /// once.
     pub reference_ramp_s: f64,
     /// Smallest step of the digitised sensor signal, m; 0 for none. 16 bit over ±10 V at 20 V/mm: 15 nm.
     pub quantum_m: f64,

@@ -1,6 +1,7 @@
 //! The four standard time cases and their figures: impulse and step at the tool, unbalance at speed, lift-off.
-//! Unbalance of balance grade G (ISO 21940-11, G = e·Ω in m/s): rotating force m G Ω, split over the two actuator planes so
-//! that it acts at the centre of gravity. Gravity for lift-off is split the same way and lies between the two axes.
+//! Unbalance of balance grade G (ISO 21940-11, G = e·Ω in m/s): rotating force m G Ω, split over the two actuator
+//! planes so that it acts at the centre of gravity. Gravity for lift-off is split the same way and lies between the two
+//! axes.
 
 use super::time::{LOADS, Scenario, TimeError, TimeResponse, TimeSettings, simulate};
 use crate::controller::arithmetic::Float32Program;

@@ -1,11 +1,12 @@
 //! Forces on the rotor that are not linear: magnets with bias, coil and voltage limits, and the backup bearings.
 //!
 //! Differential magnet (domain formula F = 4k i₀²/s₀² (η+ξ)(1+ηξ)/(1−ξ²)² cos α, written by its two coils):
-//! F = (k_i i₀/4)·[c₊²/(1−ξ)² − c₋²/(1+ξ)²],  c± = 1 ± η held to 0 … i_max/i₀,  η = i/i₀,  ξ = κ x/s₀,  κ = k_s s₀/(k_i i₀),
-//! so that ∂F/∂i = k_i and ∂F/∂x = k_s at rest are those of the spindle file (κ is cos α when the file follows the formula).
-//! Saturation: the flux density of iron ends at B_sat, so one electromagnet pulls at most F_max = B_sat² A/µ₀ cos α at any gap
-//! and current (Schweitzer and Maslen, Magnetic Bearings, 2009, section 3.2); the pull of each coil is cut off at the
-//! `max_force_n` of the bearing. Below it the law is unchanged; the bend of real iron before saturation is left out.
+//! F = (k_i i₀/4)·[c₊²/(1−ξ)² − c₋²/(1+ξ)²],  c± = 1 ± η held to 0 … i_max/i₀,  η = i/i₀,  ξ = κ x/s₀,  κ = k_s s₀/(k_i
+//! i₀), so that ∂F/∂i = k_i and ∂F/∂x = k_s at rest are those of the spindle file (κ is cos α when the file follows the
+//! formula). Saturation: the flux density of iron ends at B_sat, so one electromagnet pulls at most F_max = B_sat² A/µ₀
+//! cos α at any gap and current (Schweitzer and Maslen, Magnetic Bearings, 2009, section 3.2); the pull of each coil is
+//! cut off at the `max_force_n` of the bearing. Below it the law is unchanged; the bend of real iron before saturation
+//! is left out.
 //! Current: i̇ = ω_a (u − i), held to what the bus voltage drives through the coil, |i̇| ≤ U/L, L = k_i s₀/(2 i₀ κ).
 //! Contact: beyond the clearance, normal force k_c·depth + c_c·approach (never pulling), Coulomb friction μ.
 

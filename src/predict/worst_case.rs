@@ -1,11 +1,13 @@
-//! The worst case of a closed-loop response over uncertain natural frequencies, bounded from both sides at every frequency.
+//! The worst case of a closed-loop response over uncertain natural frequencies, bounded from both sides at every
+//! frequency.
 //!
-//! The modal stiffness of flexible mode k is ω_k²(1 + κ_k) with κ_k real in [(1−r_k)² − 1, (1+r_k)² − 1]: natural frequency within
-//! ±r_k, the same κ_k in both planes. With the modal ports of the plant and u = K y closed,
+//! The modal stiffness of flexible mode k is ω_k²(1 + κ_k) with κ_k real in [(1−r_k)² − 1, (1+r_k)² − 1]: natural
+//! frequency within ±r_k, the same κ_k in both planes. With the modal ports of the plant and u = K y closed,
 //!   f(κ) = N₂₂ + N₂₁ D(κ) (I − N₁₁ D(κ))⁻¹ N₁₂,   D(κ) = diag(κ_k I₂),
-//! for the compliance at the tool and the sensitivity of every axis. max |f| over the box by branch and bound (a box is halved
-//! until the bounds meet): below, f at a point of the box; above, in coordinates κ = c + ρδ, |δ| ≤ 1, of a box,
-//!   |f| ≤ max over the corners of |N₂₂ + Σ N₂₁ρδN₁₂| + |N₂₁|ρ A (I − A)⁻¹ |N₁₂|,  A = |N₁₁|ρ with spectral radius below one,
+//! for the compliance at the tool and the sensitivity of every axis. max |f| over the box by branch and bound (a box is
+//! halved until the bounds meet): below, f at a point of the box; above, in coordinates κ = c + ρδ, |δ| ≤ 1, of a box,
+//!   |f| ≤ max over the corners of |N₂₂ + Σ N₂₁ρδN₁₂| + |N₂₁|ρ A (I − A)⁻¹ |N₁₂|,  A = |N₁₁|ρ with spectral radius
+//!   below one,
 //! the first order exactly and the rest by moduli (Neumann series), so that the gap closes with the square of the box.
 //! Limits: dampers 2ζω of the modes keep their values; bounds hold at the frequencies asked, not between them.
 
@@ -16,7 +18,8 @@ use crate::spindle::Plant;
 use crate::spindle::plant::CHANNELS;
 use rayon::prelude::*;
 
-/// Natural-frequency uncertainty of the first flexible modes, relative (0.01 for ±1 %); zeros are left out of the search.
+/// Natural-frequency uncertainty of the first flexible modes, relative (0.01 for ±1 %); zeros are left out of the
+/// search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModeUncertainty {
     /// r of each mode in order.
@@ -101,7 +104,8 @@ const OUTPUTS: usize = 2 + AXES;
 pub const SETTLED: f64 = 2e-3;
 /// Boxes at most at one frequency and channel; two dozen are usual.
 const MOST_BOXES: usize = 3000;
-/// Channels of the planes count as equal when they differ by less than this fraction of the larger: then one is searched.
+/// Channels of the planes count as equal when they differ by less than this fraction of the larger: then one is
+/// searched.
 const SAME: f64 = 1e-9;
 
 /// Worst case over `uncertainty` on a grid. The plant is the one of the prediction, without modal ports.
@@ -161,7 +165,8 @@ fn at_frequency(
     [tool, tool_y, front, front_y, rear, rear_y]
 }
 
-/// N: outputs (q, tool, signals) × inputs (forces of the stiffness changes per κ, tool forces, disturbances at the sensors).
+/// N: outputs (q, tool, signals) × inputs (forces of the stiffness changes per κ, tool forces, disturbances at the
+/// sensors).
 fn closed(
     plant: &Plant,
     controller: &dyn HeldResponse,
@@ -385,10 +390,12 @@ impl Search {
     }
 }
 
-/// x = (I − A)⁻¹b for nonnegative A with spectral radius below one, and c A x; `None` when the radius is not seen to be.
+/// x = (I − A)⁻¹b for nonnegative A with spectral radius below one, and c A x; `None` when the radius is not seen to
+/// be.
 fn remainder(a: &Mat<f64>, b: &Mat<f64>, c: &[f64]) -> Option<(Mat<f64>, f64)> {
     let m = a.nrows();
-    // A positive right-hand side makes x > A x a proof of the radius (Collatz and Wielandt); its size is below rounding.
+    // A positive right-hand side makes x > A x a proof of the radius (Collatz and Wielandt); its size is below
+    // rounding.
     let floor = 1e-14 * b.norm_max() + f64::MIN_POSITIVE;
     let unit = Mat::from_fn(m, m, |i, j| f64::from(u8::from(i == j)) - a[(i, j)]);
     let right = Mat::from_fn(m, 1, |i, _| b[(i, 0)] + floor);

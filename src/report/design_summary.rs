@@ -7,7 +7,8 @@ use crate::controller::speed_proof::SpeedProof;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
 use crate::pipeline::emulation::Emulated;
-use crate::pipeline::polishing::{Judged, PolishAttempt, PolishOutcome};
+use crate::pipeline::judged::Judged;
+use crate::pipeline::polishing::{PolishAttempt, PolishOutcome};
 use crate::pipeline::specification_scale::SpecificationScale;
 use crate::pipeline::stable::OwnStability;
 use crate::predict::sensitivity::Zone;
@@ -84,7 +85,7 @@ pub fn mu_model_json(design: &Design) -> Value {
 
 /// μ of the specification over speed; an unstable loop has none.
 pub fn speed_mu_json(design: &Design) -> Value {
-    let rows = design.speed_mu.iter().map(|s| {
+    let rows = design.delivery.speed_mu.iter().map(|s| {
         if !s.mu.is_finite() {
             return json!({
                 "speed_rpm": number(s.speed_rpm),
@@ -179,6 +180,7 @@ fn attempt_json(attempt: &PolishAttempt, delivered: bool) -> Value {
     json!({
         "start": attempt.start,
         "delivered": delivered,
+        "objections": attempt.objections,
         "failure": attempt.failure,
         "polished": attempt.judged.as_ref().map(judged_json),
         "rounds": Value::Array(rounds.collect()),
@@ -209,16 +211,21 @@ pub fn route_word(route: Route) -> &'static str {
 
 /// μ and tool stiffness at rest with the coefficients of each arithmetic; `predictions` in the order of the design's list.
 pub fn arithmetic_json(design: &Design, predictions: &[Prediction]) -> Value {
-    let rows = design.arithmetic.iter().zip(predictions).map(|(a, p)| {
-        json!({
-            "coefficients": a.name,
-            "mu_peak": number(a.covered),
-            "mu_table_as_written": number(a.specification),
-            "minimum_stiffness_n_per_m": number(p.minimum.0),
-            "minimum_stiffness_frequency_hz": number(p.minimum.1),
-            "stiffness_at_10_hz_n_per_m": number(p.at_10_hz_n_per_m),
-        })
-    });
+    let rows = design
+        .delivery
+        .arithmetic
+        .iter()
+        .zip(predictions)
+        .map(|(a, p)| {
+            json!({
+                "coefficients": a.name,
+                "mu_peak": number(a.covered),
+                "mu_table_as_written": number(a.specification),
+                "minimum_stiffness_n_per_m": number(p.minimum.0),
+                "minimum_stiffness_frequency_hz": number(p.minimum.1),
+                "stiffness_at_10_hz_n_per_m": number(p.at_10_hz_n_per_m),
+            })
+        });
     Value::Array(rows.collect())
 }
 
@@ -229,15 +236,15 @@ pub fn variant_json(name: &str, design: &Design, rest: &Prediction) -> Value {
         "design": name,
         "mu_synthesised": number(design.emulated.map_or(design.full.synthesis, |e| e.mu_continuous)),
         "mu_sampled": number(design.full.synthesis),
-        "mu_peak_discrete": number(design.rounded.covered.upper),
-        "mu_table_as_written": number(design.rounded.specification.upper),
-        "controller_order": 2 * design.rounded.order,
+        "mu_peak_discrete": number(design.delivery.rounded.covered.upper),
+        "mu_table_as_written": number(design.delivery.rounded.specification.upper),
+        "controller_order": 2 * design.delivery.rounded.order,
         "complementary_sensitivity_limit": design.problems.sensitivity_limit.map(number),
         "minimum_n_per_m": stiffness["minimum_n_per_m"],
         "minimum_frequency_hz": stiffness["minimum_frequency_hz"],
         "at_10_hz_n_per_m": stiffness["at_10_hz_n_per_m"],
         "at_max_speed_n_per_m": stiffness["at_max_speed_n_per_m"],
-        "static_tool_n_per_m": number(design.static_stiffness_n_per_m[0]),
+        "static_tool_n_per_m": number(design.delivery.static_stiffness_n_per_m[0]),
         "front_db": sensitivity["front_db"],
         "rear_db": sensitivity["rear_db"],
         "zone": sensitivity["zone"],

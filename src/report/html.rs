@@ -273,7 +273,7 @@ fn plain_words(summary: &Value) -> Vec<String> {
         .map(str::to_owned)
         .collect();
     let proven = [
-        "design.speed_proof.sentence",
+        "design.delivery.speed_proof.sentence",
         "design.controller_stability",
         "tightening.sentence",
     ]

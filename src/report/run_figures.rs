@@ -151,8 +151,8 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
         let lower: Vec<f64> = curve.iter().map(|c| c.2).collect();
         (f, upper, lower)
     };
-    let written = columns(&design.specification_curve);
-    let covered = columns(&design.covered_curve);
+    let written = columns(&design.delivery.specification_curve);
+    let covered = columns(&design.delivery.covered_curve);
     let steps = [
         ("with gyroscopic cover", &covered),
         ("specification as written", &written),
@@ -193,6 +193,7 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
         })
         .collect();
     let centres: Vec<Proven> = design
+        .delivery
         .speed_proof
         .intervals
         .iter()
@@ -202,8 +203,13 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
             growth_rate_per_s: i.growth_rate_per_s,
         })
         .collect();
-    let speeds: Vec<f64> = design.speed_mu.iter().map(|s| s.speed_rpm).collect();
-    let at_speed: Vec<f64> = design.speed_mu.iter().map(|s| s.mu).collect();
+    let speeds: Vec<f64> = design
+        .delivery
+        .speed_mu
+        .iter()
+        .map(|s| s.speed_rpm)
+        .collect();
+    let at_speed: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.mu).collect();
     vec![
         (
             "d_scales".to_owned(),
@@ -218,7 +224,7 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
             stability_over_speed(
                 "Stability over speed, proven between the computed speeds",
                 &centres,
-                design.speed_proof.to_rpm / OVERSPEED,
+                design.delivery.speed_proof.to_rpm / OVERSPEED,
             ),
         ),
         (

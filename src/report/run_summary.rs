@@ -16,6 +16,7 @@ use std::f64::consts::TAU;
 /// The `design` object of a summary.
 pub fn design_json(design: &Design) -> Value {
     let stable: Vec<f64> = design
+        .delivery
         .verification
         .speeds
         .iter()
@@ -42,45 +43,45 @@ pub fn design_json(design: &Design) -> Value {
         "iterations": design.steps.len(),
         "d_order": design.d_order,
         "controller_order_full": 2 * design.full.order,
-        "controller_order": 2 * design.rounded.order,
+        "controller_order": 2 * design.delivery.rounded.order,
         "mu_peak_reduced": number(design.reduced.covered.upper),
-        "mu_peak_discrete": number(design.rounded.covered.upper),
-        "mu_peak_discrete_lower": number(design.rounded.covered.lower),
+        "mu_peak_discrete": number(design.delivery.rounded.covered.upper),
+        "mu_peak_discrete_lower": number(design.delivery.rounded.covered.lower),
         "mu_model": mu_model_json(design),
         "weights_fit_error": number(design.problems.fit_errors.analysis),
         "stable": design.is_stable(),
         "route": route_word(design.problems.route),
         "emulation": design.emulated.as_ref().map(emulation_json),
-        "speed_proof": speed_proof_json(&design.speed_proof),
+        "speed_proof": speed_proof_json(&design.delivery.speed_proof),
         "mu_over_speed": speed_mu_json(design),
-        "controller_stable": design.own_stability.is_stable() && design.controller_growth_rate_per_s < 0.0,
-        "controller_stability": design.own_stability.sentence(),
+        "controller_stable": design.controller_is_stable(),
+        "controller_stability": design.own_stability_sentence(),
         "stable_alternatives": alternatives_json(&design.own_stability),
-        "static_stiffness_tool_n_per_m": number(design.static_stiffness_n_per_m[0]),
-        "static_stiffness_front_n_per_m": number(design.static_stiffness_n_per_m[1]),
-        "static_stiffness_rear_n_per_m": number(design.static_stiffness_n_per_m[2]),
+        "static_stiffness_tool_n_per_m": number(design.delivery.static_stiffness_n_per_m[0]),
+        "static_stiffness_front_n_per_m": number(design.delivery.static_stiffness_n_per_m[1]),
+        "static_stiffness_rear_n_per_m": number(design.delivery.static_stiffness_n_per_m[2]),
         "stable_speeds_rpm": numbers(&stable),
-        "stable_at_20_percent_overspeed": design.overspeed.is_stable(),
-        "controller_growth_rate_per_s": number(design.controller_growth_rate_per_s),
+        "stable_at_20_percent_overspeed": design.delivery.overspeed.is_stable(),
+        "controller_growth_rate_per_s": number(design.delivery.controller_growth_rate_per_s),
         "complementary_sensitivity_limit": design.problems.sensitivity_limit.map(number),
         "table_as_written": {
             "mu_peak": number(design.full.specification.upper),
             "mu_peak_reduced": number(design.reduced.specification.upper),
-            "mu_peak_discrete": number(design.rounded.specification.upper),
-            "mu_lower_peak_discrete": number(design.rounded.specification.lower),
-            "frequency_hz": number(design.rounded.specification.frequency_hz),
+            "mu_peak_discrete": number(design.delivery.rounded.specification.upper),
+            "mu_lower_peak_discrete": number(design.delivery.rounded.specification.lower),
+            "frequency_hz": number(design.delivery.rounded.specification.frequency_hz),
         },
         "gyroscopic_cover": modes,
-        "guard_share_covered": number(design.problems.guard_share),
-        "order_per_plane": [design.full.order, design.reduced.order, design.rounded.order],
+        "guard_share_covered": number(design.problems.cover.guard_share),
+        "order_per_plane": [design.full.order, design.reduced.order, design.delivery.rounded.order],
         "steps": steps,
         "certificates": {
             "full": stage_json(&design.full),
             "reduced": stage_json(&design.reduced),
-            "rounded": stage_json(&design.rounded),
-            "verification": verification_json(&design.verification),
-            "overspeed": verification_json(&design.overspeed),
-            "speed_proof": speed_intervals_json(&design.speed_proof),
+            "rounded": stage_json(&design.delivery.rounded),
+            "verification": verification_json(&design.delivery.verification),
+            "overspeed": verification_json(&design.delivery.overspeed),
+            "speed_proof": speed_intervals_json(&design.delivery.speed_proof),
         },
     });
     let Value::Object(mut all) = figures else {
@@ -94,11 +95,24 @@ pub fn design_json(design: &Design) -> Value {
             .as_ref()
             .map_or(Value::Null, scale_json),
     );
+    all.insert("aim".to_owned(), aim_json(design));
     all.insert(
         "polish".to_owned(),
         design.polish.as_ref().map_or(Value::Null, polish_json),
     );
     Value::Object(all)
+}
+
+/// What the synthesis aimed at: cover of the gyroscopic split, factors on the limits of the specification.
+fn aim_json(design: &Design) -> Value {
+    let (cover, widening) = (design.problems.cover, design.problems.widening);
+    json!({
+        "as_written": widening.is_none(),
+        "displacement_factor": number(widening.tool),
+        "current_factor": number(widening.current),
+        "modes_covered": cover.modes,
+        "guard_share_covered": number(cover.guard_share),
+    })
 }
 
 fn step_json(step: &crate::robust::dk::DkStep) -> Value {

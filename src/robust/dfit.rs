@@ -2,9 +2,9 @@
 //!
 //!   minimise  max over the data of  weight · |ln(|d(jω)| / magnitude)|
 //!
-//! `dfit_linear` finds the global optimum of the unweighted problem in the coefficients of |d|², `dfit_polish` removes what
-//! the linear programmes leave and takes the weights in. Orders are fitted upwards: a higher order also starts from the
-//! lower one with a pole and a zero added, so its error is never larger.
+//! `dfit_linear` finds the global optimum of the unweighted problem in the coefficients of |d|², `dfit_polish` removes
+//! what the linear programmes leave and takes the weights in. Orders are fitted upwards: a higher order also starts
+//! from the lower one with a pole and a zero added, so its error is never larger.
 
 use super::dfit_factors::Factors;
 use super::dfit_linear;

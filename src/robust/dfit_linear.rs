@@ -1,4 +1,5 @@
-//! Rational minimax fit of |d|² by linear programmes: the differential correction of Cheney and Loeb for the ratio error.
+//! Rational minimax fit of |d|² by linear programmes: the differential correction of Cheney and Loeb for the ratio
+//! error.
 //!
 //!   |d|² = N(x)/M(x), x = ω²,   minimise E with  N ≤ E m² M,  m² M ≤ E N  on the data,  N, M ≥ 0 everywhere
 //!

@@ -18,7 +18,8 @@ pub fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
         )
 }
 
-/// Improves a fit for at most `rounds` programmes; the result keeps the limits and is never worse than the start moved into them.
+/// Improves a fit for at most `rounds` programmes; the result keeps the limits and is never worse than the start moved
+/// into them.
 pub fn polish(data: &Magnitudes, start: Factors, rounds: usize) -> Factors {
     let mut best = start.with_parameters(&start.parameters(), &data.limits);
     let mut error = weighted_error(data, &best);

@@ -1,134 +1,28 @@
 //! D-K iteration: alternately the H∞ controller for scales D(s) and the scales for that controller.
 //!
 //! 1. K: H∞ synthesis for D P D⁻¹, γ.   2. μ: largest pointwise bound of the closed loop over all frequencies.
-//! 3. D: magnitudes of the pointwise optimum fitted with the lowest order that keeps the peak, then the parameters of D(s)
+//! 3. D: magnitudes of the pointwise optimum fitted with the lowest order that keeps the peak, then the parameters of
+//!    D(s)
 //!    moved until the peak of its own bound is lowest (`dk_flatten`); a step beyond that optimum is tried as well.
 //!
-//! The best iterate is returned, not the last. A step that fails leaves a record that says why. The peak of the answer is
-//! certified over all frequencies (`mu_certificate`), and the loop is checked for stability by that computation.
+//! The best iterate is returned, not the last. A step that fails leaves a record that says why. The peak of the answer
+//! is certified over all frequencies (`mu_certificate`), and the loop is checked for stability by that computation.
 //! Real and repeated parameters enter the synthesis as full complex blocks: the peak is an upper bound for them.
 
 use super::dfit::{Magnitudes, fit_quick};
 use super::dfit_factors::{Factors, Limits};
 use super::dk_descent::Descent;
+pub use super::dk_record::{DkError, DkOutcome, DkSettings, DkStep};
 use super::dk_scale::DScales;
 use super::dscale;
-use super::error::SynthesisError;
 use super::hinf::{HinfSettings, synthesise};
 use super::mu_system::{MuPoint, MuSystem};
 use super::structure::{MuError, Structure};
 use crate::augment::{Block, GeneralizedPlant};
-use crate::linalg::NumericError;
 use crate::lti::connect::lower_lft;
 use crate::lti::norm::hinf_norm;
 use crate::lti::{Continuous, StateSpace};
 use rayon::prelude::*;
-use thiserror::Error;
-
-/// Why a D-K iteration has nothing to return.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum DkError {
-    /// The blocks do not fit the plant.
-    #[error(
-        "the blocks have {rows} inputs and {cols} outputs, the plant has {disturbances} disturbances and {errors} errors"
-    )]
-    Blocks {
-        /// Σ rows of the blocks.
-        rows: usize,
-        /// Σ cols of the blocks.
-        cols: usize,
-        /// dim w.
-        disturbances: usize,
-        /// dim z.
-        errors: usize,
-    },
-    /// The first synthesis failed: there is no controller to start from.
-    #[error("the first synthesis of the D-K iteration failed: {0}")]
-    Synthesis(#[from] SynthesisError),
-    /// The μ of the first loop could not be computed.
-    #[error("the loop of the D-K iteration could not be analysed: {0}")]
-    Mu(#[from] MuError),
-    /// A connection failed.
-    #[error(transparent)]
-    Numeric(#[from] NumericError),
-}
-
-/// What to iterate for.
-#[derive(Clone, Debug)]
-pub struct DkSettings {
-    /// Syntheses at most.
-    pub max_iterations: usize,
-    /// Largest order of a scale; the controller has the order of the plant plus Σ orders·(rows + cols).
-    pub max_d_order: usize,
-    /// Stop as soon as the peak of μ is below this.
-    pub target_mu: Option<f64>,
-    /// Stop when this many steps in a row improve the best peak by less than `min_improvement`.
-    pub patience: usize,
-    /// Relative improvement that counts.
-    pub min_improvement: f64,
-    /// Slack of the certificate of the answer.
-    pub certificate_slack: f64,
-    /// Frequencies (rad/s) that the fits of D are to follow; none: decades round the poles of the plant.
-    pub fit_range_rad_s: Option<(f64, f64)>,
-    /// Gradients of the descent on γ that follows the alternation; 0: alternation only.
-    pub descent_rounds: usize,
-}
-
-impl Default for DkSettings {
-    fn default() -> Self {
-        Self {
-            max_iterations: 4,
-            max_d_order: 4,
-            target_mu: None,
-            patience: 2,
-            min_improvement: 3e-4,
-            // A fifth of the 1e-3 that a claimed μ may be off by.
-            certificate_slack: 2e-4,
-            fit_range_rad_s: None,
-            descent_rounds: 20,
-        }
-    }
-}
-
-/// Record of one step.
-#[derive(Clone, Debug)]
-pub struct DkStep {
-    /// Number of the step, from 0.
-    pub iteration: usize,
-    /// γ of the synthesis; NaN when it failed.
-    pub gamma: f64,
-    /// Largest pointwise μ bound of the loop; NaN when the step failed.
-    pub mu_peak: f64,
-    /// Its frequency, rad/s.
-    pub peak_omega_rad_s: f64,
-    /// Order of the controller; 0 when the step failed.
-    pub controller_order: usize,
-    /// Orders of the scales that the synthesis used, without the performance block.
-    pub d_orders: Vec<usize>,
-    /// What went wrong in this step; the earlier best is kept.
-    pub failure: Option<String>,
-}
-
-/// The best controller met, with its certificate.
-#[derive(Clone, Debug)]
-pub struct DkOutcome {
-    /// u = K y.
-    pub controller: StateSpace<Continuous>,
-    /// No frequency has a larger μ bound (certified).
-    pub mu_peak: f64,
-    /// Lower bound of μ at the peak.
-    pub mu_lower_peak: f64,
-    /// Frequency of the peak, rad/s.
-    pub peak_omega_rad_s: f64,
-    /// γ of the synthesis that gave the controller.
-    pub gamma: f64,
-    /// Scales of that synthesis.
-    pub scales: DScales,
-    /// Number of that step.
-    pub best_iteration: usize,
-    /// Records of all steps.
-    pub steps: Vec<DkStep>,
-}
 
 /// Runs the iteration; `progress` sees every step.
 ///
@@ -275,8 +169,8 @@ impl Run<'_> {
         })
     }
 
-    /// The peak of the best loop, certified by the norm of D N D⁻¹ for its own D(s) when that is close to what the search
-    /// has attained, else by frozen scalings.
+    /// The peak of the best loop, certified by the norm of D N D⁻¹ for its own D(s) when that is close to what the
+    /// search has attained, else by frozen scalings.
     fn certificate(&self, best: &Iterate) -> Result<Certified, DkError> {
         let attained = best.mu_peak;
         let scaled = best.scales.scaled_plant(self.plant, &self.structure)?;
@@ -386,8 +280,8 @@ impl Run<'_> {
         }
     }
 
-    /// The best scales so far, raised to the full order by cancelling poles and zeros spread over the range; or such poles
-    /// and zeros alone; and the best fit of full order. The two with the lowest γ.
+    /// The best scales so far, raised to the full order by cancelling poles and zeros spread over the range; or such
+    /// poles and zeros alone; and the best fit of full order. The two with the lowest γ.
     fn descent_starts(&self, descent: &Descent, best: &Iterate) -> Vec<DScales> {
         let order = self.settings.max_d_order;
         let (lo, hi) = self.range();

@@ -1,9 +1,9 @@
 //! Descent on γ itself: the optimal H∞ level of D P D⁻¹ as a function of the poles, zeros and gains of D(s).
 //!
-//! D-K alternation creeps along a valley and its fits lose part of each step. γ_opt(D) bounds μ of the next loop, is smooth
-//! in the logarithms of the parameters but for kinks where the binding condition changes, and costs a synthesis without a
-//! controller. BFGS with forward differences goes down the valley directly; it is safe at kinks (Lewis and Overton 2013).
-//! A failed synthesis counts as an infinite level, which the line search steps back from.
+//! D-K alternation creeps along a valley and its fits lose part of each step. γ_opt(D) bounds μ of the next loop, is
+//! smooth in the logarithms of the parameters but for kinks where the binding condition changes, and costs a synthesis
+//! without a controller. BFGS with forward differences goes down the valley directly; it is safe at kinks (Lewis and
+//! Overton 2013). A failed synthesis counts as an infinite level, which the line search steps back from.
 
 use super::dfit_factors::Limits;
 use super::dk_scale::DScales;

@@ -1,7 +1,8 @@
 //! The D-scales of a D-K iteration: one stable, minimum-phase dᵢ(s) per block, the last block's is 1.
 //!
-//! P_D = blkdiag(D_L, I) P blkdiag(D_R⁻¹, I) is the plant of the next synthesis; D_L repeats dᵢ over the outputs that block i
-//! reads, D_R over the inputs that it feeds. Repeated scalars get dᵢI: the bound of that choice holds for them, too.
+//! P_D = blkdiag(D_L, I) P blkdiag(D_R⁻¹, I) is the plant of the next synthesis; D_L repeats dᵢ over the outputs that
+//! block i reads, D_R over the inputs that it feeds. Repeated scalars get dᵢI: the bound of that choice holds for them,
+//! too.
 
 use super::dfit_factors::{Factors, Limits};
 use super::structure::Structure;

@@ -1,9 +1,9 @@
-//! Method of centres for the diagonal scale of least gain: Newton's method on −log det S(x), S = βX_R − MᴴX_L M, with β the
-//! square of a bound, lowered along the path of centres (Boyd and El Ghaoui 1993).
+//! Method of centres for the diagonal scale of least gain: Newton's method on −log det S(x), S = βX_R − MᴴX_L M, with β
+//! the square of a bound, lowered along the path of centres (Boyd and El Ghaoui 1993).
 //!
-//! A step that ends is one with a certificate. For the Newton step δ along cᵀδ = 0 the matrix Z = G − GΔSG, G = S⁻¹, is positive
-//! definite as long as the decrement is below one, and tr ZA_k = −μc_k for every block with A_k = ∂S/∂x_k, so no scale reaches
-//! below β − μ max(c_k / tr Z_k): for any scale some block has more gain in Z than that.
+//! A step that ends is one with a certificate. For the Newton step δ along cᵀδ = 0 the matrix Z = G − GΔSG, G = S⁻¹, is
+//! positive definite as long as the decrement is below one, and tr ZA_k = −μc_k for every block with A_k = ∂S/∂x_k, so
+//! no scale reaches below β − μ max(c_k / tr Z_k): for any scale some block has more gain in Z than that.
 
 use crate::linalg::planar::{Planar, add_scaled_conj};
 use std::ops::Range;
@@ -275,8 +275,8 @@ impl Step {
     /// `None` when the Hessian is not definite to rounding.
     fn new(work: &Work, x: &[f64], level: f64) -> Option<Self> {
         let (n, q) = (x.len(), work.m.cols());
-        // The scale of x is free: cᵀδ = 0 with c = 1 fixes it. There a multiple of ccᵀ changes nothing, and the Hessian is nearly
-        // singular in the direction of x without it.
+        // The scale of x is free: cᵀδ = 0 with c = 1 fixes it. There a multiple of ccᵀ changes nothing, and the Hessian
+        // is nearly singular in the direction of x without it.
         let weight = (0..n).map(|k| work.hessian[k * n + k]).sum::<f64>() / n as f64;
         let stiff: Vec<f64> = work.hessian.iter().map(|h| h + weight).collect();
         let ones = vec![1.0; n];

@@ -2,8 +2,8 @@
 //! Conditions at γ (Glover and Doyle 1988): γ above the feedthrough bound, no axis eigenvalue of either Hamiltonian,
 //! X ≥ 0, Y ≥ 0, ρ(XY) < γ². All five are tested; stability of the closed loop alone proves nothing.
 //!
-//! The controller is delivered slightly above the optimum, where I − YX/γ² is invertible, and is verified by closing the
-//! loop and computing its norm.
+//! The controller is delivered slightly above the optimum, where I − YX/γ² is invertible, and is verified by closing
+//! the loop and computing its norm.
 
 use super::error::{Condition, SynthesisError};
 use super::hinf_controller::central;

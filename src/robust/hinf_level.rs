@@ -105,8 +105,8 @@ impl Side {
         stack_cols(&self.d11, &d12)
     }
 
-    /// B, [D11 D12] and R at γ with the disturbances scaled by 1/γ, which turns the −γ²I of R into −I: a level far below
-    /// the other entries of R then leaves no small pivots.
+    /// B, [D11 D12] and R at γ with the disturbances scaled by 1/γ, which turns the −γ²I of R into −I: a level far
+    /// below the other entries of R then leaves no small pivots.
     fn scaled(&self, gamma: f64) -> (Mat<f64>, Mat<f64>, Mat<f64>) {
         let m1 = self.b1.ncols();
         let factor = |m: Mat<f64>| {

@@ -1,7 +1,7 @@
 //! Search of the smallest feasible level of an H∞ problem.
 //! Lower bounds come first: the peaks of both sides over frequency (hinf_level), and √ρ(X₂Y₂) of the γ = ∞ solutions,
-//! since X and Y fall with γ. If the rest holds just above the largest bound, that is the optimum; otherwise the root of
-//! the measure of hinf_pair is bracketed and interpolated: about eight Riccati pairs to 1e-7.
+//! since X and Y fall with γ. If the rest holds just above the largest bound, that is the optimum; otherwise the root
+//! of the measure of hinf_pair is bracketed and interpolated: about eight Riccati pairs to 1e-7.
 
 use super::assumptions::explain;
 use super::error::{Condition, SynthesisError};

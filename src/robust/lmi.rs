@@ -2,9 +2,9 @@
 //!
 //!   minimise  cᵀx   subject to   F₀ + Σ xᵢFᵢ ⪰ 0 (Hermitian),   aᵀx ≤ b,   aᵀx = b
 //!
-//! A Hermitian H enters as the real symmetric image [[Re H, −Im H], [Im H, Re H]] of twice the size, in clarabel's packed
-//! upper triangle with off-diagonals times √2. The answer of the solver is never trusted here or above: callers evaluate
-//! the bound that belongs to x themselves, so an inaccurate end is reported as data ([`Optimum::accurate`]).
+//! A Hermitian H enters as the real symmetric image [[Re H, −Im H], [Im H, Re H]] of twice the size, in clarabel's
+//! packed upper triangle with off-diagonals times √2. The answer of the solver is never trusted here or above: callers
+//! evaluate the bound that belongs to x themselves, so an inaccurate end is reported as data ([`Optimum::accurate`]).
 //!
 //! Limits: the dense KKT block of a cone of complex order n has n(2n+1) rows, so cost grows like n⁶ (8×8: 20 ms).
 

@@ -1,6 +1,7 @@
 //! One step of the prox-linear method for a largest value under limits (Fletcher 1982; Drusvyatskiy and Paquette 2019):
 //!
-//!   minimise over p, t, s ≥ 0:   t + ρ Σ_g s_g + (λ/2)|p|²,   v_k + g_kᵀp ≤ t (objective),   v_k + g_kᵀp ≤ s_g (limits).
+//!   minimise over p, t, s ≥ 0:   t + ρ Σ_g s_g + (λ/2)|p|²,   v_k + g_kᵀp ≤ t (objective),   v_k + g_kᵀp ≤ s_g
+//!   (limits).
 //!
 //! A convex quadratic programme of as many variables as p has, and a few more; clarabel solves it.
 

@@ -8,6 +8,7 @@ pub mod dfit_magnitudes;
 pub mod dfit_polish;
 pub mod dk;
 pub mod dk_descent;
+pub mod dk_record;
 pub mod dk_scale;
 pub mod dscale;
 pub mod dscale_centre;

@@ -1,8 +1,9 @@
 //! Bounds of the structured singular value of a constant matrix, 1/μ = min { σ_max(Δ) : det(I − ΔM) = 0 }.
 //!
-//! Upper: reduce to irreducible parts, then the optimal D of each (`dscale`), or D and G where a scalar is repeated or real
-//! (`mu_mixed`). Lower: a perturbation (`mu_lower`). Both are evaluated from what they return: the upper bound is the value
-//! of the inequality for the scaling in the answer, the lower bound belongs to a Δ with a checked singular I − ΔM.
+//! Upper: reduce to irreducible parts, then the optimal D of each (`dscale`), or D and G where a scalar is repeated or
+//! real (`mu_mixed`). Lower: a perturbation (`mu_lower`). Both are evaluated from what they return: the upper bound is
+//! the value of the inequality for the scaling in the answer, the lower bound belongs to a Δ with a checked singular I
+//! − ΔM.
 
 use super::structure::{MuError, Scaling, Structure};
 use super::{dscale, mu_lower, mu_mixed, mu_reduction};

@@ -1,13 +1,14 @@
 //! Proof that μ stays below a level at every frequency, by scalings that are frozen over intervals.
 //!
-//! For one scaling (D, G) and a level β the frequencies where λ_max(M̃ᴴM̃ + j(G̃M̃ − M̃ᴴG̃ᴴ)) = β² are axis eigenvalues of
+//! For one scaling (D, G) and a level β the frequencies where λ_max(M̃ᴴM̃ + j(G̃M̃ − M̃ᴴG̃ᴴ)) = β² are axis eigenvalues
+//! of
 //!   H = [A − B R⁻¹Sᴴ, −B R⁻¹Bᴴ; −Q + S R⁻¹Sᴴ, −Aᴴ + S R⁻¹Bᴴ]
 //! with Q = CᴴC, S = Cᴴ(D − jG̃ᴴ), R = DᴴD − jDᴴG̃ᴴ + jG̃D − β²I of the scaled system. Between two of them the bound of
 //! the scaling stays on one side of β. The sweep goes from 0 to ∞: the scaling of a frequency a little ahead proves an
 //! interval up to its next crossing, the next scaling starts there.
 //!
-//! Rounding moves axis eigenvalues off the axis: every eigenvalue near the axis counts as a possible crossing, and every
-//! interval between two of them is tested at its middle. A false candidate costs time only.
+//! Rounding moves axis eigenvalues off the axis: every eigenvalue near the axis counts as a possible crossing, and
+//! every interval between two of them is tested at its middle. A false candidate costs time only.
 
 use super::mu_system::{MuPoint, MuSystem};
 use super::structure::{MuError, Scaling};
@@ -21,8 +22,8 @@ const MAX_SCALINGS: usize = 1500;
 /// Distance from the axis, relative to the modulus, below which an eigenvalue counts as a possible crossing.
 const NEAR_AXIS: f64 = 1e-3;
 
-/// Covers all frequencies with scalings whose bound is below (1 + slack) times the largest value met; that value grows when
-/// the sweep meets a larger one. Returns the point of that value and the number of scalings.
+/// Covers all frequencies with scalings whose bound is below (1 + slack) times the largest value met; that value grows
+/// when the sweep meets a larger one. Returns the point of that value and the number of scalings.
 ///
 /// # Errors
 /// [`MuError::NotCovered`] when the sweep gets stuck or needs too many scalings.
@@ -73,7 +74,8 @@ pub fn certify(
         let mut end = sweep
             .reach(&here.scaling, covered, level)?
             .unwrap_or(covered);
-        // A scaling of extreme spread (at DC, where a loop may fall apart) loses digits: those of the next points serve too.
+        // A scaling of extreme spread (at DC, where a loop may fall apart) loses digits: those of the next points serve
+        // too.
         for point in sweep
             .points
             .iter()
@@ -103,7 +105,8 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// The scaling to try next: of a point already met when one lies well ahead of where the sweep stands, else a new one.
+    /// The scaling to try next: of a point already met when one lies well ahead of where the sweep stands, else a new
+    /// one.
     fn trial(&self, covered: f64, ahead: f64) -> Result<MuPoint, MuError> {
         if covered == 0.0 {
             return self.system.point(0.0);

@@ -1,10 +1,10 @@
 //! Lower bound of μ: a Δ of the structure with det(I − ΔM) = 0, found by local ascent from several starts.
 //!
 //! μ is the largest |λ| (real parameters: the largest real λ > 0) of an eigenvalue of ΔM over all Δ with σ_max(Δ) ≤ 1.
-//! With right and left eigenvectors x, y the derivative of λ is yᴴ dΔ Mx / yᴴx, linear in Δ, so the best Δ of the linear
-//! model is known block by block (a dyad, a phase, a sign); this is the step of the power iteration of Packard, Fan and
-//! Doyle (1988), here safeguarded by a line search. With real parameters the model is maximised subject to Im λ = 0: its
-//! multiplier is a phase ψ found by bisection (Young and Doyle 1990 iterate on the same conditions).
+//! With right and left eigenvectors x, y the derivative of λ is yᴴ dΔ Mx / yᴴx, linear in Δ, so the best Δ of the
+//! linear model is known block by block (a dyad, a phase, a sign); this is the step of the power iteration of Packard,
+//! Fan and Doyle (1988), here safeguarded by a line search. With real parameters the model is maximised subject to Im λ
+//! = 0: its multiplier is a phase ψ found by bisection (Young and Doyle 1990 iterate on the same conditions).
 //!
 //! Every value returned is checked: Δ is scaled so that ΔM has the eigenvalue 1, and σ_min(I − ΔM) is evaluated.
 //! Limits: a local search. The bound can be low with real parameters, where no method of polynomial cost is exact.

@@ -1,9 +1,10 @@
-//! The D,G upper bound as matrix inequalities: full Dᵢ for repeated scalars, G for real parameters (Fan, Tits, Doyle 1991).
+//! The D,G upper bound as matrix inequalities: full Dᵢ for repeated scalars, G for real parameters (Fan, Tits, Doyle
+//! 1991).
 //!
 //!   minimise t  subject to  MᴴX_L M + j(GM − MᴴGᴴ) − λX_R ⪯ t I,   X ⪰ 0,   tr X_R = dim w
 //!
-//! in coordinates in which a good scale is the identity, then λ ← the bound of the new scale, evaluated (Dinkelbach; the
-//! convergence is superlinear). Symbols: λ = β².
+//! in coordinates in which a good scale is the identity, then λ ← the bound of the new scale, evaluated (Dinkelbach;
+//! the convergence is superlinear). Symbols: λ = β².
 
 use super::lmi::{MatrixInequality, Programme, Row};
 use super::structure::{Scaling, Span, Structure};
@@ -21,8 +22,8 @@ const G_RANGE: f64 = 1e5;
 
 /// Improves a scaling until the bound settles. The returned scaling is never worse than the one given.
 ///
-/// First in the coordinates of the start, where an optimum with X near the boundary (real parameters) stays well scaled;
-/// then in coordinates that follow the scaling, which reaches optima with a D of large condition.
+/// First in the coordinates of the start, where an optimum with X near the boundary (real parameters) stays well
+/// scaled; then in coordinates that follow the scaling, which reaches optima with a D of large condition.
 ///
 /// # Errors
 /// [`NumericError`] when the bound of the start cannot be evaluated.

@@ -27,8 +27,8 @@ pub struct MuPeak {
 pub const CERTIFICATE_SLACK: f64 = 3e-4;
 
 impl MuSystem {
-    /// The largest upper bound on the grid and between its points, as far as a search sees it, with the optimum at every
-    /// point of the grid.
+    /// The largest upper bound on the grid and between its points, as far as a search sees it, with the optimum at
+    /// every point of the grid.
     ///
     /// # Errors
     /// As [`Self::point`].
@@ -37,8 +37,8 @@ impl MuSystem {
         Ok((found.best, found.points))
     }
 
-    /// As [`Self::search`], by branch and bound: where the scaling of a neighbour proves that a point is below the largest
-    /// its bound is that of this scaling.
+    /// As [`Self::search`], by branch and bound: where the scaling of a neighbour proves that a point is below the
+    /// largest its bound is that of this scaling.
     ///
     /// # Errors
     /// As [`Self::point`].

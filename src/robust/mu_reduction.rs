@@ -1,7 +1,8 @@
 //! Reducible problems: strongly connected components of the signal graph of M.
 //!
-//! Atoms are full blocks and the single entries of repeated scalars; atom a leads to atom b where M[z_a, w_b] ≠ 0. Ordered by
-//! component, M is block triangular, det(I − ΔM) is the product over the components, so μ(M) is the largest of theirs.
+//! Atoms are full blocks and the single entries of repeated scalars; atom a leads to atom b where M[z_a, w_b] ≠ 0.
+//! Ordered by component, M is block triangular, det(I − ΔM) is the product over the components, so μ(M) is the largest
+//! of theirs.
 //! The D of the whole diverges there (the bound is an infimum, a nilpotent M has μ = 0): it is built from the D of the
 //! components with a ratio between them that makes the coupling negligible.
 

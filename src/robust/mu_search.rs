@@ -1,8 +1,9 @@
 //! The largest upper bound of μ over frequency, by branch and bound on the grid and golden section between its points.
 //!
-//! Every scaling bounds μ at every frequency. A few points are optimised first; at the others the scaling of the nearest
-//! optimised ones is evaluated, which costs a hundredth of an optimum, and only points whose bound is above the largest optimum
-//! met are optimised, in falling order of that bound. The largest value on the grid is that of a full sweep.
+//! Every scaling bounds μ at every frequency. A few points are optimised first; at the others the scaling of the
+//! nearest optimised ones is evaluated, which costs a hundredth of an optimum, and only points whose bound is above the
+//! largest optimum met are optimised, in falling order of that bound. The largest value on the grid is that of a full
+//! sweep.
 
 use super::mu_system::{MuPoint, MuSystem};
 use super::structure::{MuError, Scaling};
@@ -25,7 +26,8 @@ pub(super) const STRIDE: usize = 6;
 const BATCH: usize = 4;
 /// Frequencies between two neighbours at which a frozen scaling is asked whether golden section may pay.
 const LOOKS: usize = 6;
-/// A golden section ends when its interval has shrunk by this factor: a smooth peak is then known to 1e-8 of its height.
+/// A golden section ends when its interval has shrunk by this factor: a smooth peak is then known to 1e-8 of its
+/// height.
 const SHRINK: f64 = 1e-4;
 
 /// Searches the grid of the system and between its points; every `stride`-th point is optimised whatever its value.

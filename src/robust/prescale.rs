@@ -1,7 +1,7 @@
 //! Constant scales of the uncertainty channels before anything else: the step that brings γ from hundreds to about one.
 //!
-//! With Δᵢ repeated or scalar, N may be scaled to diag(d) N diag(d)⁻¹ without changing μ. Minimises the optimal γ of the
-//! scaled problem over ln dᵢ (the last block, performance, keeps 1) by a compass search: γ is quasi-convex in ln d
+//! With Δᵢ repeated or scalar, N may be scaled to diag(d) N diag(d)⁻¹ without changing μ. Minimises the optimal γ of
+//! the scaled problem over ln dᵢ (the last block, performance, keeps 1) by a compass search: γ is quasi-convex in ln d
 //! for a fixed loop. Whether a trial is better at all is one pair of Riccati equations.
 
 use super::error::SynthesisError;

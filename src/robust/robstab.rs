@@ -1,7 +1,8 @@
 //! Robust stability of a stable loop N(s) closed by a structured Δ: margin, worst perturbation, and its frequency.
 //!
-//! The loop stays stable for every Δ of the structure with σ_max(Δ) < margin, margin = 1/sup_ω μ(N(jω)). The lower end is
-//! certified over all frequencies; the upper end belongs to a perturbation that puts a pole on the axis, which is checked.
+//! The loop stays stable for every Δ of the structure with σ_max(Δ) < margin, margin = 1/sup_ω μ(N(jω)). The lower end
+//! is certified over all frequencies; the upper end belongs to a perturbation that puts a pole on the axis, which is
+//! checked.
 
 use super::mu_system::MuSystem;
 use super::structure::MuError;

@@ -2,8 +2,8 @@
 //!
 //! Δ = blockdiag(Δᵢ), Δᵢ is rows×cols; w = Δ z, z = M w, so M is (Σ cols) × (Σ rows). For every scaling
 //!   D_L M D_R⁻¹ = M̃,   β² = λ_max( M̃ᴴM̃ + j(G̃M̃ − M̃ᴴG̃ᴴ) ),   μ(M) ≤ max(β², 0)^½
-//! holds when D commutes with Δ and G̃ is Hermitian, block diagonal, and zero outside real blocks (Fan, Tits and Doyle 1991).
-//! Symbols: D_L acts on z, D_R on w; both have dᵢI for a full block and the same full Dᵢ for a repeated scalar.
+//! holds when D commutes with Δ and G̃ is Hermitian, block diagonal, and zero outside real blocks (Fan, Tits and Doyle
+//! 1991). Symbols: D_L acts on z, D_R on w; both have dᵢI for a full block and the same full Dᵢ for a repeated scalar.
 
 use crate::augment::Block;
 use crate::linalg::hermitian::{hermitian_eigen, inverse_complex};

@@ -164,7 +164,8 @@ impl Rotor {
     /// The same shaft with one more point mass.
     ///
     /// # Errors
-    /// [`RotorError::OffShaft`] for a position beyond the ends, [`RotorError::Part`] when a mass takes away all mass there is.
+    /// [`RotorError::OffShaft`] for a position beyond the ends, [`RotorError::Part`] when a mass takes away all mass
+    /// there is.
     pub fn with_point_mass(mut self, mass: PointMass) -> Result<Self, RotorError> {
         self.check_position("point mass", mass.position_m)?;
         if !mass.mass_kg.is_finite() {
@@ -203,8 +204,8 @@ impl Rotor {
         2 * self.node_z_m.len()
     }
 
-    /// Stiffness matrix of element `i` (with its modulus scale) and the dofs it acts on; ∂K/∂factor of a region is the sum
-    /// of its elements' matrices over the factor.
+    /// Stiffness matrix of element `i` (with its modulus scale) and the dofs it acts on; ∂K/∂factor of a region is the
+    /// sum of its elements' matrices over the factor.
     pub fn element_stiffness(&self, i: usize) -> (&element::Matrix, [usize; 4]) {
         (&self.elements[i].stiffness, self.element_dofs(i))
     }
@@ -326,8 +327,8 @@ impl Rotor {
         }
     }
 
-    /// Row of shape functions that reads the deflection at `position_m` from the dofs of a plane (and, transposed, puts a
-    /// force there): pairs (dof, coefficient). At a joint, the tail side.
+    /// Row of shape functions that reads the deflection at `position_m` from the dofs of a plane (and, transposed, puts
+    /// a force there): pairs (dof, coefficient). At a joint, the tail side.
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.
@@ -336,7 +337,8 @@ impl Rotor {
         Ok(self.shape_at_unchecked(position_m))
     }
 
-    /// The element at a position and the place in it, s = z/L; on a node within the tolerance of positions the node itself.
+    /// The element at a position and the place in it, s = z/L; on a node within the tolerance of positions the node
+    /// itself.
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.
@@ -351,7 +353,8 @@ impl Rotor {
         self.element_dofs(i).into_iter().zip(coefficients).collect()
     }
 
-    /// Row that reads the slope of the deflection at a position, on a node its rotation; transposed, it puts a moment there.
+    /// Row that reads the slope of the deflection at a position, on a node its rotation; transposed, it puts a moment
+    /// there.
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.

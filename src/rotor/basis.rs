@@ -1,8 +1,9 @@
 //! Reduced coordinates of one plane: kept modes, and what the cut ones still do.
 //!
-//! x_p = Σ_k φ_pk q_k,  q̈_k + … + ω_k² q_k = Σ_p φ_pk f_p, plus for the cut modes either their static flexibility
-//! R_pq = Σ_cut φ_pk φ_qk/ω_k², or pseudo-modes: Ritz vectors u_q = Σ_cut φ_k φ_qk/ω_k² of every port q, mass-normalised
-//! (MacNeal 1971, Rubin 1975), and of the gyroscopic moments of the low modes. With pseudo-modes the error falls with the fourth power of frequency over the first cut mode.
+//! x_p = Σ_k φ_pk q_k,  q̈_k + … + ω_k² q_k = Σ_p φ_pk f_p, plus for the cut modes either their static flexibility R_pq
+//! = Σ_cut φ_pk φ_qk/ω_k², or pseudo-modes: Ritz vectors u_q = Σ_cut φ_k φ_qk/ω_k² of every port q, mass-normalised
+//! (MacNeal 1971, Rubin 1975), and of the gyroscopic moments of the low modes. With pseudo-modes the error falls with
+//! the fourth power of frequency over the first cut mode.
 
 use super::RotorError;
 use super::modes::{PlanarModes, RIGID};
@@ -102,8 +103,8 @@ impl Basis {
 /// Lowest flexible modes whose gyroscopic moments get a Ritz vector of their own.
 const GYROSCOPIC_MODES: usize = 5;
 
-/// Modal amplitudes of the gyroscopic moments of the low modes (the tilting one and the first flexible ones): at speed they
-/// load the cut modes all along the shaft, not only at the ports.
+/// Modal amplitudes of the gyroscopic moments of the low modes (the tilting one and the first flexible ones): at speed
+/// they load the cut modes all along the shaft, not only at the ports.
 fn gyroscopic_loads(modes: &PlanarModes) -> Vec<Vec<f64>> {
     let n = modes.len();
     let low = modes.shapes.subcols(0, (RIGID + GYROSCOPIC_MODES).min(n));

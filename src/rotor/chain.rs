@@ -1,9 +1,11 @@
 //! One plane of the free-free rotor as a chain of nodes: block-tridiagonal pencil K(θ) − λM with 2×2 blocks (w, ψ).
 //!
-//! Factorisation  S₀ = A₀,  Sᵢ = Aᵢ − Oᵢ₋₁ᵀ Sᵢ₋₁⁻¹ Oᵢ₋₁  with A = K − λM; the inertia of the Sᵢ is that of A (Sylvester), so the number of
-//! eigenvalues below λ is known at every λ; receptances are cᵀA⁻¹b = Σ yc,ᵢᵀ Sᵢ⁻¹ yb,ᵢ with forward sweeps y only.
-//! Symbols: λ = ω²; θ = modulus factor per region; K(θ) = K₀ + Σ θᵣKᵣ exactly, because a factor scales E and G together.
-//! Limits: beam elements in series with two dofs a node, undamped, at rest. Cost about a microsecond a factorisation.
+//! Factorisation  S₀ = A₀,  Sᵢ = Aᵢ − Oᵢ₋₁ᵀ Sᵢ₋₁⁻¹ Oᵢ₋₁  with A = K − λM; the inertia of the Sᵢ is that of A
+//! (Sylvester), so the number of eigenvalues below λ is known at every λ; receptances are cᵀA⁻¹b = Σ yc,ᵢᵀ Sᵢ⁻¹ yb,ᵢ
+//! with forward sweeps y only.
+//! Symbols: λ = ω²; θ = modulus factor per region; K(θ) = K₀ + Σ θᵣKᵣ exactly, because a factor scales E and G
+//! together. Limits: beam elements in series with two dofs a node, undamped, at rest. Cost about a microsecond a
+//! factorisation.
 
 /// A symmetric block-tridiagonal matrix with 2×2 blocks.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,8 @@
 //! N_ψ = [6(s²−s)/L, 1−4s+3s²+φ(1−s), 6(s−s²)/L, 3s²−2s+φs]/(1+φ);
 //! M = ∫ρA N_w N_wᵀ + ∫ρI N_ψ N_ψᵀ,  G = 2∫ρI N_ψ N_ψᵀ,  K = ∫EI N_ψ′N_ψ′ᵀ + κG(∫A) g gᵀ,
 //! g = φ/(1+φ)·[−1/L, −1/2, 1/L, −1/2]. A(z), I(z) follow linearly varying diameters; six Gauss points are exact.
-//! Source: Genta, Dynamics of Rotating Systems (2005), ch. 4. M and G use the mass diameters, K and φ the stiffness ones.
+//! Source: Genta, Dynamics of Rotating Systems (2005), ch. 4. M and G use the mass diameters, K and φ the stiffness
+//! ones.
 
 use super::section::Section;
 use nalgebra::{Matrix4, Vector4};

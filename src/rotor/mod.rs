@@ -1,8 +1,8 @@
 //! The flexible shaft: sections, Timoshenko elements, assembly, modes, reduction with static correction.
 //!
-//! Coordinates: z along the shaft, m, the nose face at z = 0, the tool at z < 0, the tail at the largest z. In each plane a
-//! node has a deflection w (m) and a rotation ψ (rad, ψ = +dw/dz for a slender beam). Both planes are the same; in the
-//! complex coordinate r = x + jy the equation of motion is  M r̈ + C ṙ − jΩG ṙ + K r = f.
+//! Coordinates: z along the shaft, m, the nose face at z = 0, the tool at z < 0, the tail at the largest z. In each
+//! plane a node has a deflection w (m) and a rotation ψ (rad, ψ = +dw/dz for a slender beam). Both planes are the same;
+//! in the complex coordinate r = x + jy the equation of motion is  M r̈ + C ṙ − jΩG ṙ + K r = f.
 
 pub mod assembly;
 pub mod basis;
@@ -24,8 +24,8 @@ pub use whirl::{Damping, Support, WhirlMode};
 use crate::linalg::NumericError;
 use thiserror::Error;
 
-/// Most elements of a shaft. The eigenvalue problems are dense: time grows with the cube, and at this number the modes at one speed
-/// take about a minute. Elements of a tenth of the shortest wavelength of interest are ample.
+/// Most elements of a shaft. The eigenvalue problems are dense: time grows with the cube, and at this number the modes
+/// at one speed take about a minute. Elements of a tenth of the shortest wavelength of interest are ample.
 pub const MOST_ELEMENTS: usize = 300;
 
 /// What can be wrong with a shaft.

@@ -1,9 +1,10 @@
 //! Poles, mode shapes and zeros of the full finite-element chain, without a reduced basis.
 //!
 //! Poles: the inertia of K − λM on a coarse grid brackets every eigenvalue, Rayleigh-quotient iteration finishes it.
-//! Zeros: roots of cᵀ(K − λM)⁻¹b, equivalently of the pencil [[K − λM, b], [cᵀ, 0]]; the receptance times Π(1 − λ/λₖ) over the
-//! poles found is smooth, so sign changes and touching minima on the grid bracket its roots; a safeguarded secant finishes them.
-//! Symbols: λ = ω². Limits: real zeros with λ > 0 (antiresonances); complex and negative ones do not show in a Bode plot.
+//! Zeros: roots of cᵀ(K − λM)⁻¹b, equivalently of the pencil [[K − λM, b], [cᵀ, 0]]; the receptance times Π(1 − λ/λₖ)
+//! over the poles found is smooth, so sign changes and touching minima on the grid bracket its roots; a safeguarded
+//! secant finishes them. Symbols: λ = ω². Limits: real zeros with λ > 0 (antiresonances); complex and negative ones do
+//! not show in a Bode plot.
 
 use super::chain::{Blocks, Chain, Factor, Port};
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! Whirl modes of a rotor at speed: gyroscopics, internal damping model, supports.
 //!
-//! With r = x + jy and isotropic supports  M r̈ + (C − jΩG) ṙ + K r = 0, solved in the modes of the free-free shaft at rest
-//! (all of them, so nothing is lost); Im λ > 0 is forward whirl. With anisotropic supports both planes are kept:
+//! With r = x + jy and isotropic supports  M r̈ + (C − jΩG) ṙ + K r = 0, solved in the modes of the free-free shaft at
+//! rest (all of them, so nothing is lost); Im λ > 0 is forward whirl. With anisotropic supports both planes are kept:
 //! G couples x to y as +ΩG and y to x as −ΩG.
 
 use super::RotorError;
@@ -79,7 +79,8 @@ pub struct WhirlMode {
     pub damped_rad_s: f64,
     /// −Re λ/|λ|.
     pub damping_ratio: f64,
-    /// Forward +1, backward −1, 0 at rest; in between, (|f|² − |b|²)/(|f|² + |b|²) of the shape, with anisotropic supports.
+    /// Forward +1, backward −1, 0 at rest; in between, (|f|² − |b|²)/(|f|² + |b|²) of the shape, with anisotropic
+    /// supports.
     pub whirl: f64,
 }
 
@@ -92,8 +93,8 @@ pub struct WhirlSpectrum {
     pub unstable_real_poles_rad_s: Vec<f64>,
 }
 
-/// Below this |Im λ| an eigenvalue counts as not oscillating, rad/s: 0.5 Hz is far below every mode of a spindle and far
-/// above the rounding of the double zero of free translation.
+/// Below this |Im λ| an eigenvalue counts as not oscillating, rad/s: 0.5 Hz is far below every mode of a spindle and
+/// far above the rounding of the double zero of free translation.
 const OSCILLATING_RAD_S: f64 = TAU * 0.5;
 
 /// A rotor on supports in the modes of the free-free shaft: ω², C, ΩG, and what the supports add between the planes.

@@ -1,6 +1,6 @@
-//! Antiresonances: zeros of  g(λ) = Σ_k c_k b_k/(ω_k² − λ),  λ = ω², the undamped transfer function of a free-free shaft
-//! from a force with modal amplitudes b to a deflection with amplitudes c. They are the finite eigenvalues λ of the
-//! pencil [[K − λM, b], [c, 0]].
+//! Antiresonances: zeros of  g(λ) = Σ_k c_k b_k/(ω_k² − λ),  λ = ω², the undamped transfer function of a free-free
+//! shaft from a force with modal amplitudes b to a deflection with amplitudes c. They are the finite eigenvalues λ of
+//! the pencil [[K − λM, b], [c, 0]].
 //!
 //! Method: with a shift σ < 0 and F = (Λ − σ)⁻¹, μ = 1/(λ − σ),  g = μ cᵀ(μI − F)⁻¹F b,  so the zeros are the nonzero
 //! eigenvalues μ of (I − F b cᵀ/(cᵀF b)) F: the low zeros are the large, well-conditioned μ. Each is then polished by

@@ -1,7 +1,9 @@
-//! What the data can and cannot determine: singular values of the weighted sensitivity, posterior spread of every factor.
+//! What the data can and cannot determine: singular values of the weighted sensitivity, posterior spread of every
+//! factor.
 //!
-//! With ln θ = L u, u ~ N(0, I) before the data, and J the sensitivities over their standard deviations, the singular values s of J L
-//! say how much better the data know a combination than the prior: its standard deviation shrinks by 1/√(1 + s²).
+//! With ln θ = L u, u ~ N(0, I) before the data, and J the sensitivities over their standard deviations, the singular
+//! values s of J L say how much better the data know a combination than the prior: its standard deviation shrinks by
+//! 1/√(1 + s²).
 
 use super::UpdateError;
 use crate::linalg::{Mat, symmetric_eigen};

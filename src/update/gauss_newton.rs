@@ -1,8 +1,8 @@
 //! Gauss–Newton with a trust region on ln θ: minimises  Σ (ln(f/f̂)/σ)² + ln θᵀ C⁻¹ ln θ.
 //!
-//! C is the prior of [`super::determine`]; σ are the relative standard deviations of the measured frequencies, so that the weight of
-//! the prior follows the noise. Where no standard deviation is given the noise is estimated: along a path of noise-to-prior
-//! ratios ρ, from smooth to tight, the marginal likelihood with the prior scale profiled out,
+//! C is the prior of [`super::determine`]; σ are the relative standard deviations of the measured frequencies, so that
+//! the weight of the prior follows the noise. Where no standard deviation is given the noise is estimated: along a path
+//! of noise-to-prior ratios ρ, from smooth to tight, the marginal likelihood with the prior scale profiled out,
 //!   n ln(c/n) + ln det(J C₁ Jᵀ + ρ²I),  c = Σ (r/ρ)² + uᵀu,  C₁ the prior at unit variance,
 //! is smallest at ρ̂, and σ̂ = ρ̂ √(c/n) (MacKay, Bayesian interpolation, Neural Computation 4, 1992).
 //! Levenberg's damping keeps every step within a region where the linearisation has proved itself.
@@ -33,8 +33,8 @@ const RESERVE: usize = 8;
 /// Moves the modulus factors of all regions until the model shows the measured frequencies.
 ///
 /// # Errors
-/// [`UpdateError`] when there is nothing to fit, nothing matches, or a matrix computation fails. Data that moduli cannot
-/// explain are not an error: see [`Updated::explanation`].
+/// [`UpdateError`] when there is nothing to fit, nothing matches, or a matrix computation fails. Data that moduli
+/// cannot explain are not an error: see [`Updated::explanation`].
 pub fn gauss_newton_rotor(
     rotor: &Rotor,
     targets: &Targets,
@@ -86,8 +86,8 @@ pub fn gauss_newton_rotor(
         estimated.is_some(),
     );
     if !explanation.explained {
-        // Whatever the moduli cannot explain must not bend them: fit again with the discrepancy counted as noise and with
-        // moduli that scatter as the likelihood says, not as the wide prior allows.
+        // Whatever the moduli cannot explain must not bend them: fit again with the discrepancy counted as noise and
+        // with moduli that scatter as the likelihood says, not as the wide prior allows.
         fit.at = start.clone();
         fit.limit = fit.evaluations + settings.max_evaluations.max(2);
         let discrepancy = fit.noise(&unit_root)?;
@@ -230,7 +230,8 @@ impl Fit<'_> {
         })
     }
 
-    /// Relative noise of the measured frequencies by marginal likelihood; leaves the fit at the tightest point of its path.
+    /// Relative noise of the measured frequencies by marginal likelihood; leaves the fit at the tightest point of its
+    /// path.
     fn noise(&mut self, unit_root: &Mat<f64>) -> Result<f64, UpdateError> {
         let n = self.problem.parameters();
         let peaks = self.problem.peaks.len();
@@ -259,8 +260,8 @@ impl Fit<'_> {
     }
 }
 
-/// −(D + 1 + μ)⁻¹ in the eigenbasis times the gradient, with the smallest μ ≥ 0 that keeps every |Δ ln θ| within the radius.
-/// Returns the step, its largest |Δ ln θ|, and whether μ > 0.
+/// −(D + 1 + μ)⁻¹ in the eigenbasis times the gradient, with the smallest μ ≥ 0 that keeps every |Δ ln θ| within the
+/// radius. Returns the step, its largest |Δ ln θ|, and whether μ > 0.
 fn bounded_step(linear: &Linear, root: &Mat<f64>, radius: f64) -> (Mat<f64>, f64, bool) {
     let n = linear.values.len();
     let g = linear.vectors.transpose() * &linear.gradient;

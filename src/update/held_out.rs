@@ -1,7 +1,7 @@
 //! Data that no fit uses: the hammer FRF at the tool of the levitated spindle against the model's prediction.
 //!
-//! x_t/F_t = G₂₂ + G₂₁ K (I − G₁₁K)⁻¹ G₁₂ with u = K y, the full model with its exact delay and the hold of a sampled K. Figure of merit: root mean square
-//! over the lines of 20 log₁₀ |model/measured|, dB.
+//! x_t/F_t = G₂₂ + G₂₁ K (I − G₁₁K)⁻¹ G₁₂ with u = K y, the full model with its exact delay and the hold of a sampled
+//! K. Figure of merit: root mean square over the lines of 20 log₁₀ |model/measured|, dB.
 
 use super::UpdateError;
 use crate::identify::HammerFrf;

@@ -1,9 +1,10 @@
-//! Which peak of the model is which measured peak: alignment of two ascending sequences with gaps, by position in the pattern of
-//! poles and zeros and not by index.
+//! Which peak of the model is which measured peak: alignment of two ascending sequences with gaps, by position in the
+//! pattern of poles and zeros and not by index.
 //!
-//! Antiresonances are first carried to the model's scale with the resonances as fixed points (piecewise linear in log f), so
-//! that what is compared is where a zero lies between its poles. Then dynamic programming finds the cheapest order-preserving
-//! assignment (Needleman and Wunsch 1970): |Δ ln f| for a pair, a price for every peak left over on either side.
+//! Antiresonances are first carried to the model's scale with the resonances as fixed points (piecewise linear in log
+//! f), so that what is compared is where a zero lies between its poles. Then dynamic programming finds the cheapest
+//! order-preserving assignment (Needleman and Wunsch 1970): |Δ ln f| for a pair, a price for every peak left over on
+//! either side.
 
 /// Price of leaving a measured peak without partner, in ln f: a factor 1.5 off is no longer the same peak.
 const MEASURED_UNMATCHED: f64 = 0.4;
@@ -12,8 +13,8 @@ const MODEL_PASSED: f64 = 0.1;
 /// Price of giving a partner to a peak that is known to exist but has no frequency; none would cost [`MODEL_PASSED`].
 const PLACEHOLDER_PAIRED: f64 = 0.0;
 
-/// Index of the model peak that belongs to each measured one. Both lists ascend; `None` among the measured is a placeholder.
-/// `priority[k]` scales the price of passing over model peak k (0 for one that hardly shows).
+/// Index of the model peak that belongs to each measured one. Both lists ascend; `None` among the measured is a
+/// placeholder. `priority[k]` scales the price of passing over model peak k (0 for one that hardly shows).
 pub fn align(
     measured_ln: &[Option<f64>],
     model_ln: &[f64],
@@ -69,7 +70,8 @@ fn relax(cost: &mut [Vec<f64>], step: &mut [Vec<u8>], to: (usize, usize), value:
     }
 }
 
-/// Carries a measured log frequency to the model's scale: fixed points are pairs (measured, model) of resonances, ascending.
+/// Carries a measured log frequency to the model's scale: fixed points are pairs (measured, model) of resonances,
+/// ascending.
 pub fn warp(fixed_ln: &[(f64, f64)], f_ln: f64) -> f64 {
     let (Some(first), Some(last)) = (fixed_ln.first(), fixed_ln.last()) else {
         return f_ln;

@@ -1,9 +1,10 @@
 //! Element moduli from resonances and antiresonances.
 //!
-//! Parameters are the modulus factors θ of the update regions, always positive (the fit moves ln θ). Data are resonances and
-//! antiresonances of the free-free rotor at rest, both from the full finite-element chain ([`crate::rotor::spectrum`]): a truncated model moves
-//! antiresonances by tens of hertz. Two ways: Gauss–Newton with analytic sensitivities and a prior ([`gauss_newton()`]), and the
-//! Nelder–Mead search of the reference method, Eq. (7) ([`nelder_mead()`]).
+//! Parameters are the modulus factors θ of the update regions, always positive (the fit moves ln θ). Data are
+//! resonances and antiresonances of the free-free rotor at rest, both from the full finite-element chain
+//! ([`crate::rotor::spectrum`]): a truncated model moves antiresonances by tens of hertz. Two ways: Gauss–Newton with
+//! analytic sensitivities and a prior ([`gauss_newton()`]), and the Nelder–Mead search of the reference method, Eq. (7)
+//! ([`nelder_mead()`]).
 
 pub mod determine;
 pub mod gauss_newton;

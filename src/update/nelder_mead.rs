@@ -1,9 +1,10 @@
 //! The search of the reference method: Nelder–Mead on Eq. (7),  err = Σ |Δf_r|^w_r + Σ |Δf_a|^w_a, errors in Hz.
 //!
-//! The search moves ln θ, so factors stay positive. Fifteen moduli and eight data leave a seven-dimensional set of equal objective;
-//! a simplex along the coordinate axes spends its iterations there. Each simplex here spans the combinations that the data
-//! determine (singular vectors of the sensitivity, see [`super::determine`]), sized by the step that a linear model would take,
-//! and after its share of the iterations a new one starts at the best point. Symbols: w exponents, θ modulus factors.
+//! The search moves ln θ, so factors stay positive. Fifteen moduli and eight data leave a seven-dimensional set of
+//! equal objective; a simplex along the coordinate axes spends its iterations there. Each simplex here spans the
+//! combinations that the data determine (singular vectors of the sensitivity, see [`super::determine`]), sized by the
+//! step that a linear model would take, and after its share of the iterations a new one starts at the best point.
+//! Symbols: w exponents, θ modulus factors.
 
 use super::UpdateError;
 use super::determine::{determined, prior_root};

@@ -1,5 +1,5 @@
-//! The result of a fit: the updated rotor, its factors with standard deviations, the table of errors, what the data determine,
-//! and whether moduli can explain the data at all.
+//! The result of a fit: the updated rotor, its factors with standard deviations, the table of errors, what the data
+//! determine, and whether moduli can explain the data at all.
 
 use super::UpdateError;
 use super::determine::Determined;

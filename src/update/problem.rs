@@ -1,7 +1,7 @@
 //! The comparison of one candidate with the data: matched peaks, residuals ln(f/f̂) and their analytic sensitivities.
 //!
-//! With mass-normalised φ at a pole and x = A⁻¹b, w = A⁻¹c at a zero (A = K − λM, cᵀx = 0; the right and left vectors of the pencil
-//! [[K − λM, b], [cᵀ, 0]]):  ∂λ/∂θᵣ = φᵀKᵣφ  and  ∂λ/∂θᵣ = wᵀKᵣx / wᵀMx;  ∂ln f/∂ln θᵣ = θᵣ ∂λ/∂θᵣ / 2λ.
+//! With mass-normalised φ at a pole and x = A⁻¹b, w = A⁻¹c at a zero (A = K − λM, cᵀx = 0; the right and left vectors
+//! of the pencil [[K − λM, b], [cᵀ, 0]]):  ∂λ/∂θᵣ = φᵀKᵣφ  and  ∂λ/∂θᵣ = wᵀKᵣx / wᵀMx;  ∂ln f/∂ln θᵣ = θᵣ ∂λ/∂θᵣ / 2λ.
 
 use super::UpdateError;
 use super::matching::{align, warp};
@@ -278,7 +278,8 @@ impl Problem {
     }
 }
 
-/// Ascending order; placeholders keep their place when the list ascends already, else they go last, where they say least.
+/// Ascending order; placeholders keep their place when the list ascends already, else they go last, where they say
+/// least.
 fn sort_ascending(list: &mut [Option<Target>]) {
     let found: Vec<f64> = list.iter().flatten().map(|t| t.frequency_hz).collect();
     if found.windows(2).all(|w| w[0] <= w[1]) {

@@ -1,5 +1,6 @@
-//! Measured points of mode shapes beside the model's: scale by least squares, agreement by the modal assurance criterion
-//! MAC = (aᵀb)²/(aᵀa · bᵀb) over the measured points (Allemang and Brown 1982). The scale of a measurement is arbitrary.
+//! Measured points of mode shapes beside the model's: scale by least squares, agreement by the modal assurance
+//! criterion MAC = (aᵀb)²/(aᵀa · bᵀb) over the measured points (Allemang and Brown 1982). The scale of a measurement is
+//! arbitrary.
 
 use super::UpdateError;
 use super::targets::MeasuredShape;

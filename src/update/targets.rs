@@ -1,5 +1,5 @@
-//! What the model is moved towards: measured resonances and antiresonances, each with a standard deviation where one is known,
-//! and measured mode shapes, which are compared but not fitted.
+//! What the model is moved towards: measured resonances and antiresonances, each with a standard deviation where one is
+//! known, and measured mode shapes, which are compared but not fitted.
 
 /// A measured frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]

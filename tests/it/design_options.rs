@@ -16,7 +16,9 @@ use muspin::linalg::{Mat, c64, max_singular_value_complex};
 use muspin::lti::sample::tustin;
 use muspin::lti::{Discrete, StateSpace};
 use muspin::pipeline::design::{Design, design};
+use muspin::pipeline::posing::pose;
 use muspin::pipeline::settings::DesignSettings;
+use muspin::pipeline::widening::Widening;
 use muspin::predict::closed_loop::{both_planes, compliance, sensitivity};
 use muspin::robust::dk::DkSettings;
 use muspin::robust::{HinfSettings, synthesise};
@@ -165,7 +167,7 @@ fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
         Some(stable) => {
             assert!(stable.mu <= 1.05 * own.found_mu);
             assert!(
-                found.controller_growth_rate_per_s < 0.0,
+                found.delivery.controller_growth_rate_per_s < 0.0,
                 "reduced and rounded as well"
             );
             assert!(words.contains("delivered"), "{words}");
@@ -199,18 +201,20 @@ fn both_routes_are_judged_on_the_sampled_loop() {
         e.mu_sampled
     );
     assert!((e.mu_sampled / emulated.full.synthesis - 1.0).abs() < 1e-3);
-    assert!(emulated.rounded.specification.upper > direct.rounded.specification.upper);
+    assert!(
+        emulated.delivery.rounded.specification.upper > direct.delivery.rounded.specification.upper
+    );
     // Both are proven over speed. The certified μ is above that of the exact responses at rest, and by no more than the fits:
     // weights at both ends of the loop and the inverse hold.
     for d in [&direct, &emulated] {
-        assert!(d.speed_proof.is_complete());
-        let rest = d.speed_mu[0];
+        assert!(d.delivery.speed_proof.is_complete());
+        let rest = d.delivery.speed_mu[0];
         let fits = &d.problems.fit_errors;
         let most = (1.0 + fits.analysis).powi(2) * (1.0 + fits.hold) * (1.0 + 1e-3);
-        let ratio = d.rounded.specification.upper / rest.mu;
+        let ratio = d.delivery.rounded.specification.upper / rest.mu;
         assert!((1.0..most).contains(&ratio), "{ratio} {most} {rest:?}");
         // The second road, from the spindle file on: never above what is certified, and what the exact responses say.
-        let ControlLaw::Discrete(law) = &d.controller.law else {
+        let ControlLaw::Discrete(law) = &d.delivery.controller.law else {
             panic!("sampled")
         };
         let table = |m: &Mat<f64>| -> Vec<Vec<f64>> {
@@ -231,8 +235,11 @@ fn both_routes_are_judged_on_the_sampled_loop() {
         let own = specification.peak(&Loop::new(&rotor, &law, 0.0)).mu;
         // Lines round a peak on both roads: half a per cent of its height.
         assert!((rest.mu / own - 1.0).abs() < 5e-3, "{own} {rest:?}");
-        assert!(d.rounded.specification.upper > 0.998 * own, "{own}");
-        let [exact, single, fixed] = &d.arithmetic[..] else {
+        assert!(
+            d.delivery.rounded.specification.upper > 0.998 * own,
+            "{own}"
+        );
+        let [exact, single, fixed] = &d.delivery.arithmetic[..] else {
             panic!("three arithmetics")
         };
         for other in [single, fixed] {
@@ -240,4 +247,37 @@ fn both_routes_are_judged_on_the_sampled_loop() {
             assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
         }
     }
+}
+
+#[test]
+fn limits_out_of_reach_are_widened_no_further_than_needed() {
+    let (machine, written) = reference();
+    // No controller holds the tool within a hundredth of the displacements: the flexible shaft alone gives way more.
+    let weights = Weights {
+        tool_tightening: 100.0,
+        ..written
+    };
+    let settings = quick();
+    let (problems, _, gamma) = pose(&machine, &weights, &settings).unwrap();
+    let widening = problems.widening;
+    assert!(gamma <= settings.gamma_target, "{gamma}");
+    assert!(
+        widening.tool > 1.0 && widening.tool == widening.front,
+        "{widening:?}"
+    );
+    assert_eq!(widening.current, 1.0);
+    // What the synthesis aims at is the specification with those limits, and nothing narrower is within reach: without
+    // cover, a tenth less than the least factor (at most a quarter below the one with cover) misses the target.
+    let aim = problems.aim.tool.max_dc_displacement_m;
+    assert!((aim / weights.tool.max_dc_displacement_m / widening.tool - 1.0).abs() < 1e-12);
+    let fixed = DesignSettings {
+        give_way: false,
+        ..settings.clone()
+    };
+    let narrower = Widening::displacements(widening.tool / 1.25 / 1.1).apply(&weights);
+    let (_, _, missed) = pose(&machine, &narrower, &fixed).unwrap();
+    assert!(missed > settings.gamma_target, "{missed}");
+    // Without leave to give way the problem stays as written.
+    let (problems, _, gamma) = pose(&machine, &weights, &fixed).unwrap();
+    assert!(problems.widening.is_none() && gamma > settings.gamma_target);
 }

@@ -3,6 +3,7 @@
 use muspin::augment::assembly::UncertainMode;
 use muspin::augment::plane::connected_part;
 use muspin::augment::split::gyroscopic_split;
+use muspin::augment::weights::Weights;
 use muspin::controller::ControlLaw;
 use muspin::controller::Controller;
 use muspin::controller::pid_settings::TuneSettings;
@@ -10,6 +11,7 @@ use muspin::controller::pid_tune::tune;
 use muspin::controller::polish::{LoopLimits, PolishTask, Polisher, derivative_errors};
 use muspin::controller::verification::growth_rate;
 use muspin::input::{load_machine, load_weights};
+use muspin::linalg::Mat;
 use muspin::lti::connect::append;
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
 use muspin::predict::stiffness::dynamic_stiffness;
@@ -40,6 +42,27 @@ fn modes(machine: &Machine) -> Vec<UncertainMode> {
         .collect()
 }
 
+/// The machine, its specification and its uncertain modes.
+fn reference() -> (Machine, Weights, Vec<UncertainMode>) {
+    let machine = load_machine("reference", "paper-tool").unwrap();
+    let modes = modes(&machine);
+    (machine, load_weights("benchmark").unwrap(), modes)
+}
+
+fn polisher<'a>(
+    machine: &Machine,
+    weights: &'a Weights,
+    modes: &'a [UncertainMode],
+) -> Polisher<'a> {
+    let limits = limits(machine);
+    let task = PolishTask {
+        weights,
+        modes,
+        limits,
+    };
+    Polisher::new(machine, task, &start(machine), 1.2).unwrap()
+}
+
 /// A quickly found PID of one plane; a slow real pole in place of each integrator is the polish's own doing.
 fn start(machine: &Machine) -> StateSpace<Discrete> {
     let settings = TuneSettings {
@@ -58,11 +81,10 @@ fn start(machine: &Machine) -> StateSpace<Discrete> {
 
 #[test]
 fn derivatives_of_every_limit_are_central_differences() {
-    let machine = load_machine("reference", "paper-tool").unwrap();
-    let weights = load_weights("benchmark").unwrap();
+    let (machine, weights, modes) = reference();
     let task = PolishTask {
         weights: &weights,
-        modes: &modes(&machine),
+        modes: &modes,
         limits: limits(&machine),
     };
     let errors = derivative_errors(&machine, &task, &start(&machine)).unwrap();
@@ -74,15 +96,8 @@ fn derivatives_of_every_limit_are_central_differences() {
 
 #[test]
 fn a_few_steps_stiffen_the_tool_within_the_limits_of_the_start() {
-    let machine = load_machine("reference", "paper-tool").unwrap();
-    let weights = load_weights("benchmark").unwrap();
-    let modes = modes(&machine);
-    let task = PolishTask {
-        weights: &weights,
-        modes: &modes,
-        limits: limits(&machine),
-    };
-    let mut polisher = Polisher::new(&machine, task, &start(&machine), 1.2).unwrap();
+    let (machine, weights, modes) = reference();
+    let mut polisher = polisher(&machine, &weights, &modes);
     let before = polisher.figures();
     let last = polisher.round(15).unwrap();
     let plane = polisher.plane().unwrap();
@@ -99,6 +114,15 @@ fn a_few_steps_stiffen_the_tool_within_the_limits_of_the_start() {
     for speed in [0.0, 5236.0] {
         let plant = Plant::new(&machine, speed, ModelDetail::Full).unwrap();
         assert!(growth_rate(&plant.sampled().unwrap(), &law).unwrap() < 0.0);
+    }
+    // A current at its limit acts like a lower gain: the loop bears half of it.
+    for part in [0.7, 0.5] {
+        let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
+        let weak = law.scale_outputs(&Mat::from_fn(4, 4, |i, j| if i == j { part } else { 0.0 }));
+        assert!(
+            growth_rate(&plant.sampled().unwrap(), &weak).unwrap() < 0.0,
+            "{part}"
+        );
     }
     let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
     let controller = Controller {
@@ -118,15 +142,8 @@ fn a_few_steps_stiffen_the_tool_within_the_limits_of_the_start() {
 
 #[test]
 fn a_peak_of_the_certificate_becomes_lines_of_the_loss() {
-    let machine = load_machine("reference", "paper-tool").unwrap();
-    let weights = load_weights("benchmark").unwrap();
-    let modes = modes(&machine);
-    let task = PolishTask {
-        weights: &weights,
-        modes: &modes,
-        limits: limits(&machine),
-    };
-    let mut polisher = Polisher::new(&machine, task, &start(&machine), 1.2).unwrap();
+    let (machine, weights, modes) = reference();
+    let mut polisher = polisher(&machine, &weights, &modes);
     // Lines are closer in every round but the first.
     let before = polisher.round(0).unwrap();
     // The limit of the figures; that of the next round may have been moved to where this one brought it.

@@ -88,6 +88,17 @@ fn a_loop_that_loses_stability_is_open_from_there_on() {
     );
     assert!(!proof.is_complete());
     assert!(proof.proven_to_rpm() <= unstable, "{:?}", proof.open_rpm);
+    // Nothing above the lowest unstable speed was divided: the open piece reaches to the end.
+    let centres = proof.intervals.iter();
+    let lowest = centres
+        .filter(|i| i.growth_rate_per_s >= 0.0)
+        .map(|i| i.centre_rpm)
+        .fold(f64::INFINITY, f64::min);
+    let last = proof.open_rpm.last().unwrap();
+    assert!(
+        last[0] <= lowest && last[1] == proof.to_rpm,
+        "{last:?} {lowest}"
+    );
     // The proof comes within the resolution of its search to the edge: the small gain is not what limits it.
     assert!(
         proof.proven_to_rpm() > 0.99 * stable,

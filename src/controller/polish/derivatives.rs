@@ -1,5 +1,6 @@
 //! The derivatives of the loss held against central differences: what a new limit has to pass.
 
+use super::limits::WEAK_MAGNETS;
 use super::lines::lines;
 use super::loss::Group;
 use super::modal_law::ModalLaw;
@@ -10,9 +11,9 @@ use crate::controller::verification_error::VerificationError;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
 
-/// Largest difference between derivative and central difference of the largest value of each group (compliance, sensitivity,
-/// high-frequency gain, noise current, specification), relative to the norm of that derivative, for a sampled controller of
-/// one plane (m to A).
+/// Largest difference between derivative and central difference of the largest value of each group (compliance,
+/// sensitivity, high-frequency gain, noise current, specification), relative to the norm of that derivative, for a
+/// sampled controller of one plane (m to A).
 ///
 /// # Errors
 /// [`VerificationError`] as [`super::Polisher::new`].
@@ -21,7 +22,7 @@ pub fn derivative_errors(
     task: &PolishTask<'_>,
     plane: &StateSpace<Discrete>,
 ) -> Result<[f64; 5], VerificationError> {
-    let plants = Plants::new(machine, 1.2, &[])?;
+    let plants = Plants::new(machine, 1.2, &[])?.with_weak_magnets(&WEAK_MAGNETS);
     let (law, x) = ModalLaw::of(plane)?;
     let lines = lines(&plants, 1.0, &[], 2e-3);
     let loss = loss_on(&plants, task, lines)?;

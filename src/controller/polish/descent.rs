@@ -1,9 +1,9 @@
 //! Descent on a largest value under limits: prox-linear steps with an adaptive proximal weight.
 //!
-//! Merit φ = max log compliance + ρ Σ_limits max(0, largest log over its limit). Each step linearises the values near their
-//! group's largest and solves [`minimax_step`] in coordinates in which |p|² is the mean square relative change of the loop
-//! (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does not depend on how the controller is written.
-//! A step that raises φ or changes the encirclements of a rotor's det(I − G K) is refused and shortened.
+//! Merit φ = max log compliance + ρ Σ_limits max(0, largest log over its limit). Each step linearises the values near
+//! their group's largest and solves [`minimax_step`] in coordinates in which |p|² is the mean square relative change of
+//! the loop (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does not depend on how the controller
+//! is written. A step that raises φ or changes the encirclements of a rotor's det(I − G K) is refused and shortened.
 
 use super::loss::{Evaluation, Group, LIMITS, Loss, Value};
 use super::structure::Structure;

@@ -21,8 +21,14 @@ pub struct LoopLimits {
     pub mu: f64,
 }
 
-/// Softness granted to rotors that are not the machine at rest: the objective is the largest tool compliance over all of them,
-/// at top speed counted times 1 − 0.04, with shifted modes times 1 − 0.08, so that the corners of the uncertainty do not cost
-/// the machine as modelled.
+/// Softness granted to rotors that are not the machine at rest: the objective is the largest tool compliance over all
+/// of them, at top speed counted times 1 − 0.04, with shifted modes times 1 − 0.08, so that the corners of the
+/// uncertainty do not cost the machine as modelled.
 pub(super) const AT_TOP_SPEED: f64 = 0.96;
 pub(super) const SHIFTED: f64 = 0.92;
+
+/// Parts of the magnets' force with which the loop at rest keeps a margin: a current at its limit acts on the loop like
+/// a lower gain, and a rotor thrown into its backup bearings comes back when the loop bears that.
+pub(super) const WEAK_MAGNETS: [f64; 2] = [0.7, 0.5];
+/// Largest |S_jj| with those: the margin at which zone C of ISO 14839-3 ends, that of the anti-windup.
+pub(super) const WEAK_SENSITIVITY: f64 = 5.0;

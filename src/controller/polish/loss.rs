@@ -1,11 +1,13 @@
 //! The values of a loop that a polish weighs against each other, over all rotors and lines, with exact derivatives.
 //!
-//! With G the loop, K the controller, S = (I − G K)⁻¹, S_u = (I − K G)⁻¹: H = G_td + G_tu K S G_yd is the tool's compliance,
+//! With G the loop, K the controller, S = (I − G K)⁻¹, S_u = (I − K G)⁻¹: H = G_td + G_tu K S G_yd is the tool's
+//! compliance,
 //!   δH = G_tu S_u δK S G_yd,   δS = S G δK S,   δ(K S) = S_u δK S.
-//! A value enters by its logarithm relative to its limit, so each derivative is Re tr(Q δK) with a 2×2 matrix Q per line, and
-//! the structure of the controller turns Q into derivatives by parameters. At speed the x axis is the mean of both whirls.
+//! A value enters by its logarithm relative to its limit, so each derivative is Re tr(Q δK) with a 2×2 matrix Q per
+//! line, and the structure of the controller turns Q into derivatives by parameters. At speed the x axis is the mean of
+//! both whirls.
 
-use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED};
+use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAK_SENSITIVITY};
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, closed, outer, product, times};
 use super::responses::{Role, Rotor, SpecificationLine};
@@ -66,7 +68,8 @@ pub(crate) struct Evaluation {
     pub(super) lines: Vec<LineState>,
     /// Every value.
     pub values: Vec<Value>,
-    /// Turns of det(I − G K) per rotor, forwards and backwards together: unstable poles of the plant less those of the loop.
+    /// Turns of det(I − G K) per rotor, forwards and backwards together: unstable poles of the plant less those of the
+    /// loop.
     pub turns: Vec<i64>,
 }
 
@@ -275,15 +278,16 @@ impl Loss {
             Role::Rest => 1.0,
             Role::TopSpeed => AT_TOP_SPEED,
             Role::Shifted => SHIFTED,
-            Role::Overspeed => 0.0,
+            Role::Overspeed | Role::Weak => 0.0,
         };
         let nominal = matches!(role, Role::Rest | Role::TopSpeed);
-        let limit = self.limits.sensitivity
-            * if nominal {
-                1.0
-            } else {
-                self.limits.shifted_sensitivity
-            };
+        let limit = match role {
+            Role::Rest | Role::TopSpeed => self.limits.sensitivity,
+            Role::Shifted | Role::Overspeed => {
+                self.limits.sensitivity * self.limits.shifted_sensitivity
+            }
+            Role::Weak => WEAK_SENSITIVITY,
+        };
         let share = 1.0 / sides.len() as f64;
         let band = self.limits.stiffness_band_hz;
         let (low, high) = (band.0 * TAU * (1.0 - 1e-9), band.1 * TAU * (1.0 + 1e-9));

@@ -111,8 +111,8 @@ impl Loss {
         }
     }
 
-    /// Rows whose squares sum to [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in the
-    /// controller itself, δK/‖K‖ weighted by `own`. Every `stride`-th line.
+    /// Rows whose squares sum to [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest,
+    /// relative: S_u δK G, and in the controller itself, δK/‖K‖ weighted by `own`. Every `stride`-th line.
     pub fn metric_rows(
         &self,
         law: &dyn Structure,

@@ -1,4 +1,5 @@
-//! Complex 2×2 matrices as arrays: the loop of one plane has two signals and two currents, and is closed 10⁴ times a step.
+//! Complex 2×2 matrices as arrays: the loop of one plane has two signals and two currents, and is closed 10⁴ times a
+//! step.
 
 use crate::linalg::c64;
 

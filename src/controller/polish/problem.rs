@@ -1,5 +1,5 @@
-//! The loss of a polish built for one machine and its specification: by the stage that descends on it, and by the check of
-//! its derivatives.
+//! The loss of a polish built for one machine and its specification: by the stage that descends on it, and by the check
+//! of its derivatives.
 
 use super::limits::LoopLimits;
 use super::loss::{Loss, Specification, SpecifiedLoop};

@@ -1,8 +1,10 @@
-//! Responses of a machine on the lines of a polish: the loop of one plane in r = x + jy, for every rotor that it has to serve.
+//! Responses of a machine on the lines of a polish: the loop of one plane in r = x + jy, for every rotor that it has to
+//! serve.
 //!
-//! An isotropic plane has the responses a + jb forwards and a − jb backwards (a: x→x, b: x→y). What the controller sees is the
-//! sampled plant, G_d(e^{jωT}) = Σ_k G(ω + kω_s) with the hold in G; between tool and loop the fundamental counts. What
-//! couples x and y otherwise (cross terms of the magnets, turned sensor axes) is left out here and comes back in verification.
+//! An isotropic plane has the responses a + jb forwards and a − jb backwards (a: x→x, b: x→y). What the controller sees
+//! is the sampled plant, G_d(e^{jωT}) = Σ_k G(ω + kω_s) with the hold in G; between tool and loop the fundamental
+//! counts. What couples x and y otherwise (cross terms of the magnets, turned sensor axes) is left out here and comes
+//! back in verification.
 
 use super::matrix2::{Matrix2, ZERO};
 use super::structure::Line;
@@ -17,8 +19,8 @@ use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Bands above and below Nyquist that fold back: the hold and the low-passes of amplifier and sensor leave less than 1e-3 of
-/// the response beyond.
+/// Bands above and below Nyquist that fold back: the hold and the low-passes of amplifier and sensor leave less than
+/// 1e-3 of the response beyond.
 const FOLDED: i32 = 2;
 
 /// One direction of whirl at one line.
@@ -45,6 +47,8 @@ pub(crate) enum Role {
     Shifted,
     /// Beyond the top speed: has to be stable and to meet the specification.
     Overspeed,
+    /// The machine at rest with magnets that give a part of their force: what a limited current does to the loop.
+    Weak,
 }
 
 /// A rotor that the controller serves: one direction at rest, two at speed (forwards, backwards).
@@ -69,10 +73,13 @@ pub(crate) struct SpecificationLine {
 pub(crate) struct Plants {
     period_s: f64,
     list: Vec<(Role, Plant)>,
+    /// Parts of their force that the magnets of further rotors give.
+    weak: Vec<f64>,
 }
 
 impl Plants {
-    /// The machine at rest, at its top speed, `over` times as fast, and at rest with modes shifted in the signs of `shifts`.
+    /// The machine at rest, at its top speed, `over` times as fast, and at rest with modes shifted in the signs of
+    /// `shifts`.
     ///
     /// # Errors
     /// [`SpindleError`] from the plants.
@@ -97,7 +104,17 @@ impl Plants {
         Ok(Self {
             period_s: machine.spindle.electronics.sample_period_s(),
             list,
+            weak: vec![],
         })
+    }
+
+    /// With the machine at rest once more for each part of their force that its magnets give.
+    #[must_use]
+    pub fn with_weak_magnets(self, parts: &[f64]) -> Self {
+        Self {
+            weak: parts.to_vec(),
+            ..self
+        }
     }
 
     /// The machine at rest.
@@ -120,7 +137,8 @@ impl Plants {
 
     /// Every rotor on the lines, rad/s.
     pub fn on(&self, lines: &[Line]) -> Vec<Rotor> {
-        self.list
+        let mut rotors: Vec<Rotor> = self
+            .list
             .iter()
             .map(|(role, plant)| {
                 let both: Vec<[LoopResponse; 2]> = lines
@@ -139,7 +157,24 @@ impl Plants {
                         .collect(),
                 }
             })
-            .collect()
+            .collect();
+        let rest = rotors.first().map(|r| r.directions.clone());
+        let weak = self.weak.iter().zip(rest.iter().cycle());
+        rotors.extend(weak.map(|(part, directions)| {
+            let weaker = |g: &LoopResponse| LoopResponse {
+                loops: g.loops.map(|row| row.map(|v| v * *part)),
+                drive: g.drive.map(|v| v * *part),
+                ..*g
+            };
+            Rotor {
+                role: Role::Weak,
+                directions: directions
+                    .iter()
+                    .map(|lines| lines.iter().map(weaker).collect())
+                    .collect(),
+            }
+        }));
+        rotors
     }
 
     /// The specification's rows of the machine at rest, at its top speed and beyond, in the order of the first loops of

@@ -1,7 +1,8 @@
 //! The D-scaled largest singular value of the specification's loop at one line, and its derivative.
 //!
-//! M = E₁₁ + E₁₂ R E₂₁ with R = K (I − G K)⁻¹, δR = (I − K G)⁻¹ δK (I − G K)⁻¹. At the optimal D the derivative of the bound
-//! is that of σ_max(D M D⁻¹) with D held (envelope theorem): δσ = Re tr(Q δK), Q = S b aᵀ S_u, aᵀ = uᴴ D E₁₂, b = E₂₁ D⁻¹ v.
+//! M = E₁₁ + E₁₂ R E₂₁ with R = K (I − G K)⁻¹, δR = (I − K G)⁻¹ δK (I − G K)⁻¹. At the optimal D the derivative of the
+//! bound is that of σ_max(D M D⁻¹) with D held (envelope theorem): δσ = Re tr(Q δK), Q = S b aᵀ S_u, aᵀ = uᴴ D E₁₂, b =
+//! E₂₁ D⁻¹ v.
 
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, outer, row_times, times};
@@ -36,7 +37,8 @@ pub(super) fn best_scales(
     optimal(&closed(line, r), structure).d
 }
 
-/// The bound at a line with these scales of the modal channels; S = (I − G K)⁻¹, S_u = (I − K G)⁻¹ of the loop, R = K S.
+/// The bound at a line with these scales of the modal channels; S = (I − G K)⁻¹, S_u = (I − K G)⁻¹ of the loop, R = K
+/// S.
 pub(super) fn bound(
     line: &SpecificationLine,
     scales: &[f64],

@@ -4,6 +4,7 @@
 //! ([`Polisher::add_peak`]): the next round has lines there. So the limit on μ is held by cutting planes.
 
 use super::descent::{Effort, descend};
+use super::limits::WEAK_MAGNETS;
 use super::lines::sharp_lines;
 use super::loss::{Evaluation, Group, LIMITS, Loss};
 use super::modal_law::ModalLaw;
@@ -38,8 +39,11 @@ const COARSE: f64 = 2e-3;
 const FINE: f64 = 5e-4;
 /// Merit that a few steps have to gain together for a round to go on: a tenth of a percent of stiffness.
 const TOLERANCE: f64 = 1e-3;
-/// A limit that the first round leaves exceeded by more than this factor is moved to where the round brought it.
-const OUT_OF_REACH: f64 = 1.01;
+/// A limit is exceeded beyond this factor: less is what lines at other frequencies show of the same peak.
+const EXCEEDED: f64 = 1.01;
+/// A round has to take this share of what exceeds the limits (logarithms, summed); one that takes less shows that the
+/// rest is out of reach, and moves the limits to where it came.
+const WORTHWHILE: f64 = 0.25;
 
 /// A sampled controller of one plane (signals m to currents A) on its way to a stiffer tool.
 pub struct Polisher<'a> {
@@ -63,12 +67,13 @@ pub struct Polisher<'a> {
 }
 
 impl<'a> Polisher<'a> {
-    /// Prepares the polish of `start`. The mode uncertainty of the specification is widened by the gyroscopic split of the top
-    /// speed for the rotors with shifted modes; up to `overspeed` times the top speed the loop has to stay stable.
+    /// Prepares the polish of `start`. The mode uncertainty of the specification is widened by the gyroscopic split of
+    /// the top speed for the rotors with shifted modes; up to `overspeed` times the top speed the loop has to stay
+    /// stable.
     ///
     /// # Errors
-    /// [`VerificationError`] from plants and eigenvalues, [`ControllerError::Infeasible`] when the start does not stabilise the
-    /// machine at rest, [`ControllerError::Inaccurate`] when its modal form is not the controller.
+    /// [`VerificationError`] from plants and eigenvalues, [`ControllerError::Infeasible`] when the start does not
+    /// stabilise the machine at rest, [`ControllerError::Inaccurate`] when its modal form is not the controller.
     pub fn new(
         machine: &Machine,
         task: PolishTask<'a>,
@@ -83,7 +88,8 @@ impl<'a> Polisher<'a> {
             .enumerate()
             .map(|(k, s)| s.relative() + table.get(k).copied().unwrap_or(0.0))
             .collect();
-        let plants = Plants::new(machine, overspeed, &shifts(&relative))?;
+        let plants =
+            Plants::new(machine, overspeed, &shifts(&relative))?.with_weak_magnets(&WEAK_MAGNETS);
         let sampled: Result<Vec<StateSpace<Discrete>>, _> =
             [Role::Rest, Role::TopSpeed, Role::Overspeed]
                 .into_par_iter()
@@ -116,7 +122,14 @@ impl<'a> Polisher<'a> {
         };
         polisher.renew(COARSE)?;
         if polisher.stable.first() != Some(&true) {
-            return Err(infeasible("the start does not levitate the machine at rest").into());
+            let own = start.growth_rate().map_err(in_step("poles of the start"))?;
+            let reason = match own >= 0.0 {
+                true => {
+                    "the start is unstable itself, and with its poles moved inside the circle it does not levitate the machine at rest"
+                }
+                false => "the start does not levitate the machine at rest",
+            };
+            return Err(infeasible(reason).into());
         }
         Ok(polisher)
     }
@@ -141,13 +154,13 @@ impl<'a> Polisher<'a> {
         self.task.limits.mu *= factor;
     }
 
-    /// Limits as they are now: those that the first round could not reach are kept where it brought them.
+    /// Limits as they are now: those that are out of reach are where a round brought them.
     pub fn limits(&self) -> super::LoopLimits {
         self.task.limits
     }
 
-    /// A round of `steps` steps at most, on lines round the poles of the loop as it is; then the lines are renewed. A round
-    /// that loses stability at a speed where the loop had it is taken back.
+    /// A round of `steps` steps at most, on lines round the poles of the loop as it is; then the lines are renewed. A
+    /// round that loses stability at a speed where the loop had it is taken back.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -162,6 +175,7 @@ impl<'a> Polisher<'a> {
         };
         let done = descend(&mut self.loss, &self.law, &mut self.x, &effort)?;
         let (figures, stable) = (self.figures, self.stable.clone());
+        let first = self.rounds == 0;
         self.renew(FINE)?;
         let lost = stable.iter().zip(&self.stable).any(|(was, is)| *was && !is);
         if lost {
@@ -170,7 +184,8 @@ impl<'a> Polisher<'a> {
             self.stable = stable;
             self.stale = true;
         }
-        if self.rounds == 0 {
+        let (before, after) = (excess(&figures), excess(&self.figures));
+        if !first && after > EXCEEDED.ln() && after > (1.0 - WORTHWHILE) * before {
             self.keep_within_reach();
         }
         self.rounds += 1;
@@ -178,7 +193,12 @@ impl<'a> Polisher<'a> {
         Ok(self.figures)
     }
 
-    /// A limit that the first round could not reach is kept where it is.
+    /// True when no limit is exceeded, as far as the lines show.
+    pub fn within_limits(&self) -> bool {
+        excess(&self.figures) <= EXCEEDED.ln()
+    }
+
+    /// A limit that is out of reach is moved to where the loop is.
     fn keep_within_reach(&mut self) {
         let limits = &mut self.task.limits;
         let list = [
@@ -188,7 +208,7 @@ impl<'a> Polisher<'a> {
             &mut limits.mu,
         ];
         for (limit, over) in list.into_iter().zip(self.figures.over_limit) {
-            if over > OUT_OF_REACH {
+            if over > EXCEEDED {
                 *limit *= over;
             }
         }
@@ -222,6 +242,11 @@ impl<'a> Polisher<'a> {
 
 /// First line, Hz: below every bearing's bandwidth.
 const FROM_HZ: f64 = 1.0;
+
+/// What exceeds the limits, logarithms summed.
+fn excess(round: &PolishRound) -> f64 {
+    round.over_limit.iter().map(|over| over.ln().max(0.0)).sum()
+}
 
 fn figures(loss: &Loss, found: &Evaluation) -> PolishRound {
     let groups = [

@@ -32,7 +32,8 @@ pub(crate) trait Structure: Sync {
     fn parameters(&self) -> usize;
     /// Change of each parameter that changes its part of the controller by about its own size.
     fn natural_steps(&self, x: &[f64]) -> Vec<f64>;
-    /// 1/K's poles on the unit circle: the factor that takes the integrators out of det(I − G K); 1 without integrators.
+    /// 1/K's poles on the unit circle: the factor that takes the integrators out of det(I − G K); 1 without
+    /// integrators.
     fn without_integrators(&self, _x: &[f64], _line: &Line) -> c64 {
         c64::new(1.0, 0.0)
     }

@@ -1,7 +1,7 @@
 //! The BLAS and LAPACK routines that clarabel's semidefinite cone calls, answered by faer.
 //!
-//! clarabel's features `blas-src` and `lapack-src` leave eleven double-precision Fortran symbols open and expect a system
-//! library to close them. They are closed here instead, so that cargo alone builds the program on any machine.
+//! clarabel's features `blas-src` and `lapack-src` leave eleven double-precision Fortran symbols open and expect a
+//! system library to close them. They are closed here instead, so that cargo alone builds the program on any machine.
 //! Interface: LP64 (32-bit integers), column-major, every argument by pointer, trailing underscore; the comments of the
 //! reference implementation at netlib.org describe the arguments. Single-precision twins are never linked.
 //!

@@ -79,7 +79,8 @@ pub(super) fn port_rows(
     })
 }
 
-/// Forces at the ports, and those by which a changed modulus bends the lowest modes, dofs × forces; with the number of groups.
+/// Forces at the ports, and those by which a changed modulus bends the lowest modes, dofs × forces; with the number of
+/// groups.
 pub(super) fn static_forces(
     rotor: &Rotor,
     modes: &PlanarModes,
@@ -117,8 +118,8 @@ fn group_of(group_of_element: &[usize], element: usize) -> Option<usize> {
     group_of_element.get(element / 2).copied()
 }
 
-/// The strongest directions of `statics` that `modal` does not already express, mass-orthonormal: a grid of positions spans a smooth space of
-/// few dimensions.
+/// The strongest directions of `statics` that `modal` does not already express, mass-orthonormal: a grid of positions
+/// spans a smooth space of few dimensions.
 pub(super) fn independent_part(
     modal: &Mat<f64>,
     statics: &Mat<f64>,

@@ -1,0 +1,378 @@
+//! The problem that a synthesis solves: how much of the gyroscopic split it covers, how far T is bounded, and, where
+//! the specification is out of reach, by how much its limits are widened.
+//!
+//! Constant scales decide: their γ is an upper bound of the μ that the D-K iteration reaches. While it exceeds the
+//! target the cover gives way, that of the guard modes first, then that of the flexible modes from the highest down.
+//! Where even the uncertainty as written is out of reach, the displacements that the specification allows are
+//! multiplied by the smallest factor that brings γ to the target, and then as much is covered as a quarter more of that
+//! factor buys. The tightest bound on T within the target comes last.
+
+use super::PipelineError;
+use super::problems::{Cover, Problems, generalized, whole_machine};
+use super::settings::DesignSettings;
+use super::widening::Widening;
+use crate::augment::GeneralizedPlant;
+use crate::augment::assembly::UncertainMode;
+use crate::augment::plane::{Route, modes_below_nyquist};
+use crate::augment::split::{ModeSplit, gyroscopic_split};
+use crate::augment::weight_plane::fit_errors;
+use crate::augment::weights::Weights;
+use crate::robust::prescale::constant_scales;
+use crate::spindle::Machine;
+use std::f64::consts::TAU;
+
+/// Where the search for constant scales of modal channels starts: q is of the order 1e-6 m√kg, √(2r)ω₀ of 1e3 rad/s.
+const STARTING_SCALE: f64 = 100.0;
+/// Smallest growth of the widening in one step of its search.
+const STEP: f64 = 1.05;
+/// Steps at most: γ falls about as the limits widen, so that two or three are enough where it falls at all.
+const STEPS: usize = 12;
+/// A step that lowers γ by less than this share shows that displacements do not bind.
+const PROGRESS: f64 = 0.02;
+/// Width of the widening, relative: far below what it costs the loop.
+const WIDTH: f64 = 0.05;
+/// What covering the split may cost in widening.
+const COVER_PRICE: f64 = 1.25;
+
+/// A problem with its constant scales.
+struct Posed {
+    plant: GeneralizedPlant,
+    limit: Option<f64>,
+    scales: Vec<f64>,
+    gamma: f64,
+}
+
+/// What stays the same while cover, widening and bound on T are chosen.
+struct Posing<'a> {
+    machine: &'a Machine,
+    weights: &'a Weights,
+    settings: &'a DesignSettings,
+    split: Vec<ModeSplit>,
+    /// Flexible modes of the specification's model.
+    kept: usize,
+    synthesis_modes: usize,
+}
+
+/// A choice of cover and widening with what constant scales make of it.
+struct Choice {
+    cover: Cover,
+    widening: Widening,
+    posed: Posed,
+}
+
+/// Builds the problems and the constant scales of the synthesis problem, one per block, with their γ.
+///
+/// # Errors
+/// [`PipelineError`] when a plant, a weight or the first synthesis fails.
+pub fn pose(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
+    let top_speed = machine.spindle.max_rpm * TAU / 60.0;
+    let flexible_rad_s = modes_below_nyquist(machine)?;
+    let machine_modes = flexible_rad_s.len();
+    let kept = machine.spindle.flexible_modes.min(machine_modes);
+    let covered = (kept + settings.guard_modes).min(machine_modes);
+    let synthesis_modes = covered
+        .saturating_add(settings.extra_modes)
+        .min(machine_modes);
+    let posing = Posing {
+        split: gyroscopic_split(machine, top_speed, covered)?,
+        machine,
+        weights,
+        settings,
+        kept,
+        synthesis_modes,
+    };
+    let Choice {
+        cover,
+        widening,
+        posed,
+    } = posing.bounded(posing.chosen()?)?;
+    let aim = widening.apply(weights);
+    let covered_modes = posing.modes(Some(cover));
+    let written = posing.modes(None);
+    let period_s = machine.spindle.electronics.sample_period_s();
+    let whole = |weights: &Weights, modes: &[UncertainMode]| {
+        whole_machine(machine, weights, machine_modes, modes)
+    };
+    let specification = whole(weights, &written)?;
+    let problems = Problems {
+        aimed: if widening.is_none() {
+            specification.clone()
+        } else {
+            whole(&aim, &written)?
+        },
+        specification,
+        covered: whole(&aim, &covered_modes)?,
+        synthesis: match settings.route {
+            Route::Direct => posed.plant.clone(),
+            Route::Emulation { .. } => generalized(
+                machine,
+                &aim,
+                synthesis_modes,
+                &covered_modes,
+                posed.limit,
+                Route::Direct,
+            )?,
+        },
+        posed: posed.plant,
+        route: settings.route,
+        sensitivity_limit: posed.limit,
+        period_s,
+        written_modes: written,
+        synthesis_modes,
+        machine_modes,
+        flexible_rad_s,
+        fit_errors: fit_errors(weights, period_s)
+            .map_err(PipelineError::numeric("weights in the w plane"))?,
+        covered_modes,
+        cover,
+        aim,
+        widening,
+        split: posing.split,
+    };
+    Ok((problems, posed.scales, posed.gamma))
+}
+
+impl Posing<'_> {
+    /// Uncertainty as written, or widened by the split that is covered.
+    fn modes(&self, cover: Option<Cover>) -> Vec<UncertainMode> {
+        let table = |k: usize| {
+            let given = self.weights.mode_uncertainty.get(k);
+            given.copied().unwrap_or(0.0)
+        };
+        let covered = |number: usize| match cover {
+            Some(cover) if number < cover.modes => 1.0,
+            Some(cover) if number >= self.kept => cover.guard_share,
+            _ => 0.0,
+        };
+        let modes = self.split.iter().enumerate();
+        modes
+            .map(|(number, s)| UncertainMode {
+                number,
+                omega_rad_s: s.omega_rad_s,
+                relative: table(number) + covered(number) * s.relative(),
+            })
+            .filter(|m| m.relative > 0.0)
+            .collect()
+    }
+
+    /// Covers in the order in which they give way, the last without any of the split.
+    fn covers(&self) -> Vec<Cover> {
+        let mut shares = self.settings.guard_cover.clone();
+        shares.retain(|share| *share > 0.0 && self.split.len() > self.kept);
+        shares.push(0.0);
+        let mut covers: Vec<Cover> = shares
+            .into_iter()
+            .map(|guard_share| Cover {
+                modes: self.kept,
+                guard_share,
+            })
+            .collect();
+        if self.settings.give_way {
+            covers.extend((0..self.kept).rev().map(|modes| Cover {
+                modes,
+                guard_share: 0.0,
+            }));
+        }
+        // A cover that changes no mode is none.
+        covers.dedup_by(|b, a| self.modes(Some(*a)) == self.modes(Some(*b)));
+        covers
+    }
+
+    /// Constant scales of a problem, from the scales of another if there are any.
+    fn attempt(
+        &self,
+        cover: Cover,
+        widening: Widening,
+        limit: Option<f64>,
+        from: Option<&Posed>,
+    ) -> Result<Posed, PipelineError> {
+        let modes = self.modes(Some(cover));
+        let plant = generalized(
+            self.machine,
+            &widening.apply(self.weights),
+            self.synthesis_modes,
+            &modes,
+            limit,
+            self.settings.route,
+        )?;
+        let mut start = vec![STARTING_SCALE; modes.len()];
+        if let Some(from) = from {
+            for (own, scale) in start.iter_mut().zip(&from.scales) {
+                *own = *scale;
+            }
+        }
+        let found = constant_scales(&plant, &start)?;
+        Ok(Posed {
+            plant,
+            limit,
+            scales: found.scale,
+            gamma: found.gamma,
+        })
+    }
+
+    fn reaches(&self, posed: &Posed) -> bool {
+        posed.gamma <= self.settings.gamma_target
+    }
+
+    /// Cover and widening without a bound on T but the one given.
+    fn chosen(&self) -> Result<Choice, PipelineError> {
+        let given = self.weights.complementary_sensitivity_limit;
+        let covers = self.covers();
+        let mut last: Option<Choice> = None;
+        for cover in &covers {
+            let from = last.as_ref().map(|c| &c.posed);
+            let posed = self.attempt(*cover, Widening::NONE, given, from)?;
+            let reached = self.reaches(&posed);
+            last = Some(Choice {
+                cover: *cover,
+                widening: Widening::NONE,
+                posed,
+            });
+            if reached {
+                break;
+            }
+        }
+        let Some(choice) = last else {
+            return Err(PipelineError::Synthesis(
+                crate::robust::SynthesisError::Partition("no problem was posed".to_owned()),
+            ));
+        };
+        if self.reaches(&choice.posed) || !self.settings.give_way {
+            return Ok(choice);
+        }
+        let widened = self.widened(choice)?;
+        if !self.reaches(&widened.posed) {
+            return Ok(widened);
+        }
+        let priced = Widening {
+            current: widened.widening.current,
+            ..Widening::displacements(COVER_PRICE * widened.widening.tool)
+        };
+        for cover in &covers[..covers.len() - 1] {
+            let posed = self.attempt(*cover, priced, given, Some(&widened.posed))?;
+            if self.reaches(&posed) {
+                return Ok(Choice {
+                    cover: *cover,
+                    widening: priced,
+                    posed,
+                });
+            }
+        }
+        Ok(widened)
+    }
+
+    /// The choice with the displacements widened until γ reaches the target, the current as well where they do not
+    /// help; the lowest γ found where neither does.
+    fn widened(&self, choice: Choice) -> Result<Choice, PipelineError> {
+        let displacements = Widening::displacements;
+        let (wide, choice) = self.widened_by(choice, &displacements)?;
+        if self.reaches(&choice.posed) {
+            return Ok(choice);
+        }
+        // Displacements do not bind beyond this; the current may.
+        let with_current = |current: f64| Widening {
+            current,
+            ..displacements(wide)
+        };
+        let (current, choice) = self.widened_by(choice, &with_current)?;
+        let at_this_current = |factor: f64| Widening {
+            current,
+            ..displacements(factor)
+        };
+        let (_, choice) = self.narrowed([1.0, wide], choice, &at_this_current)?;
+        Ok(choice)
+    }
+
+    /// Constant scales of a choice's problem at another widening.
+    fn rewidened(&self, choice: &Choice, widening: Widening) -> Result<Choice, PipelineError> {
+        let posed = self.attempt(
+            choice.cover,
+            widening,
+            choice.posed.limit,
+            Some(&choice.posed),
+        )?;
+        Ok(Choice {
+            cover: choice.cover,
+            widening,
+            posed,
+        })
+    }
+
+    /// The least factor of a family of widenings, from 1 on, that brings γ to the target; the last that lowered γ where
+    /// none does. With the choice that belongs to it.
+    fn widened_by(
+        &self,
+        choice: Choice,
+        family: &dyn Fn(f64) -> Widening,
+    ) -> Result<(f64, Choice), PipelineError> {
+        let (mut short, mut factor, mut best) = (1.0f64, 1.0f64, choice);
+        for _ in 0..STEPS {
+            let gamma = best.posed.gamma;
+            let next = factor * (gamma / self.settings.gamma_target).max(STEP);
+            let found = self.rewidened(&best, family(next))?;
+            if found.posed.gamma > (1.0 - PROGRESS) * gamma {
+                break;
+            }
+            (short, factor, best) = (factor, next, found);
+            if self.reaches(&best.posed) {
+                break;
+            }
+        }
+        self.narrowed([short, factor], best, family)
+    }
+
+    /// Bisects the factor of a family between one that is too small and that of a choice, if the choice reaches the
+    /// target.
+    fn narrowed(
+        &self,
+        [mut short, mut factor]: [f64; 2],
+        choice: Choice,
+        family: &dyn Fn(f64) -> Widening,
+    ) -> Result<(f64, Choice), PipelineError> {
+        let mut best = choice;
+        while self.reaches(&best.posed) && factor / short > 1.0 + WIDTH {
+            let middle = (factor * short).sqrt();
+            let found = self.rewidened(&best, family(middle))?;
+            if self.reaches(&found.posed) {
+                (factor, best) = (middle, found);
+            } else {
+                short = middle;
+            }
+        }
+        Ok((factor, best))
+    }
+
+    /// The choice with the tightest bound on T within the target.
+    fn bounded(&self, choice: Choice) -> Result<Choice, PipelineError> {
+        if self.weights.complementary_sensitivity_limit.is_some() || !self.reaches(&choice.posed) {
+            return Ok(choice);
+        }
+        let tighter = &self.settings.sensitivity_limits;
+        let Choice {
+            cover,
+            widening,
+            mut posed,
+        } = choice;
+        // γ falls as the bound on T gives way: bisection finds the tightest bound of the list that is within reach.
+        let (mut low, mut high) = (0, tighter.len());
+        while low < high {
+            let middle = low.midpoint(high);
+            let tight = self.attempt(cover, widening, Some(tighter[middle]), Some(&posed))?;
+            if self.reaches(&tight) {
+                posed = tight;
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        Ok(Choice {
+            cover,
+            widening,
+            posed,
+        })
+    }
+}

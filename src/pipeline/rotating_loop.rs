@@ -1,0 +1,163 @@
+//! The weighted specification closed with a four-axis law on the exact frequency responses of the rotating machine.
+//!
+//! The plant is the full finite-element model with the true gyroscopics; currents reach it through the hold, sinc(ωT/2)
+//! and half a sample, and the rest of the delay; loads and modal forces act between the samples and are not held; the
+//! weights are those written, at true frequency; the controller is the one that runs. Two equal planes that gyroscopics
+//! couple are one plane in r = x + jy, with responses H(ω) at positive (forward) and negative (backward) frequencies:
+//! with a the x→x and b the x→y response, H(ω) = a + jb and conj H(−ω) = a − jb. In these coordinates the 4×4 loop is
+//! block diagonal, so its μ, with the same δ for both planes and any load in both, is the larger of the two. Both are
+//! isotropic.
+
+use super::PipelineError;
+use crate::augment::Block;
+use crate::augment::assembly::{SIGNAL_SCALE_M, UncertainMode, input_weights, output_weights};
+use crate::augment::plane::{LOADS, LOOPS};
+use crate::augment::weight_plane::WeightPlane;
+use crate::augment::weights::Weights;
+use crate::linalg::{Mat, c64, solve_complex};
+use crate::lti::responder::FrequencyResponder;
+use crate::lti::{Continuous, Discrete, Response, StateSpace};
+use crate::spindle::Plant;
+use crate::spindle::plant::CHANNELS;
+
+/// Signs of the frequency of forward and backward whirl.
+pub(super) const SIGNS: [f64; 2] = [1.0, -1.0];
+
+/// The weighted loop of a specification at one speed.
+pub(super) struct RotatingLoop {
+    plant: Plant,
+    /// Channels of the plant: modal ports, loads, magnets; x axis, and the same of the y axis.
+    channels: [Vec<usize>; 2],
+    /// What the delay of the plant lacks of half a sample, s: a shorter one counts as that, as in the sampled plant.
+    late_s: f64,
+    /// The controller x → x and x → y.
+    law: [FrequencyResponder<Discrete>; 2],
+    frame: Frame,
+}
+
+impl RotatingLoop {
+    /// The loop of a plant whose planes are equal, with the law; `modes` are the uncertain ones.
+    ///
+    /// # Errors
+    /// [`PipelineError`] when a weight is not positive.
+    pub fn new(
+        plant: &Plant,
+        weights: &Weights,
+        modes: &[UncertainMode],
+        law: &StateSpace<Discrete>,
+    ) -> Result<Self, PipelineError> {
+        let numeric = || PipelineError::numeric("weights of μ over speed");
+        // The bound on T is a means of the design, not part of the specification.
+        let weights = &Weights {
+            complementary_sensitivity_limit: None,
+            ..weights.clone()
+        };
+        let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
+        let x: Vec<usize> = modes
+            .iter()
+            .map(|m| CHANNELS + 2 * m.number)
+            .chain([4, 6, 8, 0, 2])
+            .collect();
+        let y = x.iter().map(|k| k + 1).collect();
+        let part = |rows: [usize; 2]| FrequencyResponder::new(&law.select(&rows, &[0, 2]));
+        Ok(Self {
+            late_s: (0.5 * plant.sample_period_s() - plant.delay_s()).max(0.0),
+            plant: plant.with_modal_ports(ports),
+            channels: [x, y],
+            law: [part([0, 2]), part([1, 3])],
+            frame: Frame {
+                modes: modes.len(),
+                integral: weights.integral_corner_hz.is_some(),
+                input: input_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
+                output: output_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
+            },
+        })
+    }
+
+    /// M and its blocks for forward and backward whirl at a frequency, rad/s.
+    pub fn at(&self, omega: f64) -> [(Mat<c64>, Vec<Block>); 2] {
+        let [a, b] = self.planes(omega);
+        let [ka, kb] = [self.law[0].at(omega), self.law[1].at(omega)];
+        SIGNS.map(|sign| {
+            let turn = c64::new(0.0, sign);
+            let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
+                Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
+            };
+            self.frame.closed(omega, &whirl(&a, &b), &whirl(&ka, &kb))
+        })
+    }
+
+    /// Responses x → x and x → y at a frequency; the currents are held.
+    fn planes(&self, omega: f64) -> [Mat<c64>; 2] {
+        let theta = 0.5 * omega * self.plant.sample_period_s();
+        let hold = c64::new(0.0, -omega * self.late_s).exp() * (theta.sin() / theta);
+        let response = self.plant.at(omega);
+        let columns = &self.channels[0];
+        let commands = columns.len() - LOOPS;
+        [0, 1].map(|axis| {
+            let rows = &self.channels[axis];
+            Mat::from_fn(rows.len(), columns.len(), |i, j| {
+                let value = response[(rows[i], columns[j])];
+                if j < commands { value } else { hold * value }
+            })
+        })
+    }
+}
+
+/// Weights round a plane's response at one frequency.
+struct Frame {
+    modes: usize,
+    integral: bool,
+    input: StateSpace<Continuous>,
+    output: StateSpace<Continuous>,
+}
+
+impl Frame {
+    /// The weighted loop z ← w at a frequency for a plane (v, loads, u) → (q, x, y) and a controller y → u.
+    fn closed(
+        &self,
+        omega: f64,
+        plane: &Mat<c64>,
+        controller: &Mat<c64>,
+    ) -> (Mat<c64>, Vec<Block>) {
+        let nv = self.modes;
+        let (errors, wide) = (nv + LOADS, nv + LOADS + 2 * LOOPS);
+        let (zero, one) = (c64::new(0.0, 0.0), c64::new(1.0, 0.0));
+        // Column of `plane` that an input (v, loads, noise, u) of the frame is.
+        let column = |j: usize| match j {
+            j if j < errors => Some(j),
+            j if j < errors + LOOPS => None,
+            j => Some(j - LOOPS),
+        };
+        let unit = |here: bool| if here { one } else { zero };
+        let signal = |k: usize, j: usize| match column(j) {
+            Some(c) => plane[(errors + k, c)],
+            None => unit(j == errors + k),
+        };
+        let regulated = if self.integral { LOOPS } else { 0 };
+        let rows = errors + LOOPS + regulated + LOOPS;
+        let exposed = Mat::from_fn(rows, wide, |i, j| {
+            if i < errors {
+                column(j).map_or(zero, |c| plane[(i, c)])
+            } else if i < errors + LOOPS {
+                unit(j == errors + LOOPS + (i - errors))
+            } else {
+                signal((i - errors) % LOOPS, j)
+            }
+        });
+        let weighted = self.output.at(omega) * exposed * self.input.at(omega);
+        let (nz, nw) = (rows - LOOPS, wide - LOOPS);
+        let part = |r, c, h, w| weighted.submatrix(r, c, h, w).to_owned();
+        let k = Mat::from_fn(LOOPS, LOOPS, |i, j| controller[(i, j)] * SIGNAL_SCALE_M);
+        let loop_gain = part(nz, nw, LOOPS, LOOPS) * &k;
+        let difference = Mat::from_fn(LOOPS, LOOPS, |i, j| unit(i == j) - loop_gain[(i, j)]);
+        let inner = solve_complex(&difference, &part(nz, 0, LOOPS, nw));
+        let closed = part(0, 0, nz, nw) + part(0, nw, nz, LOOPS) * (&k * inner);
+        let mut blocks = vec![Block::ComplexScalar { n: 1 }; nv];
+        blocks.push(Block::ComplexFull {
+            rows: nw - nv,
+            cols: nz - nv,
+        });
+        (closed, blocks)
+    }
+}
