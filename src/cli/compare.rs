@@ -218,6 +218,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .iter()
         .map(|h| Measured {
             name: format!("measured ({})", stem(&h.name)),
+            role: Role::Measured,
             speed_rpm: h.frf.speed_rpm,
             frequency_hz: h.frf.frequency_hz.clone(),
             stiffness_n_per_m: h.frf.compliance.iter().map(|c| c.norm().recip()).collect(),

@@ -12,16 +12,16 @@ use crate::augment::weights::Weights;
 use crate::controller::MachineTag;
 use crate::input::{spindle_yaml, tool_yaml};
 use crate::pipeline::PipelineError;
-use crate::pipeline::comparison::{Prediction, predict};
+use crate::pipeline::comparison::{BAND_HZ, Prediction, predict};
 use crate::pipeline::design::Design;
 use crate::pipeline::settings::{DesignSettings, PolishEffort};
 use crate::predict::sensitivity::Zone;
-use crate::report::design_summary::arithmetic_json;
+use crate::report::design_summary::{arithmetic_json, limit_json};
 use crate::report::firmware::{Firmware, Format, write_all};
 use crate::report::firmware_c::c_identifier;
 use crate::report::prediction_summary::{sensitivity_json, stiffness_json};
 use crate::report::results::ResultsFolder;
-use crate::report::run_figures::{predictions, robustness};
+use crate::report::run_figures::{Measured, predictions, robustness};
 use crate::report::run_summary::design_json;
 use crate::report::summary::Summary;
 use crate::report::{html, plot::Role};
@@ -46,6 +46,9 @@ pub struct Arguments {
     /// Deliver the reduced controller of the D-K iteration without the polish for tool stiffness
     #[arg(long)]
     no_polish: bool,
+    /// Compute the stiffness at rest that no linear controller within the limits of the polish exceeds (a convex bound)
+    #[arg(long)]
+    limit: bool,
     /// Folder for controller, certificates, pictures and report
     #[arg(long, default_value = "results/design")]
     out: String,
@@ -128,9 +131,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         add_predictions(&mut summary, "dk", dk, fast);
         runs.extend([(UNPOLISHED, dk), (UNPOLISHED, fast)]);
     }
+    let mut limits = vec![];
+    if arguments.limit {
+        let limit = found.stiffness_limit(&machine)?;
+        progress.stage("limit of the stiffness");
+        summary.set("design.stiffness_limit", limit_json(&limit, rest.minimum.0));
+        limits.push(Measured::limit(&limit, BAND_HZ));
+    }
     for (stem, figure) in robustness(&found).into_iter().chain(predictions(
         &runs,
-        &[],
+        &limits,
         machine.spindle.max_rpm / 60.0,
     )) {
         folder.add_plot(&stem, &figure)?;

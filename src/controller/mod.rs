@@ -22,6 +22,7 @@ pub mod scaling;
 pub mod sections;
 pub mod speed_lift;
 pub mod speed_proof;
+pub mod stiffness_limit;
 pub mod verification;
 pub mod verification_error;
 

@@ -11,7 +11,7 @@ use super::PipelineError;
 use super::certificates::{DScaleCurve, Stage, d_scales, stage};
 use super::delivery::{Delivery, deliver};
 use super::emulation::Emulated;
-use super::polishing::{PolishOutcome, polished};
+use super::polishing::{PolishOutcome, ZONE_A, limits, polished};
 use super::problems::Problems;
 use super::progress::{Event, Listener};
 use super::reduction::reduce;
@@ -20,8 +20,10 @@ use super::specification_scale::{SpecificationScale, specification_scale};
 use super::stable::OwnStability;
 use super::synthesis::{Round, Synthesised, synthesise_for_machine};
 use crate::augment::assembly::unscale_controller;
+use crate::augment::plane::connected_part;
 use crate::augment::weights::Weights;
 use crate::controller::ControlLaw;
+use crate::controller::stiffness_limit::{StiffnessLimit, stiffness_limit};
 use crate::lti::sample::tustin;
 use crate::robust::dk::DkStep;
 use crate::spindle::Machine;
@@ -89,6 +91,25 @@ impl Design {
             ),
             false => self.own_stability.sentence(),
         }
+    }
+
+    /// The largest smallest tool stiffness at rest that a linear controller reaches within the limits of the polish, and
+    /// within zone A: what the delivered one is to be measured by.
+    ///
+    /// # Errors
+    /// [`PipelineError`] when the delivered controller is unstable itself or does not levitate the machine, or the convex
+    /// problem has no answer.
+    pub fn stiffness_limit(&self, machine: &Machine) -> Result<StiffnessLimit, PipelineError> {
+        let limits = limits(machine, ZONE_A)?;
+        let law = match &self.delivery.controller.law {
+            ControlLaw::Discrete(law) => connected_part(&law.select(&[0, 2], &[0, 2])),
+            ControlLaw::Continuous(law) => {
+                let period_s = machine.spindle.electronics.sample_period_s();
+                let sampled = tustin(law, period_s).map_err(PipelineError::numeric("limit"))?;
+                connected_part(&sampled.select(&[0, 2], &[0, 2]))
+            }
+        };
+        Ok(stiffness_limit(machine, &limits, &law)?)
     }
 
     /// True when the specification is met at rest and at speed and every speed from rest to 20 % above the top speed is

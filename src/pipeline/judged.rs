@@ -60,19 +60,17 @@ impl Judged {
         })
     }
 
-    /// The first of [`GOALS`] that is missed; `rival` are the smallest tool stiffnesses of a tuned PID, if there is
-    /// one.
-    pub(super) fn first_missed(&self, machine: &Machine, rival: Option<[f64; 2]>) -> Option<usize> {
+    /// Which of [`GOALS`] are met; `rival` are the smallest tool stiffnesses of a tuned PID, if there is one.
+    pub(super) fn met(&self, machine: &Machine, rival: Option<[f64; 2]>) -> [bool; GOALS.len()] {
         let within_zone_b = |zone: Option<Zone>| zone.is_some_and(|z| z <= Zone::B);
         let stiff = |rival: [f64; 2]| (0..2).all(|k| self.stiffness_n_per_m[k] >= rival[k]);
-        let met = [
+        [
             self.proven_to_rpm >= OVERSPEED * machine.spindle.max_rpm,
             self.growth_rate_per_s < 0.0,
             self.mu <= 1.0,
             self.zones.into_iter().all(within_zone_b),
             rival.is_none_or(stiff),
-        ];
-        met.iter().position(|met| !met)
+        ]
     }
 
     /// Why this controller is not delivered in place of `other`; empty when it is. The controller that misses the later
@@ -83,12 +81,9 @@ impl Judged {
         machine: &Machine,
         rival: Option<[f64; 2]>,
     ) -> Vec<&'static str> {
-        let last = GOALS.len();
-        let missed = |judged: &Self| judged.first_missed(machine, rival).unwrap_or(last);
-        let (own, others) = (missed(self), missed(other));
-        if own != others {
-            let missed = GOALS.get(own).copied();
-            return missed.filter(|_| own < others).into_iter().collect();
+        let (own, others) = (self.met(machine, rival), other.met(machine, rival));
+        if let Some(goal) = (0..GOALS.len()).find(|k| own[*k] != others[*k]) {
+            return if own[goal] { vec![] } else { vec![GOALS[goal]] };
         }
         let rank = |z: Option<Zone>| z.map_or(usize::MAX, |z| z as usize);
         let worse_zone = |k: usize| rank(self.zones[k]) > rank(other.zones[k]);

@@ -30,6 +30,7 @@ use crate::controller::polish::{LoopLimits, PolishRound, PolishTask, Polisher};
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, StateSpace};
 use crate::predict::closed_loop::both_planes;
+use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 use crate::spindle::Machine;
 
@@ -66,7 +67,7 @@ pub struct PolishOutcome {
 }
 
 /// Ends of zone A and zone B (|S| = 3 and 4) less 2 %, for peaks between the lines and for rounding.
-const ZONE_A: f64 = 0.98 * 3.0;
+pub(super) const ZONE_A: f64 = 0.98 * 3.0;
 const ZONE_B: f64 = 0.98 * 4.0;
 /// Sensitivity of rotors with shifted modes relative to that.
 const SHIFTED_SENSITIVITY: f64 = 1.3;
@@ -80,7 +81,7 @@ const SAME_PEAK: f64 = 0.02;
 const NOISE_SHARE: f64 = 1.0 / 30.0;
 
 /// Limits of a polish, from the machine, with a largest |S_jj|.
-fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, PipelineError> {
+pub(super) fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, PipelineError> {
     let spindle = &machine.spindle;
     let bias = spindle
         .front
@@ -198,6 +199,9 @@ fn descend(
             .any(|(_, hz)| (hz / at_hz - 1.0).abs() < SAME_PEAK);
         polisher.add_peak(at_hz, if again { CUT / mu } else { 1.0 });
         rounds.push(polisher.round(effort.cut_steps)?);
+        if !polisher.within_limits() {
+            rounds.push(polisher.round(effort.steps)?);
+        }
     }
     Ok(Polished {
         plane: best.map_or_else(|| plane.clone(), |(_, found)| found),
@@ -223,7 +227,17 @@ struct Contest<'a> {
 
 impl Contest<'_> {
     fn misses_a_goal(&self) -> bool {
-        self.judged.first_missed(self.machine, self.rival).is_some()
+        self.judged.met(self.machine, self.rival).contains(&false)
+    }
+
+    /// True when a larger sensitivity may help: the zone is worse than B, or the tool softer than that of the PID.
+    fn wants_sensitivity(&self) -> bool {
+        let within_b = |zone: &Option<Zone>| zone.is_some_and(|z| z <= Zone::B);
+        let soft = |rival: [f64; 2]| {
+            let own = self.judged.stiffness_n_per_m;
+            (0..2).any(|k| own[k].is_nan() || own[k] < rival[k])
+        };
+        !self.judged.zones.iter().all(within_b) || self.rival.is_some_and(soft)
     }
 
     /// Polishes `plane`, and keeps the result when it is better.
@@ -325,7 +339,7 @@ pub(super) fn polished(
         if contest.misses_a_goal() {
             contest.attempt("tuned PID", zone_a, start);
         }
-        if contest.misses_a_goal() && start.is_ok() {
+        if contest.wants_sensitivity() && start.is_ok() {
             contest.attempt("tuned PID within zone B", limits(machine, ZONE_B)?, start);
         }
     }

@@ -55,6 +55,8 @@ impl Default for DesignSettings {
                 patience: 1,
                 min_improvement: 2e-3,
                 descent_rounds: 2,
+                // Half a percent of μ is no difference in a loop that is polished afterwards.
+                least_gap: 5e-3,
                 ..DkSettings::default()
             },
             speeds: 11,

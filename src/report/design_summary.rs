@@ -4,6 +4,7 @@ use super::prediction_summary::{sensitivity_json, stiffness_json};
 use super::summary::number;
 use crate::augment::plane::Route;
 use crate::controller::speed_proof::SpeedProof;
+use crate::controller::stiffness_limit::StiffnessLimit;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
 use crate::pipeline::emulation::Emulated;
@@ -133,6 +134,17 @@ pub fn scale_json(scale: &SpecificationScale) -> Value {
         "binds": scale.binds,
         "speed_rpm": number(scale.speed_rpm),
         "frequency_hz": number(scale.frequency_hz),
+    })
+}
+
+/// The stiffness that no linear controller exceeds, and how much of it the delivered one reaches.
+pub fn limit_json(limit: &StiffnessLimit, reached_n_per_m: f64) -> Value {
+    json!({
+        "minimum_n_per_m": number(limit.stiffness_n_per_m),
+        "with_half_the_taps_n_per_m": number(limit.with_half_the_taps_n_per_m),
+        "taps": limit.taps,
+        "lines": limit.lines,
+        "share_reached": number(reached_n_per_m / limit.stiffness_n_per_m),
     })
 }
 

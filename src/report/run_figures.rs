@@ -7,6 +7,7 @@ use super::plot::robustness::{
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
 use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
 use super::plot::{Curve, Figure, Role};
+use crate::controller::stiffness_limit::StiffnessLimit;
 use crate::linalg::c64;
 use crate::lti::{FrequencyGrid, Response};
 use crate::pipeline::comparison::Prediction;
@@ -247,17 +248,32 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
     ]
 }
 
-/// A measured dynamic stiffness.
+/// A dynamic stiffness that is no prediction of a loop: measured, or a limit.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Name in the legend.
     pub name: String,
+    /// What it stands for.
+    pub role: Role,
     /// Speed, rpm.
     pub speed_rpm: f64,
     /// Lines, Hz.
     pub frequency_hz: Vec<f64>,
     /// |F/x|, N/m.
     pub stiffness_n_per_m: Vec<f64>,
+}
+
+impl Measured {
+    /// The stiffness that no linear controller exceeds at rest, as a line over the band of the stiffness.
+    pub fn limit(limit: &StiffnessLimit, band_hz: (f64, f64)) -> Self {
+        Self {
+            name: "limit of the smallest stiffness".to_owned(),
+            role: Role::Limit,
+            speed_rpm: 0.0,
+            frequency_hz: vec![band_hz.0, band_hz.1],
+            stiffness_n_per_m: vec![limit.stiffness_n_per_m; 2],
+        }
+    }
 }
 
 /// Dynamic stiffness at the tool and sensitivity, at every speed given: (stem, figure). A picture without a stable loop or a
@@ -294,7 +310,7 @@ pub fn predictions(
                         .filter(|m| m.speed_rpm == *rpm)
                         .map(|m| Curve {
                             name: &m.name,
-                            role: Role::Measured,
+                            role: m.role,
                             x: &m.frequency_hz,
                             y: &m.stiffness_n_per_m,
                         }),

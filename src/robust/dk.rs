@@ -48,8 +48,11 @@ pub fn iterate(
     };
     let first = run.attempt(&DScales::identity(run.blocks.len()));
     let mut best = log.enter(&DScales::identity(run.blocks.len()), first)?;
-    run.alternate(&mut best, &mut log);
-    run.descend(&mut best, &mut log);
+    // Scales of higher order lower γ towards the peak of μ: where that is as high there is nothing to gain.
+    if best.mu_peak < best.gamma * (1.0 - settings.least_gap) || settings.least_gap == 0.0 {
+        run.alternate(&mut best, &mut log);
+        run.descend(&mut best, &mut log);
+    }
     let certified = run.certificate(&best)?;
     Ok(DkOutcome {
         controller: best.controller,

@@ -1,6 +1,6 @@
 //! Convex programmes with linear matrix inequalities: the only user of clarabel.
 //!
-//!   minimise  cᵀx   subject to   F₀ + Σ xᵢFᵢ ⪰ 0 (Hermitian),   aᵀx ≤ b,   aᵀx = b
+//!   minimise  cᵀx   subject to   F₀ + Σ xᵢFᵢ ⪰ 0 (Hermitian),   ‖Fx + g‖ ≤ aᵀx + b,   aᵀx ≤ b,   aᵀx = b
 //!
 //! A Hermitian H enters as the real symmetric image [[Re H, −Im H], [Im H, Re H]] of twice the size, in clarabel's
 //! packed upper triangle with off-diagonals times √2. The answer of the solver is never trusted here or above: callers
@@ -52,6 +52,24 @@ pub struct Row {
     pub bound: f64,
 }
 
+/// aᵀx + b.
+#[derive(Clone, Debug, Default)]
+pub struct Affine {
+    /// Variables and their coefficients.
+    pub terms: Vec<(usize, f64)>,
+    /// b.
+    pub constant: f64,
+}
+
+/// ‖(parts)‖ ≤ bound.
+#[derive(Clone, Debug, Default)]
+pub struct NormInequality {
+    /// What bounds the norm.
+    pub bound: Affine,
+    /// Entries of the vector.
+    pub parts: Vec<Affine>,
+}
+
 /// A convex programme; see the module for its form.
 #[derive(Clone, Debug, Default)]
 pub struct Programme {
@@ -61,6 +79,8 @@ pub struct Programme {
     pub equalities: Vec<Row>,
     /// aᵀx ≤ b.
     pub inequalities: Vec<Row>,
+    /// Bounds on Euclidean norms.
+    pub norms: Vec<NormInequality>,
     /// Matrix inequalities.
     pub matrices: Vec<MatrixInequality>,
 }
@@ -164,7 +184,7 @@ impl Programme {
         }
     }
 
-    /// Ax + s = b, s in the product of the cones: equalities, inequalities, then the matrix inequalities.
+    /// Ax + s = b, s in the product of the cones: equalities, inequalities, norms, then the matrix inequalities.
     fn conic_form(&self) -> (CscMatrix<f64>, Vec<f64>, Vec<SupportedConeT<f64>>) {
         let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; self.objective.len()];
         let mut b = vec![];
@@ -180,6 +200,15 @@ impl Programme {
         }
         if !self.inequalities.is_empty() {
             cones.push(SupportedConeT::NonnegativeConeT(self.inequalities.len()));
+        }
+        for norm in &self.norms {
+            for affine in std::iter::once(&norm.bound).chain(&norm.parts) {
+                for (variable, value) in &affine.terms {
+                    columns[*variable].push((b.len(), -value));
+                }
+                b.push(affine.constant);
+            }
+            cones.push(SupportedConeT::SecondOrderConeT(1 + norm.parts.len()));
         }
         for inequality in &self.matrices {
             let start = b.len();

@@ -11,6 +11,8 @@ const LAST: f64 = 0.9995;
 const FLANKS: [f64; 5] = [-1.6, -0.6, 0.0, 0.6, 1.6];
 /// Poles damped more than this are seen by the plain steps.
 const LIGHTLY: f64 = 0.1;
+/// Lines below the first plain one, as shares of its frequency.
+const QUASI_STATIC: [f64; 4] = [1e-3, 0.03, 0.1, 0.3];
 /// Two lines of one pole closer than this share of its half-width show the same.
 const SAME: f64 = 0.25;
 
@@ -45,7 +47,7 @@ pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f
 
 /// The plain lines of [`lines`] with lines at every lightly damped pole of plant and loop, however sharp, and round the
 /// frequencies `peaks_rad_s` where a peak was found, by a share of the half-width of the nearest pole.
-pub(super) fn sharp_lines(
+pub(crate) fn sharp_lines(
     plants: &Plants,
     from_hz: f64,
     (poles_rad_s, peaks_rad_s): (&[c64], &[f64]),
@@ -77,6 +79,8 @@ pub(super) fn sharp_lines(
             omega.push(w);
         }
     }
+    // Without integrators the loads at rest bind below every bearing's bandwidth: a few lines down to there.
+    omega.extend(QUASI_STATIC.map(|share| TAU * from_hz * share));
     omega.extend(
         lines(plants, from_hz, &[], apart)
             .iter()
