@@ -19,6 +19,7 @@ use super::polish::responses::{LoopResponse, Plants};
 use super::polish::structure::{Line, Structure};
 use super::verification_error::VerificationError;
 use super::{ControllerError, in_step};
+use crate::augment::plane::connected_part;
 use crate::linalg::c64;
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, StateSpace};
@@ -39,7 +40,7 @@ pub struct StiffnessLimit {
     pub lines: usize,
 }
 
-/// Taps of Q: with twice as many the limit of the reference spindle moves by less than a percent.
+/// Taps of Q unless others are asked: on the reference spindle 24 give 4.07 N/µm, 48 give 4.21 N/µm.
 pub const TAPS: usize = 48;
 /// Lines closer than this share of their frequency are one.
 const APART: f64 = 1e-2;
@@ -48,7 +49,7 @@ const FROM_HZ: f64 = 1.0;
 /// Unit of the entries of Q, A/m.
 const GAIN: f64 = 1e6;
 
-/// The limit for the machine at rest, from a controller of one plane (signals m to currents A).
+/// The limit for the machine at rest with Q of so many taps, from a controller of one plane (signals m to currents A).
 ///
 /// # Errors
 /// [`VerificationError`] from plants; [`ControllerError::Infeasible`] when `controller` is unstable itself or does not
@@ -57,6 +58,7 @@ pub fn stiffness_limit(
     machine: &Machine,
     limits: &LoopLimits,
     controller: &StateSpace<Discrete>,
+    taps: usize,
 ) -> Result<StiffnessLimit, VerificationError> {
     let plants = Plants::new(machine, 1.0, &[])?;
     let own = controller
@@ -85,9 +87,9 @@ pub fn stiffness_limit(
     let nyquist = PI / plants.period_s();
     let solve = |taps: usize| problem(&base, limits, nyquist, taps);
     Ok(StiffnessLimit {
-        stiffness_n_per_m: solve(TAPS)?,
-        with_half_the_taps_n_per_m: solve(TAPS / 2)?,
-        taps: TAPS,
+        stiffness_n_per_m: solve(taps)?,
+        with_half_the_taps_n_per_m: solve(taps / 2)?,
+        taps,
         lines: lines.len(),
     })
 }
@@ -98,7 +100,8 @@ fn loop_poles(
     controller: &StateSpace<Discrete>,
 ) -> Result<Vec<c64>, VerificationError> {
     let numeric = in_step("poles of the loop");
-    let plant = plants.at_rest().sampled()?.select(&[0, 2], &[0, 2]);
+    // One plane: the other one is unstable without its own controller.
+    let plant = connected_part(&plants.at_rest().sampled()?.select(&[0, 2], &[0, 2]));
     let closed = lower_lft(&plant, controller).map_err(&numeric)?;
     let poles = closed.poles().map_err(&numeric)?;
     Ok(poles

@@ -23,7 +23,7 @@ use crate::augment::assembly::unscale_controller;
 use crate::augment::plane::connected_part;
 use crate::augment::weights::Weights;
 use crate::controller::ControlLaw;
-use crate::controller::stiffness_limit::{StiffnessLimit, stiffness_limit};
+use crate::controller::stiffness_limit::{StiffnessLimit, TAPS, stiffness_limit};
 use crate::lti::sample::tustin;
 use crate::robust::dk::DkStep;
 use crate::spindle::Machine;
@@ -109,7 +109,7 @@ impl Design {
                 connected_part(&sampled.select(&[0, 2], &[0, 2]))
             }
         };
-        Ok(stiffness_limit(machine, &limits, &law)?)
+        Ok(stiffness_limit(machine, &limits, &law, TAPS)?)
     }
 
     /// True when the specification is met at rest and at speed and every speed from rest to 20 % above the top speed is

@@ -9,6 +9,7 @@ use muspin::controller::Controller;
 use muspin::controller::pid_settings::TuneSettings;
 use muspin::controller::pid_tune::tune;
 use muspin::controller::polish::{LoopLimits, PolishTask, Polisher, derivative_errors};
+use muspin::controller::stiffness_limit::stiffness_limit;
 use muspin::controller::verification::growth_rate;
 use muspin::input::{load_machine, load_weights};
 use muspin::linalg::Mat;
@@ -159,4 +160,49 @@ fn a_peak_of_the_certificate_becomes_lines_of_the_loss() {
     // resonance shows 3 % less.
     let now = after.over_limit[3] * polisher.limits().mu;
     assert!((now / largest - 1.0).abs() < 3e-2, "{now} {largest}");
+}
+
+#[test]
+fn no_controller_of_the_polish_passes_the_limit_of_the_stiffness() {
+    let (machine, weights, modes) = reference();
+    let mut polisher = polisher(&machine, &weights, &modes);
+    polisher.round(6).unwrap();
+    let plane = polisher.plane().unwrap();
+    let order = [0usize, 2, 1, 3];
+    let controller = Controller {
+        name: "polished".to_owned(),
+        law: ControlLaw::Discrete(append(&plane, &plane).select(&order, &order)),
+    };
+    let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
+    let grid = FrequencyGrid::log_hz(1.0, 4000.0, 1500);
+    let own = dynamic_stiffness(&plant, &controller, 0, &grid).minimum();
+    let own = own.unwrap().0;
+    // Limits that this controller keeps by far, so that it is one of those the limit is over.
+    let wide = LoopLimits {
+        sensitivity: 10.0,
+        high_frequency_gain_a_per_m: 1e8,
+        noise_current_a: 10.0,
+        ..limits(&machine)
+    };
+    let limit = |limits: &LoopLimits| stiffness_limit(&machine, limits, &plane, 12).unwrap();
+    let free = limit(&wide);
+    // Q = 0 is the controller itself, and what fewer taps reach more taps reach; lines are not every frequency.
+    assert!(free.stiffness_n_per_m > 0.98 * own, "{free:?} {own}");
+    assert!(
+        free.with_half_the_taps_n_per_m > 0.98 * own,
+        "{free:?} {own}"
+    );
+    assert!(
+        free.stiffness_n_per_m > 0.999 * free.with_half_the_taps_n_per_m,
+        "{free:?}"
+    );
+    // A tighter limit never raises it, and here lowers it.
+    let tight = limit(&LoopLimits {
+        sensitivity: 4.0,
+        ..wide
+    });
+    assert!(
+        tight.stiffness_n_per_m < 0.99 * free.stiffness_n_per_m,
+        "{tight:?} {free:?}"
+    );
 }
