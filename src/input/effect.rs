@@ -2,8 +2,10 @@
 
 use super::InputError;
 use super::error::nearest;
+use crate::spindle::effects::entry::Entry;
 use crate::spindle::effects::{LocationKind, table::TABLE};
 use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -38,6 +40,48 @@ impl<'de> Deserialize<'de> for EffectFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(Keys)
     }
+}
+
+impl JsonSchema for EffectFile {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Effect".into()
+    }
+
+    /// One alternative for every entry of the table of effects: its place and its parameters, nothing else.
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let alternatives: Vec<Schema> = TABLE.iter().map(of_entry).collect();
+        json_schema!({ "oneOf": alternatives })
+    }
+}
+
+fn of_entry(entry: &Entry) -> Schema {
+    let mut properties = serde_json::Map::new();
+    properties.insert("effect".into(), serde_json::json!({ "const": entry.name }));
+    let place = match entry.location {
+        LocationKind::None => None,
+        LocationKind::Bearing => Some(serde_json::json!({ "enum": ["front", "rear", "both"] })),
+        LocationKind::Position => Some(serde_json::json!({ "type": "number" })),
+        LocationKind::Mode => Some(serde_json::json!({ "type": "integer", "minimum": 1 })),
+        LocationKind::Region => Some(serde_json::json!({ "type": "string" })),
+    };
+    if let (Some(key), Some(place)) = (entry.location.key(), place) {
+        properties.insert(key.into(), place);
+    }
+    for parameter in entry.parameters {
+        let kind = match parameter.positive {
+            true => serde_json::json!({ "type": "number", "minimum": 0 }),
+            false => serde_json::json!({ "type": "number" }),
+        };
+        properties.insert(parameter.name.into(), kind);
+    }
+    let required: Vec<&String> = properties.keys().collect();
+    json_schema!({
+        "title": entry.name,
+        "type": "object",
+        "required": required,
+        "properties": properties.clone(),
+        "additionalProperties": false,
+    })
 }
 
 struct Keys;
