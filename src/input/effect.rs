@@ -3,7 +3,7 @@
 use super::InputError;
 use super::error::nearest;
 use crate::spindle::effects::entry::Entry;
-use crate::spindle::effects::{LocationKind, table::TABLE};
+use crate::spindle::effects::{AXIS_NAMES, LocationKind, table::TABLE};
 use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
@@ -15,7 +15,8 @@ static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let mut keys = vec!["effect"];
     let of_entry = TABLE.iter().flat_map(|entry| {
         let names = entry.parameters.iter().map(|p| p.name);
-        entry.location.key().into_iter().chain(names)
+        let axis = entry.one_axis.then_some("axis");
+        entry.location.key().into_iter().chain(axis).chain(names)
     });
     for key in of_entry {
         if !keys.contains(&key) {
@@ -30,6 +31,7 @@ static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
 pub(super) struct EffectFile {
     effect: String,
     bearing: Option<String>,
+    axis: Option<String>,
     region: Option<String>,
     mode: Option<usize>,
     /// Position and parameters.
@@ -107,6 +109,7 @@ impl<'de> Visitor<'de> for Keys {
             match *known {
                 "effect" => read.effect = map.next_value()?,
                 "bearing" => read.bearing = map.next_value()?,
+                "axis" => read.axis = map.next_value()?,
                 "region" => read.region = map.next_value()?,
                 "mode" => read.mode = map.next_value()?,
                 _ => {
@@ -137,8 +140,17 @@ impl EffectFile {
             return Err(InputError::new(file, rule).with_hint(format!("did you mean `{best}`?")));
         };
         let names = kind.parameters().iter().map(|p| p.name);
-        let takes: Vec<&str> = kind.location().key().into_iter().chain(names).collect();
-        let allowed = format!("{} takes {}", kind.name(), takes.join(", "));
+        let one_axis = kind.entry().one_axis && self.axis.is_some();
+        let place = if one_axis {
+            Some("axis")
+        } else {
+            kind.location().key()
+        };
+        let takes: Vec<&str> = place.into_iter().chain(names).collect();
+        let mut allowed = format!("{} takes {}", kind.name(), takes.join(", "));
+        if kind.entry().one_axis {
+            allowed += "; where one axis differs, axis stands in place of bearing";
+        }
         let fail = |rule: String| InputError::new(file, rule).with_hint(allowed.clone());
         let present = self.present();
         // A foreign key explains a missing one, so it is named first.
@@ -149,12 +161,19 @@ impl EffectFile {
         if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
             return Err(fail(format!("{path}.{key}: is missing")));
         }
-        let location = self.location(kind.location()).ok_or_else(|| {
-            let name = self.bearing.clone().unwrap_or_default();
-            fail(format!(
-                "{path}.bearing: {name:?} must be front, rear or both"
-            ))
-        })?;
+        let location = if one_axis {
+            let name = self.axis.clone().unwrap_or_default();
+            let axis = AXIS_NAMES.iter().position(|known| *known == name);
+            let rule = format!("{path}.axis: {name:?} must be {}", AXIS_NAMES.join(", "));
+            Location::Axis(axis.ok_or_else(|| fail(rule))?)
+        } else {
+            self.location(kind.location()).ok_or_else(|| {
+                let name = self.bearing.clone().unwrap_or_default();
+                fail(format!(
+                    "{path}.bearing: {name:?} must be front, rear or both"
+                ))
+            })?
+        };
         let value = |name: &str| self.numbers.get(name).copied().unwrap_or_default();
         let values = kind.parameters().iter().map(|p| value(p.name)).collect();
         Effect::new(kind, location, values).map_err(|error| {
@@ -178,6 +197,7 @@ impl EffectFile {
         let mut present: Vec<&str> = self.numbers.keys().map(String::as_str).collect();
         let places = [
             ("bearing", self.bearing.is_some()),
+            ("axis", self.axis.is_some()),
             ("mode", self.mode.is_some()),
             ("region", self.region.is_some()),
         ];

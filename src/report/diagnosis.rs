@@ -13,11 +13,11 @@ use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::locate::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect};
 use crate::spindle::Location;
+use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 
-const AXES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 /// Lines of the localisation map; the ports that explain least are left out.
 const MAP_ROWS: usize = 12;
 
@@ -85,6 +85,7 @@ fn place(location: &Location) -> Value {
     match location {
         Location::None => json!({}),
         Location::Bearing(b) => json!({"bearing": b.name()}),
+        Location::Axis(axis) => json!({"axis": AXES[*axis % 4]}),
         Location::Position(z) => json!({"position_m": number(*z)}),
         Location::Mode(mode) => json!({"mode": mode}),
         Location::Region(region) => json!({"region": region}),
@@ -293,6 +294,7 @@ fn spot(location: &Location) -> String {
     match location {
         Location::None => String::new(),
         Location::Bearing(b) => b.name().into(),
+        Location::Axis(axis) => AXES[*axis % 4].into(),
         Location::Position(z) => format!("at {:.0} mm", 1e3 * z),
         Location::Mode(m) => format!("mode {m}"),
         Location::Region(r) => r.clone(),

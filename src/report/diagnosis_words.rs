@@ -3,6 +3,7 @@
 use super::readable::four_digits;
 use crate::diagnose::locate::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
+use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::effects::entry::Shown;
 use crate::spindle::{Effect, EffectKind, Location};
 
@@ -124,6 +125,7 @@ fn place(location: &Location) -> String {
             "both" => "both bearings".to_owned(),
             name => format!("the {name} bearing"),
         },
+        Location::Axis(axis) => AXIS_NAMES.get(*axis).copied().unwrap_or_default().into(),
         Location::Position(z) => format!("z = {:.0} mm", 1e3 * z),
         Location::Mode(mode) => format!("flexible mode {mode}"),
         Location::Region(region) => format!("region {region}"),

@@ -39,6 +39,7 @@ const COMMON: Entry = Entry {
     kind: EffectKind::LoopDelay,
     name: "",
     location: LocationKind::None,
+    one_axis: false,
     parameters: &[],
     domain: Domain::Shaft,
     replaces: false,
@@ -177,6 +178,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::ForceConstant,
         name: "force_constant",
+        one_axis: true,
         parameters: &[FACTOR_OFF],
         sites: &[Site::Currents, Site::Loop],
         matters: |size, _, _| size.abs() > 0.02,
@@ -187,6 +189,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::SensorGain,
         name: "sensor_gain",
+        one_axis: true,
         parameters: &[FACTOR_OFF],
         sites: &[Site::Sensors, Site::Loop],
         matters: |size, _, _| size.abs() > 0.02,
