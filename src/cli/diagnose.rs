@@ -7,17 +7,19 @@ use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
+use super::surroundings::Surroundings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::diagnose::data::measurement::{Axis, HammerTest, Measurement};
-use crate::diagnose::{DiagnoseError, Verdict, diagnose};
+use crate::diagnose::{DiagnoseError, Verdict, diagnose_with};
 use crate::input::{
     Measurement as Loaded, load_controller, load_measurement, spindle_yaml, tool_yaml,
 };
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
+use crate::report::corrected_records::record_faults;
 use crate::report::diagnosis::{stage, summarised};
 use crate::report::diagnosis_words::sentence;
-use crate::report::identification::{plausibility_json, record_faults};
+use crate::report::identification::plausibility_json;
 use crate::report::results::ResultsFolder;
 use crate::report::summary::Summary;
 use serde_json::{Value, json};
@@ -69,13 +71,20 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     )?;
     let controllers = controllers(&loaded, &arguments.measurement)?;
     let measurement = evidence(&loaded, &controllers);
+    let known = Surroundings::of(
+        &loaded,
+        (arguments.spindle.as_deref(), arguments.tool.as_deref()),
+        &machine,
+    );
     let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = named.chain([&arguments.measurement]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let records = Records::of(&loaded, &machine)?;
     records.say();
     let progress = Progress::start(console);
-    let found = diagnose(&machine, &measurement, &|what: &str| progress.stage(what))
+    let alternatives = known.alternatives();
+    let said = |what: &str| progress.stage(what);
+    let found = diagnose_with(&machine, &measurement, &alternatives, &said)
         .map_err(|error| failed(&arguments.measurement, error))?;
     let mut unstable = vec![];
     for (hammer, controller) in loaded.hammers.iter().zip(&controllers) {
@@ -91,17 +100,18 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let mut summary = Summary::new();
     summary.set("plausibility", plausibility_json(&records.reports));
     let mut diagnosis = summarised(&found);
+    let names = known.names.clone();
     if let Value::Object(map) = &mut diagnosis {
-        map.insert(
-            "record_faults".into(),
-            json!(record_faults(&records.reports)),
-        );
+        map.insert("record_faults".into(), json!(record_faults(&found, &names)));
     }
     summary.set("diagnosis", diagnosis);
     let mut folder = ResultsFolder::new();
     folder.add("spindle.yaml", spindle_yaml(&found.corrected.spindle))?;
     folder.add("tool.yaml", tool_yaml(&found.corrected.tool))?;
     stage(&mut folder, &found)?;
+    if !found.record_faults.is_empty() {
+        known.stage_records(&mut folder, &loaded, &found)?;
+    }
     finish(&mut folder, &mut summary, &arguments.out)?;
     let ended = match found.verdict {
         // The rotor was levitated: a model that cannot be is no explanation.

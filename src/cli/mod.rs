@@ -33,6 +33,7 @@ mod simulate;
 mod solve;
 mod start;
 mod stdout;
+mod surroundings;
 mod timings;
 mod update;
 mod version;

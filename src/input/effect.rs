@@ -51,12 +51,15 @@ impl JsonSchema for EffectFile {
 
     /// One alternative for every entry of the table of effects: its place and its parameters, nothing else.
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let alternatives: Vec<Schema> = TABLE.iter().map(of_entry).collect();
+        let whole = TABLE.iter().map(|entry| of_entry(entry, false));
+        let single = TABLE.iter().filter(|entry| entry.one_axis);
+        let single = single.map(|entry| of_entry(entry, true));
+        let alternatives: Vec<Schema> = whole.chain(single).collect();
         json_schema!({ "oneOf": alternatives })
     }
 }
 
-fn of_entry(entry: &Entry) -> Schema {
+fn of_entry(entry: &Entry, one_axis: bool) -> Schema {
     let mut properties = serde_json::Map::new();
     properties.insert("effect".into(), serde_json::json!({ "const": entry.name }));
     let place = match entry.location {
@@ -66,7 +69,9 @@ fn of_entry(entry: &Entry) -> Schema {
         LocationKind::Mode => Some(serde_json::json!({ "type": "integer", "minimum": 1 })),
         LocationKind::Region => Some(serde_json::json!({ "type": "string" })),
     };
-    if let (Some(key), Some(place)) = (entry.location.key(), place) {
+    if one_axis {
+        properties.insert("axis".into(), serde_json::json!({ "enum": AXIS_NAMES }));
+    } else if let (Some(key), Some(place)) = (entry.location.key(), place) {
         properties.insert(key.into(), place);
     }
     for parameter in entry.parameters {

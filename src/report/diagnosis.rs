@@ -31,6 +31,7 @@ pub fn summarised(d: &Diagnosis) -> Value {
         "tie": d.tie.iter().map(rival_json).collect::<Vec<_>>(),
         "gap_before": number(d.gap_before),
         "gap_after": number(d.gap_after),
+        "gap_nearest": number(d.gap_nearest),
         "gap_before_used": number(used.0),
         "gap_after_used": number(used.1),
         "gap_before_held_out": number(d.gap_before_held_out),
@@ -101,12 +102,25 @@ fn effect_json(e: &NamedEffect) -> Value {
     if let Some(sd) = e.position_sd_m {
         deviations.insert("position_m".into(), number(sd));
     }
+    let mut intervals = keyed(
+        e.intervals
+            .iter()
+            .map(|(a, b)| numbers(&[*a, *b]))
+            .collect(),
+    );
+    if let (Some(sd), Location::Position(z)) = (e.position_sd_m, &e.effect.location) {
+        // 1.645 σ on either side hold 90 % of a normal distribution.
+        intervals.insert(
+            "position_m".into(),
+            numbers(&[z - 1.645 * sd, z + 1.645 * sd]),
+        );
+    }
     json!({
         "effect": e.effect.kind.name(),
         "where": place(&e.effect.location),
         "parameters": keyed(e.effect.values.iter().map(|x| number(*x)).collect()),
         "standard_deviations": deviations,
-        "intervals_90": keyed(e.intervals.iter().map(|(a, b)| numbers(&[*a, *b])).collect()),
+        "intervals_90": intervals,
         "words": statement(e),
     })
 }

@@ -4,6 +4,7 @@ pub mod atomic;
 pub mod comparison;
 pub mod comparison_figures;
 pub mod controller_json;
+pub mod corrected_records;
 pub mod design_summary;
 pub mod diagnosis;
 pub mod diagnosis_tables;

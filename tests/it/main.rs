@@ -16,6 +16,7 @@ mod diagnose_localise;
 mod diagnose_matrix;
 mod diagnose_model;
 mod diagnose_next;
+mod diagnose_records;
 mod dk;
 mod effects_table;
 mod exchange;

@@ -61,7 +61,8 @@ impl Effect {
                 | (LocationKind::Position, Location::Position(_))
                 | (LocationKind::Mode, Location::Mode(_))
                 | (LocationKind::Region, Location::Region(_))
-        ) || self.kind.entry().one_axis && matches!(self.location, Location::Axis(0..4));
+        ) || self.kind.entry().one_axis
+            && matches!(self.location, Location::Axis(0..4));
         if !matches {
             return Err(SpindleError::Name {
                 path: "effect".into(),
