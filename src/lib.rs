@@ -164,8 +164,10 @@ pub mod pipeline;
 
 pub mod input;
 
+#[cfg(feature = "cli")]
 pub mod report;
 
 pub mod prelude;
 
+#[cfg(feature = "cli")]
 pub mod cli;

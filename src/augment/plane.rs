@@ -11,7 +11,7 @@ use crate::lti::structure;
 use crate::lti::{Continuous, StateSpace, TimeBase};
 use crate::rotor::modes::{PlanarModes, RIGID};
 use crate::spindle::plant::CHANNELS;
-use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use crate::spindle::{Effect, Location, Machine, ModelDetail, Plant, SpindleError};
 use std::f64::consts::PI;
 
 /// Places where forces act and displacements are predicted: tool, front actuator, rear actuator.
@@ -31,11 +31,13 @@ pub enum Route {
     },
 }
 
-/// The machine without couplings between the planes other than gyroscopics (bearing coupling, turned sensor axes).
+/// The machine with x and y alike and without couplings between the planes other than gyroscopics (bearing coupling,
+/// turned sensor axes, gains of one axis).
 pub fn isotropic(machine: &Machine) -> Machine {
     let mut isotropic = machine.clone();
     let effects = &mut isotropic.spindle.effects;
-    effects.retain(|e| !e.kind.entry().couples_planes);
+    let of_one_axis = |e: &Effect| matches!(e.location, Location::Axis(_));
+    effects.retain(|e| !e.kind.entry().couples_planes && !of_one_axis(e));
     isotropic
 }
 

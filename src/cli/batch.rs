@@ -1,5 +1,6 @@
 //! `muspin batch`: a design per tool and one table over all.
 
+use super::console::{Console, Shown};
 use super::controlled_machine::machine_tag;
 use super::design::{add_controller, finish};
 use super::design_arguments::{PidArguments, PidEffort};
@@ -7,7 +8,7 @@ use super::design_progress::run_design;
 use super::machine::load_machine;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::MachineTag;
 use crate::controller::pid_tune::{found_or_reason, tune};
@@ -93,7 +94,7 @@ impl Row {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.weights)?;
     let sources = expand(&arguments.tools)?;
     // Every file is read before the first design starts.
@@ -106,7 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .iter()
         .chain([&arguments.spindle, &arguments.weights]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
-    let progress = Progress::start();
+    let progress = Progress::start(console);
     let mut folder = ResultsFolder::new();
     let mut rows = vec![];
     for machine in &machines {
@@ -139,7 +140,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     finish(&mut folder, &mut summary, &arguments.out)?;
     drop(progress);
-    stdout::data(|out| out.write_all(table.to_csv().as_bytes()))?;
+    console.other(
+        || table.to_csv(),
+        || summary.value(),
+        || shown(&rows, &arguments.out),
+    )?;
     Ok(if rows.iter().all(|r| r.met) {
         Outcome::Done
     } else {
@@ -457,4 +462,43 @@ fn expand(tools: &[String]) -> Result<Vec<String>, Failure> {
         all.extend(files);
     }
     Ok(all)
+}
+
+fn shown(rows: &[Row], out: &str) -> Shown {
+    let met = rows.iter().filter(|r| r.met).count();
+    let micro = |x: f64| match x.is_finite() {
+        true => format!("{:.2}", 1e-6 * x),
+        false => "-".to_owned(),
+    };
+    let lines = rows.iter().map(|r| {
+        let verdict = if r.met { "met" } else { "missed" };
+        vec![
+            r.tool.clone(),
+            verdict.to_owned(),
+            format!("{:.3}", r.mu),
+            r.order.to_string(),
+            micro(r.minimum(0)),
+            micro(r.minimum(1)),
+            r.zone(0).to_owned(),
+            format!("{:.0}", r.stable_to_rpm),
+        ]
+    });
+    let head = [
+        "tool",
+        "specification",
+        "μ at rest",
+        "order",
+        "μ: N/µm",
+        "PID: N/µm",
+        "zone",
+        "stable to rpm",
+    ];
+    Shown::met(
+        met == rows.len(),
+        format!("{met} of {} tools meet the specification", rows.len()),
+    )
+    .row(head)
+    .rows(lines)
+    .file(format!("{out}/report.html"))
+    .file(format!("{out}/tools.csv"))
 }

@@ -1,9 +1,10 @@
 //! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys. Every file is read, so that one
 //! call tells all that is wrong; what only looks wrong is a warning.
 
+use super::console::{Console, Shown};
 use super::machine::{mesh_warning, say};
 use super::plausibility::Records;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::input::hammer::{read_hammer, read_mode_shapes};
 use crate::input::kind::FileKind;
 use crate::input::sweep::read_sweep;
@@ -12,6 +13,7 @@ use crate::input::{
     uff_frf,
 };
 use crate::spindle::{Machine, Spindle};
+use serde_json::json;
 use std::path::Path;
 
 /// Arguments of `muspin check`.
@@ -26,7 +28,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let kinds: Vec<Result<FileKind, InputError>> =
         arguments.files.iter().map(|f| FileKind::of(f)).collect();
     let of_kind = |wanted: FileKind| {
@@ -38,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let partner_file = of_kind(FileKind::Spindle).unwrap_or(&arguments.spindle);
     let partner = load_spindle(partner_file);
     let mut failures: Vec<Failure> = vec![];
-    let mut lines: Vec<String> = vec![];
+    let mut lines: Vec<(String, &'static str, &'static str)> = vec![];
     let mut all_plausible = true;
     for (file, kind) in arguments.files.iter().zip(kinds) {
         let checked = kind.map_err(Failure::from).and_then(|kind| {
@@ -50,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             Ok((kind, plausible)) => {
                 let verdict = if plausible { "ok" } else { "implausible" };
                 all_plausible &= plausible;
-                lines.push(format!("{file}: {} {verdict}", kind.name()));
+                lines.push((file.clone(), kind.name(), verdict));
             }
             Err(failure) => failures.push(failure),
         }
@@ -61,7 +63,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         return Err(last);
     }
-    stdout::data(|out| lines.iter().try_for_each(|line| writeln!(out, "{line}")))?;
+    let words = match all_plausible {
+        true => format!("{} files are right", lines.len()),
+        false => "a record contradicts its machine".to_owned(),
+    };
+    console.other(
+        || lines.iter().map(|(file, kind, verdict)| format!("{file}: {kind} {verdict}\n")).collect(),
+        || {
+            let one = |(file, kind, verdict): &(String, &str, &str)| json!({ "file": file, "kind": kind, "verdict": verdict });
+            json!({ "files": lines.iter().map(one).collect::<Vec<_>>() })
+        },
+        || {
+            let rows = lines.iter().map(|(file, kind, verdict)| vec![file.clone(), (*kind).to_owned(), (*verdict).to_owned()]);
+            Shown::met(all_plausible, words).rows(rows)
+        },
+    )?;
     Ok(match all_plausible {
         true => Outcome::Done,
         false => Outcome::TargetMissed,
@@ -107,7 +123,9 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>) -> Res
             let functions = uff::read(file, &bytes()?)?;
             uff_frf::frfs(file, &functions)?;
         }
-        FileKind::Mat => mat::check_controller(file, &bytes()?)?,
+        FileKind::Mat => {
+            mat::read_controller(file, &bytes()?)?;
+        }
     }
     Ok(true)
 }

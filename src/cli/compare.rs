@@ -1,5 +1,6 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
+use super::console::{Console, Shown};
 use super::controlled_machine::other_machine;
 use super::design::{add_predictions, finish};
 use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
@@ -7,7 +8,7 @@ use super::design_progress::run_design;
 use super::machine::Remarks;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::controller::pid_settings::TuneSettings;
@@ -80,7 +81,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.machine.weights)?;
     let (machine, mut controllers, used, remarks) = given(arguments)?;
     let speeds = speeds(arguments, machine.spindle.max_rpm)?;
@@ -92,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let read = arguments.controller.iter().chain(&arguments.measurement);
     let read = read.map(String::as_str).chain(arguments.machine.files());
     claim(&arguments.out, &REPORT, read)?;
-    let progress = Progress::start();
+    let progress = Progress::start(console);
     let mut result = Outcome::Done;
     let mut summary = Summary::new();
     summary.set("run", "compare");
@@ -251,8 +252,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     summary.set("speeds_rpm", crate::report::summary::numbers(&speeds));
     summary.set("top_speed_hz", number(machine.spindle.max_rpm / 60.0));
     let mut folder = ResultsFolder::new();
-    let shown: Vec<(Role, &Prediction)> = runs.iter().map(|(r, p)| (*r, p)).collect();
-    for (stem, figure) in predictions(&shown, &measured, machine.spindle.max_rpm / 60.0) {
+    let drawn: Vec<(Role, &Prediction)> = runs.iter().map(|(r, p)| (*r, p)).collect();
+    for (stem, figure) in predictions(&drawn, &measured, machine.spindle.max_rpm / 60.0) {
         folder.add_plot(&stem, &figure)?;
     }
     for (stem, figure) in worst_figures(&worst) {
@@ -275,7 +276,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     drop(progress);
     first_words.iter().for_each(|line| eprintln!("{line}"));
     drop(remarks);
-    stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
+    console.json(&summary.to_json(), || {
+        shown(sentence, result, &runs, &arguments.out)
+    })?;
     Ok(result)
 }
 
@@ -433,4 +436,27 @@ fn speeds(arguments: &Arguments, top_rpm: f64) -> Result<Vec<f64>, Failure> {
     } else {
         arguments.speeds.clone()
     })
+}
+
+fn shown(sentence: &str, ended: Outcome, runs: &[(Role, Prediction)], out: &str) -> Shown {
+    let head = [
+        "controller",
+        "rpm",
+        "smallest stiffness, N/µm",
+        "at Hz",
+        "zone",
+    ];
+    let rows = runs.iter().map(|(_, p)| {
+        vec![
+            p.name.clone(),
+            format!("{:.0}", p.speed_rpm),
+            format!("{:.2}", 1e-6 * p.minimum.0),
+            format!("{:.0}", p.minimum.1),
+            p.zone_word().to_owned(),
+        ]
+    });
+    Shown::met(ended == Outcome::Done, sentence)
+        .row(head)
+        .rows(rows)
+        .file(format!("{out}/report.html"))
 }

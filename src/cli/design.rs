@@ -1,5 +1,6 @@
 //! `muspin design`: D-K iteration, reduction, sampling, rounding, verification, firmware tables.
 
+use super::console::{Console, Shown};
 use super::controlled_machine::machine_tag;
 use super::design_arguments::DesignArguments;
 use super::design_progress::run_design_with;
@@ -7,18 +8,21 @@ use super::design_variants::{RouteArgument, Tighten, routes_json, tightened, tig
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::timings::Timings;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::MachineTag;
 use crate::input::{spindle_yaml, tool_yaml};
 use crate::pipeline::PipelineError;
+use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::{BAND_HZ, Prediction, predict};
 use crate::pipeline::design::Design;
+use crate::pipeline::overspeed::OVERSPEED;
 use crate::pipeline::settings::{DesignSettings, PolishEffort};
 use crate::predict::sensitivity::Zone;
 use crate::report::design_summary::{arithmetic_json, limit_json};
 use crate::report::firmware::{Firmware, Format, write_all};
 use crate::report::firmware_c::c_identifier;
+use crate::report::loop_figures::{loop_figures, margin_json};
 use crate::report::prediction_summary::{sensitivity_json, stiffness_json};
 use crate::report::results::ResultsFolder;
 use crate::report::run_figures::{Measured, predictions, robustness};
@@ -76,10 +80,10 @@ impl From<PipelineError> for Failure {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (machine, written) = arguments.machine.load()?;
     claim(&arguments.out, &REPORT, arguments.machine.files())?;
-    let progress = Progress::start();
+    let progress = Progress::start(console);
     let settings = DesignSettings {
         route: arguments.route.into(),
         polish: (!arguments.no_polish).then(PolishEffort::default),
@@ -145,6 +149,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     )) {
         folder.add_plot(&stem, &figure)?;
     }
+    add_loop(&mut folder, &mut summary, &machine, &found, [&rest, &speed])?;
     let tag = machine_tag(&machine, "../spindle.yaml", "../tool.yaml");
     add_controller(&mut folder, &machine, &found, &tag)?;
     folder.add("spindle.yaml", spindle_yaml(&machine.spindle))?;
@@ -152,8 +157,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     finish(&mut folder, &mut summary, &arguments.out)?;
     arguments.timings.print(&progress.watch());
     drop(progress);
-    stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
-    Ok(outcome(&found, [&rest, &speed]))
+    let ended = outcome(&found, [&rest, &speed]);
+    let out = arguments.out.as_str();
+    console.json(&summary.to_json(), || {
+        let words = design_words(&machine, &found, &rest);
+        shown_design(&found, ended, &words)
+            .file(format!("{out}/report.html"))
+            .file(format!("{out}/controller"))
+            .next(format!(
+                "muspin simulate --controller {out}/controller/discrete.json --case impulse"
+            ))
+            .next(format!(
+                "muspin export --controller {out}/controller/discrete.json --out firmware"
+            ))
+    })?;
+    Ok(ended)
 }
 
 /// µ and tool stiffness with the coefficients of each arithmetic.
@@ -184,6 +202,24 @@ pub fn outcome(design: &Design, predictions: [&Prediction; 2]) -> Outcome {
     } else {
         Outcome::TargetMissed
     }
+}
+
+/// The pictures of the loop and its margins at rest (`margins.mu`).
+pub fn add_loop(
+    folder: &mut ResultsFolder,
+    summary: &mut Summary,
+    machine: &Machine,
+    design: &Design,
+    runs: [&Prediction; 2],
+) -> Result<(), Failure> {
+    let (figures, margin) = loop_figures(machine, &design.delivery.controller, runs)?;
+    for (stem, figure) in &figures {
+        folder.add_plot(stem, figure)?;
+    }
+    if let Some(margin) = &margin {
+        summary.set("margins.mu", margin_json(margin));
+    }
+    Ok(())
 }
 
 /// Stiffness and sensitivity of a controller at rest and at top speed.
@@ -249,4 +285,60 @@ pub fn finish(folder: &mut ResultsFolder, summary: &mut Summary, out: &str) -> R
     folder.add("summary.json", summary.to_json())?;
     folder.write(Path::new(out))?;
     Ok(())
+}
+
+/// The verdict on a design in one sentence.
+fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String {
+    let stiffness = match rest.is_stable() {
+        true => format!(
+            ", smallest tool stiffness {:.2} N/µm at {:.0} Hz, zone {}",
+            1e-6 * rest.minimum.0,
+            rest.minimum.1,
+            rest.zone_word()
+        ),
+        false => ", unstable at rest".to_owned(),
+    };
+    let words = format!(
+        "{} with {}: μ {} at most from rest to {:.0} rpm{stiffness}.",
+        machine.spindle.name,
+        machine.tool.name,
+        mu_words(design.largest_mu()),
+        OVERSPEED * machine.spindle.max_rpm,
+    );
+    match &design.specification_scale {
+        Some(scale) => format!("{words} {}", scale.sentence()),
+        None => words,
+    }
+}
+
+/// The figures of a design for a person, below the sentences `words`.
+pub fn shown_design(design: &Design, ended: Outcome, words: &str) -> Shown {
+    let yes = |good: bool| if good { "yes" } else { "no" }.to_owned();
+    Shown::met(ended == Outcome::Done, words)
+        .row(["", "reached", "asked"])
+        .row([
+            "μ of the specification at rest".to_owned(),
+            design.delivery.rounded.specification.words(),
+            "≤ 1".into(),
+        ])
+        .row([
+            "μ, largest from rest to 1.2 × top speed".to_owned(),
+            mu_words(design.largest_mu()),
+            "≤ 1".into(),
+        ])
+        .row([
+            "proven stable to, rpm".to_owned(),
+            format!("{:.0}", design.delivery.speed_proof.proven_to_rpm()),
+            format!("{:.0}", design.delivery.speed_proof.to_rpm),
+        ])
+        .row([
+            "stable at every speed".to_owned(),
+            yes(design.is_stable()),
+            "yes".into(),
+        ])
+        .row([
+            "order of the controller".to_owned(),
+            (2 * design.delivery.rounded.order).to_string(),
+            String::new(),
+        ])
 }

@@ -1,19 +1,25 @@
 //! `muspin diagnose`: find where simulation and measurement disagree, name the missing effect, show the gap shrink.
 //! Writes the corrected spindle and tool, `summary.json`, the report and its pictures.
 
+use super::console::{Console, Shown};
 use super::design::finish;
 use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
-use super::{Failure, Outcome, stdout};
+use super::surroundings::Surroundings;
+use super::{Failure, Outcome};
+use crate::controller::Controller;
 use crate::diagnose::data::measurement::{Axis, HammerTest, Measurement};
-use crate::diagnose::{DiagnoseError, Verdict, diagnose};
-use crate::input::{load_controller, load_measurement, spindle_yaml, tool_yaml};
+use crate::diagnose::{DiagnoseError, Verdict, diagnose_with};
+use crate::input::{
+    Measurement as Loaded, load_controller, load_measurement, spindle_yaml, tool_yaml,
+};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
+use crate::report::corrected_records::record_faults;
 use crate::report::diagnosis::{stage, summarised};
 use crate::report::diagnosis_words::sentence;
-use crate::report::identification::{plausibility_json, record_faults};
+use crate::report::identification::plausibility_json;
 use crate::report::results::ResultsFolder;
 use crate::report::summary::Summary;
 use serde_json::{Value, json};
@@ -56,46 +62,29 @@ fn failed(measurement: &str, error: DiagnoseError) -> Failure {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let loaded = load_measurement(&arguments.measurement)?;
     let machine = of_measurement(
         &loaded,
         arguments.spindle.as_deref(),
         arguments.tool.as_deref(),
     )?;
-    let controllers = loaded
-        .hammers
-        .iter()
-        .map(|h| match &h.controller {
-            Some(path) => Ok(load_controller(path)?),
-            None => Err(failed(
-                &arguments.measurement,
-                DiagnoseError::NoController {
-                    speed_rpm: h.frf.speed_rpm,
-                },
-            )),
-        })
-        .collect::<Result<Vec<_>, Failure>>()?;
-    let measurement = Measurement {
-        sweeps: loaded.sweeps.iter().map(|s| s.record.clone()).collect(),
-        taps: loaded
-            .hammers
-            .iter()
-            .zip(&controllers)
-            .map(|(h, k)| HammerTest {
-                frf: h.frf.clone(),
-                axis: if h.axis == 0 { Axis::X } else { Axis::Y },
-                controller: k,
-            })
-            .collect(),
-    };
+    let controllers = controllers(&loaded, &arguments.measurement)?;
+    let measurement = evidence(&loaded, &controllers);
+    let known = Surroundings::of(
+        &loaded,
+        (arguments.spindle.as_deref(), arguments.tool.as_deref()),
+        &machine,
+    );
     let named = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = named.chain([&arguments.measurement]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let records = Records::of(&loaded, &machine)?;
     records.say();
-    let progress = Progress::start();
-    let found = diagnose(&machine, &measurement, &|what: &str| progress.stage(what))
+    let progress = Progress::start(console);
+    let alternatives = known.alternatives();
+    let said = |what: &str| progress.stage(what);
+    let found = diagnose_with(&machine, &measurement, &alternatives, &said)
         .map_err(|error| failed(&arguments.measurement, error))?;
     let mut unstable = vec![];
     for (hammer, controller) in loaded.hammers.iter().zip(&controllers) {
@@ -111,24 +100,74 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut summary = Summary::new();
     summary.set("plausibility", plausibility_json(&records.reports));
     let mut diagnosis = summarised(&found);
+    let names = known.names.clone();
     if let Value::Object(map) = &mut diagnosis {
-        map.insert(
-            "record_faults".into(),
-            json!(record_faults(&records.reports)),
-        );
+        map.insert("record_faults".into(), json!(record_faults(&found, &names)));
     }
     summary.set("diagnosis", diagnosis);
     let mut folder = ResultsFolder::new();
     folder.add("spindle.yaml", spindle_yaml(&found.corrected.spindle))?;
     folder.add("tool.yaml", tool_yaml(&found.corrected.tool))?;
     stage(&mut folder, &found)?;
+    if !found.record_faults.is_empty() {
+        known.stage_records(&mut folder, &loaded, &found)?;
+    }
     finish(&mut folder, &mut summary, &arguments.out)?;
-    stdout::data(|out| out.write_all((summary.to_json() + "\n").as_bytes()))?;
-    eprintln!("{}", sentence(&found));
-    Ok(match found.verdict {
+    let ended = match found.verdict {
         // The rotor was levitated: a model that cannot be is no explanation.
         _ if !unstable.is_empty() => Outcome::TargetMissed,
         Verdict::Unexplained => Outcome::TargetMissed,
         _ => Outcome::Done,
-    })
+    };
+    let out = arguments.out.as_str();
+    console.json(&(summary.to_json() + "\n"), || {
+        Shown::met(
+            ended == Outcome::Done,
+            format!("verdict {}", found.verdict.name()),
+        )
+        .row(["", "before", "after"])
+        .row([
+            "gap, σ".to_owned(),
+            format!("{:.2}", found.gap_before),
+            format!("{:.2}", found.gap_after),
+        ])
+        .file(format!("{out}/report.html"))
+        .file(format!("{out}/spindle.yaml"))
+    })?;
+    eprintln!("{}", sentence(&found));
+    Ok(ended)
+}
+
+/// The controllers of the hammer tests, in their order.
+pub(super) fn controllers(loaded: &Loaded, source: &str) -> Result<Vec<Controller>, Failure> {
+    loaded
+        .hammers
+        .iter()
+        .map(|h| match &h.controller {
+            Some(path) => Ok(load_controller(path)?),
+            None => Err(failed(
+                source,
+                DiagnoseError::NoController {
+                    speed_rpm: h.frf.speed_rpm,
+                },
+            )),
+        })
+        .collect()
+}
+
+/// The records as the diagnosis takes them.
+pub(super) fn evidence<'a>(loaded: &Loaded, controllers: &'a [Controller]) -> Measurement<'a> {
+    Measurement {
+        sweeps: loaded.sweeps.iter().map(|s| s.record.clone()).collect(),
+        taps: loaded
+            .hammers
+            .iter()
+            .zip(controllers)
+            .map(|(h, k)| HammerTest {
+                frf: h.frf.clone(),
+                axis: if h.axis == 0 { Axis::X } else { Axis::Y },
+                controller: k,
+            })
+            .collect(),
+    }
 }

@@ -1,9 +1,10 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
+use super::console::{Console, Shown};
 use super::controlled_machine::{ControlledMachine, MachineArguments};
 use super::machine::Remarks;
 use super::output::claim;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
 use crate::controller::arithmetic::q31;
 use crate::controller::discretise::discretised;
@@ -133,7 +134,7 @@ impl Prepared {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (mut prepared, mut remarks) = (Vec::new(), Vec::new());
     for file in &arguments.controller {
         match prepare(arguments, file, &mut remarks)? {
@@ -177,8 +178,29 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Err(several) => json!({"controllers": several}),
     };
     summary["out"] = json!(arguments.out);
-    stdout::data(|out| writeln!(out, "{summary:#}"))?;
-    Ok(if prepared.iter().all(|p| p.verification.is_proven()) {
+    let proven = prepared.iter().all(|p| p.verification.is_proven());
+    console.json(&format!("{summary:#}\n"), || {
+        let rows = prepared.iter().zip(&prefixes).map(|(one, prefix)| {
+            let rows = &one.rows.rows;
+            vec![
+                prefix.clone(),
+                rows.order().to_string(),
+                rows.multiplications().to_string(),
+            ]
+        });
+        Shown::met(
+            proven,
+            prepared
+                .iter()
+                .map(|p| stability_words(&p.verification))
+                .collect::<Vec<_>>()
+                .join("; "),
+        )
+        .row(["controller", "states", "products a sample"])
+        .rows(rows)
+        .file(arguments.out.as_str())
+    })?;
+    Ok(if proven {
         Outcome::Done
     } else {
         Outcome::TargetMissed

@@ -1,15 +1,19 @@
 //! `muspin frf`: open-loop frequency responses u → y and F_t → x_t, or with a controller the closed-loop tool compliance,
 //! as CSV; an unstable loop has none. Without a controller the tool compliance is that of the rotor on its magnets, currents zero.
 
+use super::console::{Console, Shown};
 use super::controlled_machine::MachineArguments;
 use super::machine::Remarks;
 use super::{Failure, Outcome, stdout};
 use crate::lti::Response;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::predict::closed_loop::compliance;
+use crate::report::summary::numbers;
 use crate::spindle::plant::AXES;
 use crate::spindle::{ModelDetail, Plant};
+use serde_json::Value;
 use std::f64::consts::TAU;
+use std::io::Write;
 
 /// Arguments of `muspin frf`.
 #[derive(clap::Args, Debug)]
@@ -40,7 +44,7 @@ pub struct Arguments {
 const MOST_POINTS: usize = 1_000_000;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let frequencies = frequencies_hz(arguments)?;
     let (machine, controller, remarks) = match &arguments.controller {
         None => (arguments.machine.alone()?, None, Remarks::default()),
@@ -76,32 +80,39 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for entry in ["t_xx", "t_xy", "t_yx", "t_yy"] {
         name(entry.to_owned());
     }
-    stdout::data(|out| {
-        writeln!(out, "{}", header.join(","))?;
-        for hz in &frequencies {
-            let omega = TAU * hz;
-            let h = plant.at(omega);
-            let tool = match &controller {
-                None => h.submatrix(AXES, AXES, 2, 2).to_owned(),
-                Some(controller) => compliance(&plant, controller, omega)
-                    .submatrix(0, 0, 2, 2)
-                    .to_owned(),
-            };
-            write!(out, "{hz}")?;
-            for i in 0..AXES {
-                for j in 0..AXES {
-                    write!(out, ",{:e},{:e}", h[(i, j)].re, h[(i, j)].im)?;
-                }
+    let row = |hz: &f64| {
+        let omega = TAU * hz;
+        let h = plant.at(omega);
+        let tool = match &controller {
+            None => h.submatrix(AXES, AXES, 2, 2).to_owned(),
+            Some(controller) => compliance(&plant, controller, omega)
+                .submatrix(0, 0, 2, 2)
+                .to_owned(),
+        };
+        let mut row = vec![*hz];
+        for (matrix, n) in [(&h, AXES), (&tool, 2)] {
+            for i in 0..n {
+                row.extend((0..n).flat_map(|j| [matrix[(i, j)].re, matrix[(i, j)].im]));
             }
-            for i in 0..2 {
-                for j in 0..2 {
-                    write!(out, ",{:e},{:e}", tool[(i, j)].re, tool[(i, j)].im)?;
-                }
-            }
-            writeln!(out)?;
         }
-        Ok(())
-    })?;
+        row
+    };
+    if console.writes_data() {
+        // Line by line: a million of them need no memory.
+        stdout::data(|out| {
+            writeln!(out, "{}", header.join(","))?;
+            frequencies
+                .iter()
+                .try_for_each(|hz| csv_line(out, &row(hz)))
+        })?;
+        return Ok(Outcome::Done);
+    }
+    let table: Vec<Vec<f64>> = frequencies.iter().map(row).collect();
+    console.other(
+        String::new,
+        || columns(&header, &table),
+        || shown(&header, &table),
+    )?;
     Ok(Outcome::Done)
 }
 
@@ -138,4 +149,47 @@ fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {
         _ => from * (to / from).powf(k as f64 / last),
     };
     Ok((0..points).map(frequency).collect())
+}
+
+fn csv_line(out: &mut dyn Write, row: &[f64]) -> std::io::Result<()> {
+    let mut cells = row.iter();
+    if let Some(hz) = cells.next() {
+        write!(out, "{hz}")?;
+    }
+    cells.try_for_each(|x| write!(out, ",{x:e}"))?;
+    writeln!(out)
+}
+
+/// One list a column.
+fn columns(header: &[String], table: &[Vec<f64>]) -> Value {
+    let column = |k: usize| numbers(&table.iter().map(|row| row[k]).collect::<Vec<f64>>());
+    Value::Object(
+        header
+            .iter()
+            .enumerate()
+            .map(|(k, name)| (name.clone(), column(k)))
+            .collect(),
+    )
+}
+
+/// The largest magnitude of the diagonal entries and where it is.
+fn shown(header: &[String], table: &[Vec<f64>]) -> Shown {
+    let mut shown =
+        Shown::done(format!("{} lines", table.len())).row(["", "largest magnitude", "at Hz"]);
+    for name in ["g_11", "g_22", "g_33", "g_44", "t_xx", "t_yy"] {
+        let re = format!("{name}_re");
+        let Some(k) = header.iter().position(|h| *h == re) else {
+            continue;
+        };
+        let size = |row: &&Vec<f64>| row[k].hypot(row[k + 1]);
+        if let Some(peak) = table.iter().max_by(|a, b| size(a).total_cmp(&size(b))) {
+            let unit = if name.starts_with('g') { "m/A" } else { "m/N" };
+            shown = shown.row([
+                name.to_owned(),
+                format!("{:.3e} {unit}", size(&peak)),
+                format!("{:.1}", peak[0]),
+            ]);
+        }
+    }
+    shown.next("the same command with > frf.csv writes the table, --json prints its columns")
 }

@@ -1,11 +1,12 @@
 //! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances of the
 //! free-free rotor (JSON).
 
+use super::console::{Console, Shown};
 use super::machine::of_measurement;
 use super::output::claim;
 use super::plausibility::{Records, named};
-use super::{Failure, Outcome, stdout};
-use crate::identify::{IdentifyError, identify};
+use super::{Failure, Outcome};
+use crate::identify::{Identification, IdentifyError, identify};
 use crate::input::{Measurement, load_measurement};
 use crate::report::identification::{frf_csv, identification_json, plausibility_json};
 use crate::report::results::ResultsFolder;
@@ -48,7 +49,7 @@ impl From<IdentifyError> for Failure {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement)?;
     let machine = of_measurement(
         &measurement,
@@ -71,13 +72,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .with_hint("identification needs a sweep; frequencies that are known already go straight into `muspin update`"));
     }
     let mut answer = serde_json::Map::new();
+    let mut found = None;
     answer.insert("plausibility".into(), plausibility_json(&records.reports));
     if let Some((frf, report)) = records.standstill() {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
         if report.plausible() {
-            let found =
+            let peaks =
                 identify(frf, &machine).map_err(|e| named(e, &record_at_rest(&measurement)))?;
-            answer.insert("identification".into(), identification_json(&found));
+            answer.insert("identification".into(), identification_json(&peaks));
+            found = Some(peaks);
         }
     } else if let Some(frf) = frfs.first() {
         return Err(IdentifyError::NotAtRest {
@@ -125,7 +128,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     answer.insert("records".into(), json!(names));
     let text = serde_json::to_string_pretty(&Value::Object(answer))
         .map_err(|e| Failure::new(e.to_string()))?;
-    stdout::data(|out| writeln!(out, "{text}"))?;
+    console.json(&format!("{text}\n"), || {
+        shown(arguments, &records, found.as_ref())
+    })?;
     Ok(if records.plausible() {
         Outcome::Done
     } else {
@@ -138,4 +143,50 @@ pub(super) fn record_at_rest(measurement: &Measurement) -> String {
     let mut sweeps = measurement.sweeps.iter().map(|s| &s.record);
     let found = sweeps.find(|r| r.speed_rpm == 0.0);
     found.map_or(String::new(), |r| r.name.clone())
+}
+
+fn shown(arguments: &Arguments, records: &Records, found: Option<&Identification>) -> Shown {
+    let mut shown = match (records.plausible(), found) {
+        (false, _) => Shown::met(
+            false,
+            "a record contradicts the machine; what is wrong with it stands above",
+        ),
+        (true, None) => Shown::done("the records are plausible; peaks need a sweep at rest"),
+        (true, Some(found)) => Shown::done(format!(
+            "{} resonances of the free rotor",
+            found.resonances.len()
+        )),
+    };
+    if let Some(found) = found {
+        shown = shown.row(["", "Hz", "standard deviation, Hz"]);
+        let lists = [
+            ("resonance", &found.resonances),
+            ("antiresonance, front", &found.front),
+            ("antiresonance, rear", &found.rear),
+        ];
+        for (name, readings) in lists {
+            for reading in readings {
+                let number = |x: Option<f64>, digits: usize| {
+                    x.map_or("not found".to_owned(), |x| format!("{x:.digits$}"))
+                };
+                shown = shown.row([
+                    name.to_owned(),
+                    number(reading.frequency_hz(), 2),
+                    number(reading.standard_deviation_hz(), 3),
+                ]);
+            }
+        }
+    }
+    if let Some(out) = &arguments.out {
+        shown = shown.file(out.as_str());
+    }
+    shown
+        .next(format!(
+            "muspin update --measurement {}",
+            arguments.measurement
+        ))
+        .next(format!(
+            "muspin diagnose --measurement {}",
+            arguments.measurement
+        ))
 }

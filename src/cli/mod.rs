@@ -7,6 +7,7 @@ pub mod progress;
 mod batch;
 mod check;
 mod compare;
+pub mod console;
 mod contact;
 mod controlled_machine;
 mod design;
@@ -17,21 +18,31 @@ mod diagnose;
 mod export;
 mod frf;
 mod identify;
+mod init;
+mod interrupt;
 mod machine;
 mod modes;
 mod output;
 mod plausibility;
+mod rehearse;
 mod report;
 mod run;
+mod schema;
+mod shell;
 mod simulate;
 mod solve;
+mod start;
 mod stdout;
+mod surroundings;
 mod timings;
 mod update;
+mod version;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use console::{Console, ConsoleArguments};
 pub use failure::Failure;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// How a command ended when it ended without an error.
@@ -46,10 +57,12 @@ pub enum Outcome {
 #[derive(Parser)]
 #[command(
     name = "muspin",
-    version,
+    version = version::text(),
     about = "From spindle drawing and measured sweeps to a magnetic-bearing controller that firmware can load"
 )]
 struct Cli {
+    #[command(flatten)]
+    console: ConsoleArguments,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -80,6 +93,18 @@ enum Command {
     Batch(batch::Arguments),
     /// Validate files, run nothing
     Check(check::Arguments),
+    /// Write a commented spindle, tool, weights and measurement that run as they are
+    Init(init::Arguments),
+    /// Write the files of a worked case: own-rotor, update, compare, diagnose, firmware, solve
+    Example(init::ExampleArguments),
+    /// A synthetic measurement with sensor noise, from a model
+    Rehearse(rehearse::Arguments),
+    /// Shell completions, to standard output
+    Completions(shell::Completions),
+    /// Manual page (roff), to standard output
+    Man,
+    /// JSON Schema of a kind of file, or the page of all keys
+    Schema(schema::Arguments),
     /// Rebuild report.html of a results folder
     Report(report::Arguments),
     /// Solve a problem of your own: care, hinfnorm, hinfsyn, mu, musys, dfit, dksyn, reduce, discretise
@@ -88,40 +113,61 @@ enum Command {
 
 /// Runs the program on the process arguments and maps the outcome to the exit code.
 pub fn main() -> ExitCode {
-    let parsed = Cli::command().try_get_matches().and_then(|matches| {
-        let files = files(&matches);
-        Ok((Cli::from_arg_matches(&matches)?, files))
-    });
+    ExitCode::from(run(std::env::args_os()))
+}
+
+/// Runs the program on arguments, its own name first; returns the exit code.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let parsed = Cli::command()
+        .try_get_matches_from(arguments)
+        .and_then(|matches| {
+            let files = files(&matches);
+            Ok((Cli::from_arg_matches(&matches)?, files))
+        });
     let (cli, files) = match parsed {
         Ok(parsed) => parsed,
         Err(error) => {
             let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+            return if error.use_stderr() { 2 } else { 0 };
+        }
+    };
+    interrupt::answer();
+    let console = match Console::open(&cli.console) {
+        Ok(console) => console,
+        Err(failure) => {
+            eprint!("{failure}");
+            return 2;
         }
     };
     let result = match cli.command {
-        None => run::run(&run::Arguments::default()),
-        Some(Command::Run(a)) => run::run(&a),
-        Some(Command::Modes(a)) => modes::run(&a),
-        Some(Command::Frf(a)) => frf::run(&a),
-        Some(Command::Identify(a)) => identify::run(&a),
-        Some(Command::Update(a)) => update::run(&a),
-        Some(Command::Design(a)) => design::run(&a),
-        Some(Command::Compare(a)) => compare::run(&a),
-        Some(Command::Simulate(a)) => simulate::run(&a),
-        Some(Command::Export(a)) => export::run(&a),
-        Some(Command::Diagnose(a)) => diagnose::run(&a),
-        Some(Command::Batch(a)) => batch::run(&a),
-        Some(Command::Check(a)) => check::run(&a),
-        Some(Command::Report(a)) => report::run(&a),
-        Some(Command::Solve(a)) => solve::run(&a),
+        None => run::run(&run::Arguments::default(), &console),
+        Some(Command::Run(a)) => run::run(&a, &console),
+        Some(Command::Modes(a)) => modes::run(&a, &console),
+        Some(Command::Frf(a)) => frf::run(&a, &console),
+        Some(Command::Identify(a)) => identify::run(&a, &console),
+        Some(Command::Update(a)) => update::run(&a, &console),
+        Some(Command::Design(a)) => design::run(&a, &console),
+        Some(Command::Compare(a)) => compare::run(&a, &console),
+        Some(Command::Simulate(a)) => simulate::run(&a, &console),
+        Some(Command::Export(a)) => export::run(&a, &console),
+        Some(Command::Diagnose(a)) => diagnose::run(&a, &console),
+        Some(Command::Batch(a)) => batch::run(&a, &console),
+        Some(Command::Check(a)) => check::run(&a, &console),
+        Some(Command::Init(a)) => init::run(&a, &console),
+        Some(Command::Example(a)) => init::run_example(&a, &console),
+        Some(Command::Rehearse(a)) => rehearse::run(&a, &console),
+        Some(Command::Completions(a)) => shell::completions(&a),
+        Some(Command::Man) => shell::manual(),
+        Some(Command::Schema(a)) => schema::run(&a),
+        Some(Command::Report(a)) => report::run(&a, &console),
+        Some(Command::Solve(a)) => solve::run(&a, &console),
     };
     match result {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::TargetMissed) => ExitCode::from(1),
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::TargetMissed) => 1,
         Err(failure) => {
             eprint!("{}", failure.naming(&files));
-            ExitCode::from(2)
+            2
         }
     }
 }

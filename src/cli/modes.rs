@@ -1,9 +1,11 @@
 //! `muspin modes`: natural frequencies of the free-free rotor with its tool over speed, magnets off, as JSON.
 //! At rest every mode appears twice, once a plane; at speed as its backward and forward whirl.
 
+use super::console::{Console, Shown};
 use super::machine::load_machine;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::rotor::Damping;
+use crate::spindle::Machine;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -25,7 +27,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let machine = load_machine(&arguments.spindle, &arguments.tool)?;
     for rpm in &arguments.speeds {
         if !(rpm.is_finite() && *rpm >= 0.0) {
@@ -66,6 +68,46 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         "diametral_inertia_kg_m2": properties.diametral_inertia_kg_m2,
         "speeds": speeds,
     });
-    stdout::data(|out| writeln!(out, "{answer:#}"))?;
+    console.json(&format!("{answer:#}\n"), || shown(&machine, &answer))?;
     Ok(Outcome::Done)
+}
+
+/// Modes listed on a terminal: the rigid-body modes and the first bending modes.
+const LISTED: usize = 12;
+
+fn shown(machine: &Machine, answer: &Value) -> Shown {
+    let number = |key: &str| answer[key].as_f64().unwrap_or(f64::NAN);
+    let verdict = format!(
+        "{} with {}: {:.3} kg, centre of gravity {:.1} mm from the nose face",
+        machine.spindle.name,
+        machine.tool.name,
+        number("mass_kg"),
+        1e3 * number("centre_of_gravity_m")
+    );
+    let empty = vec![];
+    let mut rows = vec![vec![
+        "speed, rpm".to_owned(),
+        "natural frequencies, Hz (- backward, + forward)".to_owned(),
+    ]];
+    for speed in answer["speeds"].as_array().unwrap_or(&empty) {
+        let list = |key: &str| speed[key].as_array().cloned().unwrap_or_default();
+        let pairs = list("natural_frequencies_hz")
+            .into_iter()
+            .zip(list("whirl"));
+        let words = pairs.take(LISTED).map(|(f, w)| {
+            let sign = match w.as_i64() {
+                Some(1) => "+",
+                Some(-1) => "-",
+                _ => "",
+            };
+            format!("{:.1}{sign}", f.as_f64().unwrap_or(f64::NAN))
+        });
+        rows.push(vec![
+            speed["speed_rpm"].to_string(),
+            words.collect::<Vec<_>>().join(" "),
+        ]);
+    }
+    Shown::done(verdict)
+        .rows(rows)
+        .next("muspin modes --json has all modes below 10 kHz with damping ratios")
 }

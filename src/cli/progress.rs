@@ -2,6 +2,7 @@
 //!
 //! When standard error is no terminal nothing is written, so that logs and pipes hold results and errors only.
 
+use super::console::Console;
 use super::timings::Stopwatch;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -16,8 +17,8 @@ pub struct Progress {
 
 impl Progress {
     /// Progress on the terminal, or a silent one.
-    pub fn start() -> Self {
-        let visible = std::io::stderr().is_terminal();
+    pub fn start(console: &Console) -> Self {
+        let visible = console.shows_progress() && std::io::stderr().is_terminal();
         let bar = if visible {
             ProgressBar::new_spinner()
         } else {

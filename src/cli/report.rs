@@ -1,8 +1,10 @@
 //! `muspin report FOLDER`: rebuilds `report.html` of a results folder from its `summary.json` and `plots/*.svg`.
 
+use super::console::{Console, Shown};
 use super::{Failure, Outcome};
 use crate::report::html;
 use crate::report::results::ResultsFolder;
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `muspin report`.
@@ -13,7 +15,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let path = folder.join("summary.json");
     let text = std::fs::read_to_string(&path).map_err(|e| {
@@ -41,6 +43,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut own = ResultsFolder::new();
     own.add("report.html", page)?;
     own.write_into(folder)?;
+    let page = folder.join("report.html").display().to_string();
+    console.other(
+        String::new,
+        || json!({ "report": page }),
+        || Shown::done("the page was rebuilt").file(&page),
+    )?;
     Ok(Outcome::Done)
 }
 

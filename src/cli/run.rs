@@ -1,8 +1,10 @@
 //! `muspin run`: the whole pipeline, from drawing and measurement to firmware tables and a report.
 
+use super::console::Console;
 use super::controlled_machine::{MachineArguments, machine_tag};
 use super::design::{
-    UNPOLISHED, add_arithmetic, add_controller, add_predictions, finish, of_unpolished, outcome,
+    UNPOLISHED, add_arithmetic, add_controller, add_loop, add_predictions, finish, of_unpolished,
+    outcome, shown_design,
 };
 use super::design_progress::run_design;
 use super::machine::of_measurement;
@@ -11,7 +13,7 @@ use super::plausibility::Records;
 use super::progress::Progress;
 use super::timings::Timings;
 use super::update::targets;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::controller::pid_certificate::TunedPid;
 use crate::controller::pid_settings::TuneSettings;
@@ -88,12 +90,12 @@ struct Updating {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.weights)?;
     let named = [&arguments.spindle, &arguments.tool, &arguments.measurement];
     let read = named.into_iter().flatten().chain([&arguments.weights]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
-    let progress = Progress::start();
+    let progress = Progress::start(console);
     let nominal_files = MachineArguments {
         spindle: arguments.spindle.clone(),
         tool: arguments.tool.clone(),
@@ -158,7 +160,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .and_then(|v| v.as_str())
         .unwrap_or_default()
         .to_owned();
-    stdout::data(|out| writeln!(out, "{words}\nresults in {}", arguments.out))?;
+    let out = arguments.out.as_str();
+    console.other(
+        || format!("{words}\nresults in {out}\n"),
+        || summary.value(),
+        || {
+            shown_design(&design, ended, &words)
+                .file(format!("{out}/report.html"))
+                .file(format!("{out}/controller"))
+                .next(format!(
+                    "muspin simulate --controller {out}/controller/discrete.json --case impulse"
+                ))
+        },
+    )?;
     Ok(ended)
 }
 
@@ -288,6 +302,7 @@ fn assemble(
     {
         folder.add_plot(&stem, &figure)?;
     }
+    add_loop(&mut folder, &mut summary, machine, design, [&mu[0], &mu[1]])?;
     let sentence = super::contact::add_contact(
         &mut folder,
         &mut summary,

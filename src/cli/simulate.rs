@@ -1,11 +1,12 @@
 //! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on standard
 //! output, response and orbits as CSV and SVG in the folder.
 
+use super::console::{Console, Shown};
 use super::controlled_machine::MachineArguments;
 use super::design::finish;
 use super::export::{ready, signal_limits};
 use super::output::{REPORT, claim};
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::controller::ControlLaw;
 use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::float32;
@@ -91,7 +92,7 @@ impl From<TimeError> for Failure {
 const LONGEST_S: f64 = 20.0;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (given, remarks) = arguments.machine.with_controller(&arguments.controller)?;
     let read = [&arguments.controller, &given.used.spindle, &given.used.tool];
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
@@ -169,7 +170,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     folder.add("plots/animation.svg", picture)?;
     folder.add("plots/animation.csv", frames)?;
     finish(&mut folder, &mut summary, &arguments.out)?;
-    stdout::data(|out| out.write_all(summary.to_json().as_bytes()))?;
+    let out = arguments.out.as_str();
+    console.json(&summary.to_json(), || {
+        Shown::met(met, format!("{name} at {speed_rpm:.0} rpm: {end}"))
+            .file(format!("{out}/report.html"))
+    })?;
     Ok(if met {
         Outcome::Done
     } else {

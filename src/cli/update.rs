@@ -1,11 +1,12 @@
 //! `muspin update`: move the element moduli until resonances and antiresonances match; writes the updated files.
 
+use super::console::{Console, Shown};
 use super::identify::record_at_rest;
 use super::machine::of_measurement;
 use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::named;
-use super::{Failure, Outcome, stdout};
+use super::{Failure, Outcome};
 use crate::identify::{Identification, Reading, identify};
 use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
@@ -87,7 +88,7 @@ impl From<UpdateError> for Failure {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement)?;
     let machine = of_measurement(
@@ -158,8 +159,31 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .map_err(|e| Failure::new(e.to_string()))?
         + "\n";
     write_all(&arguments.out, &machine, delivered, &models, &text)?;
-    stdout::data(|out| out.write_all(text.as_bytes()))?;
     let explanation = &delivered.fit.explanation;
+    let out = arguments.out.as_str();
+    console.json(&text, || {
+        Shown::met(
+            explanation.explained && records.plausible(),
+            explanation.statement.as_str(),
+        )
+        .row([
+            "largest error of a frequency, %".to_owned(),
+            format!("{:.4}", delivered.fit.largest_error_percent()),
+        ])
+        .row([
+            "evaluations".to_owned(),
+            delivered.fit.evaluations.to_string(),
+        ])
+        .file(format!("{out}/spindle.yaml"))
+        .file(format!("{out}/tool.yaml"))
+        .next(format!(
+            "muspin design --spindle {out}/spindle.yaml --tool {out}/tool.yaml"
+        ))
+        .next(format!(
+            "muspin diagnose --measurement {}",
+            arguments.measurement
+        ))
+    })?;
     if !explanation.explained {
         eprintln!("{}", explanation.statement);
     }

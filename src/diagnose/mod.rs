@@ -8,9 +8,12 @@ pub mod data;
 pub mod decide;
 pub mod fit;
 pub mod locate;
+pub mod records;
 
 pub use data::evidence::{Evidence, Gap};
-pub use decide::verdict::{Diagnosis, NamedEffect, Verdict, diagnose};
+pub use decide::judgement::Verdict;
+pub use decide::verdict::{Diagnosis, NamedEffect, diagnose, diagnose_with};
+pub use records::finding::{Alternatives, FoundFault};
 
 use crate::identify::IdentifyError;
 use crate::linalg::NumericError;

@@ -7,11 +7,13 @@ pub mod hammer;
 pub mod local;
 pub mod peaks;
 pub mod plausibility;
+pub mod rehearsal;
 
 pub use free_free::{Identification, Reading, identify};
 pub use frf::{MeasuredFrf, SweepRecord, open_loop};
 pub use hammer::HammerFrf;
 pub use plausibility::{Plausibility, hammer_plausibility, sweep_plausibility};
+pub use rehearsal::Rehearsal;
 
 use crate::linalg::NumericError;
 use crate::rotor::RotorError;

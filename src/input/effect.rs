@@ -2,8 +2,10 @@
 
 use super::InputError;
 use super::error::nearest;
-use crate::spindle::effects::{LocationKind, table::TABLE};
+use crate::spindle::effects::entry::Entry;
+use crate::spindle::effects::{AXIS_NAMES, LocationKind, table::TABLE};
 use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -13,7 +15,8 @@ static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let mut keys = vec!["effect"];
     let of_entry = TABLE.iter().flat_map(|entry| {
         let names = entry.parameters.iter().map(|p| p.name);
-        entry.location.key().into_iter().chain(names)
+        let axis = entry.one_axis.then_some("axis");
+        entry.location.key().into_iter().chain(axis).chain(names)
     });
     for key in of_entry {
         if !keys.contains(&key) {
@@ -28,6 +31,7 @@ static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
 pub(super) struct EffectFile {
     effect: String,
     bearing: Option<String>,
+    axis: Option<String>,
     region: Option<String>,
     mode: Option<usize>,
     /// Position and parameters.
@@ -38,6 +42,53 @@ impl<'de> Deserialize<'de> for EffectFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(Keys)
     }
+}
+
+impl JsonSchema for EffectFile {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Effect".into()
+    }
+
+    /// One alternative for every entry of the table of effects: its place and its parameters, nothing else.
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let whole = TABLE.iter().map(|entry| of_entry(entry, false));
+        let single = TABLE.iter().filter(|entry| entry.one_axis);
+        let single = single.map(|entry| of_entry(entry, true));
+        let alternatives: Vec<Schema> = whole.chain(single).collect();
+        json_schema!({ "oneOf": alternatives })
+    }
+}
+
+fn of_entry(entry: &Entry, one_axis: bool) -> Schema {
+    let mut properties = serde_json::Map::new();
+    properties.insert("effect".into(), serde_json::json!({ "const": entry.name }));
+    let place = match entry.location {
+        LocationKind::None => None,
+        LocationKind::Bearing => Some(serde_json::json!({ "enum": ["front", "rear", "both"] })),
+        LocationKind::Position => Some(serde_json::json!({ "type": "number" })),
+        LocationKind::Mode => Some(serde_json::json!({ "type": "integer", "minimum": 1 })),
+        LocationKind::Region => Some(serde_json::json!({ "type": "string" })),
+    };
+    if one_axis {
+        properties.insert("axis".into(), serde_json::json!({ "enum": AXIS_NAMES }));
+    } else if let (Some(key), Some(place)) = (entry.location.key(), place) {
+        properties.insert(key.into(), place);
+    }
+    for parameter in entry.parameters {
+        let kind = match parameter.positive {
+            true => serde_json::json!({ "type": "number", "minimum": 0 }),
+            false => serde_json::json!({ "type": "number" }),
+        };
+        properties.insert(parameter.name.into(), kind);
+    }
+    let required: Vec<&String> = properties.keys().collect();
+    json_schema!({
+        "title": entry.name,
+        "type": "object",
+        "required": required,
+        "properties": properties.clone(),
+        "additionalProperties": false,
+    })
 }
 
 struct Keys;
@@ -63,6 +114,7 @@ impl<'de> Visitor<'de> for Keys {
             match *known {
                 "effect" => read.effect = map.next_value()?,
                 "bearing" => read.bearing = map.next_value()?,
+                "axis" => read.axis = map.next_value()?,
                 "region" => read.region = map.next_value()?,
                 "mode" => read.mode = map.next_value()?,
                 _ => {
@@ -93,8 +145,17 @@ impl EffectFile {
             return Err(InputError::new(file, rule).with_hint(format!("did you mean `{best}`?")));
         };
         let names = kind.parameters().iter().map(|p| p.name);
-        let takes: Vec<&str> = kind.location().key().into_iter().chain(names).collect();
-        let allowed = format!("{} takes {}", kind.name(), takes.join(", "));
+        let one_axis = kind.entry().one_axis && self.axis.is_some();
+        let place = if one_axis {
+            Some("axis")
+        } else {
+            kind.location().key()
+        };
+        let takes: Vec<&str> = place.into_iter().chain(names).collect();
+        let mut allowed = format!("{} takes {}", kind.name(), takes.join(", "));
+        if kind.entry().one_axis {
+            allowed += "; where one axis differs, axis stands in place of bearing";
+        }
         let fail = |rule: String| InputError::new(file, rule).with_hint(allowed.clone());
         let present = self.present();
         // A foreign key explains a missing one, so it is named first.
@@ -105,12 +166,19 @@ impl EffectFile {
         if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
             return Err(fail(format!("{path}.{key}: is missing")));
         }
-        let location = self.location(kind.location()).ok_or_else(|| {
-            let name = self.bearing.clone().unwrap_or_default();
-            fail(format!(
-                "{path}.bearing: {name:?} must be front, rear or both"
-            ))
-        })?;
+        let location = if one_axis {
+            let name = self.axis.clone().unwrap_or_default();
+            let axis = AXIS_NAMES.iter().position(|known| *known == name);
+            let rule = format!("{path}.axis: {name:?} must be {}", AXIS_NAMES.join(", "));
+            Location::Axis(axis.ok_or_else(|| fail(rule))?)
+        } else {
+            self.location(kind.location()).ok_or_else(|| {
+                let name = self.bearing.clone().unwrap_or_default();
+                fail(format!(
+                    "{path}.bearing: {name:?} must be front, rear or both"
+                ))
+            })?
+        };
         let value = |name: &str| self.numbers.get(name).copied().unwrap_or_default();
         let values = kind.parameters().iter().map(|p| value(p.name)).collect();
         Effect::new(kind, location, values).map_err(|error| {
@@ -134,6 +202,7 @@ impl EffectFile {
         let mut present: Vec<&str> = self.numbers.keys().map(String::as_str).collect();
         let places = [
             ("bearing", self.bearing.is_some()),
+            ("axis", self.axis.is_some()),
             ("mode", self.mode.is_some()),
             ("region", self.region.is_some()),
         ];

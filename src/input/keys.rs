@@ -393,6 +393,18 @@ pub const WEIGHTS: &[Group] = &[
                 "current loops reach 500 Hz to 5 kHz",
             ),
             open(
+                "current_rolloff_ratio",
+                "",
+                [[1.5, 1e3], [1.0, 1e9]],
+                "10 is a decade of roll-off",
+            ),
+            open(
+                "tool_tightening",
+                "",
+                [[0.01, 100.0], [1e-9, 1e9]],
+                "a specification is tightened by tens of per cent",
+            ),
+            open(
                 "sensor_noise_m",
                 "m",
                 [[1e-11, 5e-6], [1e-15, 1e-3]],

@@ -15,6 +15,7 @@ use super::yaml;
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::Machine;
 use crate::update::MeasuredShape;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -84,38 +85,54 @@ impl Measurement {
     }
 }
 
-#[derive(Deserialize)]
+/// The list of a measurement folder.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct MeasurementFile {
+pub(super) struct MeasurementFile {
+    /// Spindle: a path from this folder, a name beside this file, or a shipped name.
     spindle: String,
+    /// Tool, found like the spindle.
     tool: String,
+    /// Files of the measurement.
     records: Vec<RecordFile>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct RecordFile {
+pub(super) struct RecordFile {
+    /// `sweep`, `hammer`, `mode_shapes` or `frequencies`.
     kind: String,
+    /// File of the record, from this folder.
     file: String,
+    /// Speed of the rotor; sweeps and hammer tests must say it.
     speed_rpm: Option<f64>,
+    /// Controller (JSON) that levitated the rotor.
     controller: Option<String>,
+    /// Axis of a hammer test: `x` or `y`.
     axis: Option<String>,
+    /// True for a sweep whose currents were logged as samples in the controller, before the hold.
+    #[schemars(extend("default" = false))]
     hold: Option<bool>,
 }
 
-#[derive(Deserialize)]
+/// Frequencies that a person has read off a plot.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct FrequenciesFile {
+pub(super) struct FrequenciesFile {
+    /// Resonances of the free-free rotor; `null` for a peak that could not be identified.
     resonances_hz: Vec<Option<f64>>,
+    /// Antiresonances of the coaxial responses of the bearings.
     #[serde(default)]
     antiresonances_hz: AntiresonancesFile,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct AntiresonancesFile {
+pub(super) struct AntiresonancesFile {
+    /// Of the front bearing.
     #[serde(default)]
     front: Vec<Option<f64>>,
+    /// Of the rear bearing.
     #[serde(default)]
     rear: Vec<Option<f64>>,
 }

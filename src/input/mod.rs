@@ -4,6 +4,7 @@
 //! one [`InputError`] that says file, line or key path, rule and hint.
 
 pub mod controller;
+pub mod controller_law;
 mod effect;
 pub mod error;
 pub mod hammer;
@@ -13,6 +14,7 @@ pub mod mat;
 pub mod measurement;
 pub mod plausible;
 pub mod problem;
+pub mod schema;
 pub mod shipped;
 pub mod spindle;
 pub mod sweep;

@@ -37,7 +37,11 @@ pub const TOOLS: &[Shipped] = shipped![
     "test-arbor" => "spindles/tools/test-arbor.yaml",
 ];
 /// Weights.
-pub const WEIGHTS: &[Shipped] = shipped!["benchmark" => "weights/benchmark.yaml"];
+pub const WEIGHTS: &[Shipped] = shipped![
+    "benchmark" => "weights/benchmark.yaml",
+    "quiet-idle" => "weights/quiet-idle.yaml",
+    "stiff-tool" => "weights/stiff-tool.yaml",
+];
 /// Published frequencies.
 pub const FREQUENCIES: &[Shipped] =
     shipped!["paper-frequencies" => "spindles/paper-frequencies.yaml"];

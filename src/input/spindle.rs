@@ -7,21 +7,32 @@ use super::shipped::{self, SPINDLES};
 use super::yaml;
 use crate::rotor::{Disc, Material, Section};
 use crate::spindle::{Bearing, Electronics, Planes, Spindle};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-#[derive(Deserialize)]
+/// A spindle: rotor, magnetic bearings, electronics.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct SpindleFile {
+pub(super) struct SpindleFile {
+    /// Name of the spindle in reports and measurement folders.
     name: String,
+    /// The shaft, from the nose face (z = 0) to the tail; z grows to the rear.
     rotor: RotorFile,
+    /// False for a model that was built for standstill.
     #[serde(default = "yes")]
     gyroscopics: bool,
+    /// Axial positions of sensors and actuators, from the nose face.
     planes: PlanesFile,
+    /// The two radial magnetic bearings; the force on the rotor is ki·i + ks·x.
     bearings: BearingsFile,
+    /// Amplifiers, sensors, sampling.
     electronics: ElectronicsFile,
+    /// Speed range.
     speed: SpeedFile,
+    /// Radial clearance of the backup bearings.
     backup_clearance_m: f64,
+    /// Effects that a diagnosis has added to the model; a list of `{effect: name, its place, its parameters}`.
     #[serde(default)]
     effects: Option<Vec<EffectFile>>,
 }
@@ -37,94 +48,134 @@ fn one() -> f64 {
     1.0
 }
 
-#[derive(Deserialize)]
+/// The shaft.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct RotorFile {
+pub(super) struct RotorFile {
+    /// Materials by name.
     materials: BTreeMap<String, MaterialFile>,
+    /// Cylindrical beam elements in the order of the shaft.
     elements: Vec<ElementFile>,
+    /// Rigid discs: mass and inertia without stiffness.
     #[serde(default)]
     discs: Option<Vec<DiscFile>>,
+    /// Damping ratios of the free-free flexible modes 1, 2, …; the last one serves all higher modes.
     damping_ratio: Vec<f64>,
+    /// Flexible modes that the design model keeps in each plane, besides two rigid-body modes.
     flexible_modes: usize,
 }
 
 /// A material as files write it.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MaterialFile {
+    /// Young's modulus.
     youngs_modulus_pa: f64,
+    /// Density.
     density_kg_m3: f64,
+    /// Poisson's ratio.
     poisson_ratio: f64,
 }
 
 /// An element as files write it.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ElementFile {
+    /// Length.
     length_m: f64,
+    /// Outer diameter that counts for stiffness.
     outer_diameter_m: f64,
+    /// Bore.
     #[serde(default)]
     inner_diameter_m: f64,
+    /// Name of a material.
     material: String,
+    /// Outer diameter that counts for mass, for laminations; `outer_diameter_m` unless given.
     mass_outer_diameter_m: Option<f64>,
+    /// Inner diameter that counts for mass; `inner_diameter_m` unless given.
     mass_inner_diameter_m: Option<f64>,
+    /// Factor on Young's modulus, and on the shear modulus with it.
     #[serde(default = "one")]
     modulus_scale: f64,
+    /// Update region: elements of one name share one factor on the modulus.
     region: Option<String>,
 }
 
 /// A disc as files write it.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DiscFile {
+    /// Distance from the nose face; must coincide with the end of an element.
     position_m: f64,
+    /// Mass.
     mass_kg: f64,
+    /// Moment of inertia about the axis.
     polar_inertia_kg_m2: f64,
+    /// Moment of inertia about a diameter.
     diametral_inertia_kg_m2: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct PlanesFile {
+pub(super) struct PlanesFile {
+    /// Front sensors.
     front_sensor_m: f64,
+    /// Centre of the front bearing.
     front_actuator_m: f64,
+    /// Centre of the rear bearing.
     rear_actuator_m: f64,
+    /// Rear sensors.
     rear_sensor_m: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct BearingsFile {
+pub(super) struct BearingsFile {
+    /// The bearing at the nose.
     front: BearingFile,
+    /// The bearing at the tail.
     rear: BearingFile,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct BearingFile {
+pub(super) struct BearingFile {
+    /// Force per control current.
     ki_n_per_a: f64,
+    /// Negative stiffness, as a positive number.
     ks_n_per_m: f64,
+    /// Largest force per axis.
     max_force_n: f64,
+    /// Bias current.
     bias_current_a: f64,
+    /// Largest coil current.
     max_current_a: f64,
+    /// Air gap.
     gap_m: f64,
+    /// Factor on the signals of its sensors.
     #[serde(default = "one")]
     sensor_gain: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct ElectronicsFile {
+pub(super) struct ElectronicsFile {
+    /// Bandwidth of the current loop, first order.
     amplifier_bandwidth_hz: f64,
+    /// Bandwidth of the sensors, first order.
     sensor_bandwidth_hz: f64,
+    /// Noise of a sensor, rms per axis.
     sensor_noise_m: f64,
+    /// From sampling to the commanded current, with the hold's half sample.
     delay_s: f64,
+    /// Sample rate of the controller.
     sample_rate_hz: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct SpeedFile {
+pub(super) struct SpeedFile {
+    /// Top speed.
     max_rpm: f64,
 }
 

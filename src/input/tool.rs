@@ -6,18 +6,25 @@ use super::shipped::{self, TOOLS};
 use super::spindle::{DiscFile, ElementFile, MaterialFile, discs, materials, sections};
 use super::yaml;
 use crate::spindle::{Spindle, Tool};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-#[derive(Deserialize)]
+/// A tool with its holder, from the nose face outwards.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct ToolFile {
+pub(super) struct ToolFile {
+    /// Name of the tool; folders and C symbols carry it.
     name: String,
+    /// The tool's own materials; those of the spindle serve as well.
     #[serde(default)]
     materials: BTreeMap<String, MaterialFile>,
+    /// Cylindrical beam elements from the nose face to the tip.
     elements: Vec<ElementFile>,
+    /// Rigid discs; positions count outwards from the nose face.
     #[serde(default)]
     discs: Option<Vec<DiscFile>>,
+    /// Distance of the tool plane, where the cutting force acts, from the nose face.
     tool_plane_m: f64,
 }
 

@@ -5,33 +5,60 @@ use super::keys;
 use super::shipped::{self, WEIGHTS};
 use super::yaml;
 use crate::augment::weights::{Limits, Weights};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
-#[derive(Deserialize)]
+/// What a controller has to achieve: loads, displacements and uncertainty.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct WeightsFile {
+pub(super) struct WeightsFile {
+    /// Name of the specification.
     name: String,
+    /// Limits at the tool plane.
     tool: LimitsFile,
+    /// Limits at the front bearing.
     front: LimitsFile,
+    /// Limits at the rear bearing.
     rear: LimitsFile,
+    /// Relative uncertainty of the natural frequencies of flexible modes 1, 2, …; 0.01 is one per cent.
     mode_uncertainty: Vec<f64>,
+    /// Control current per unit disturbance.
+    #[schemars(extend("default" = CURRENT_LIMIT_A))]
     current_limit_a: Option<f64>,
+    /// Corner of the second-order roll-off of the control current.
+    #[schemars(extend("default" = CURRENT_ROLLOFF_HZ))]
     current_rolloff_hz: Option<f64>,
+    /// Frequency ratio over which the roll-off acts.
+    #[schemars(extend("default" = CURRENT_ROLLOFF_RATIO))]
     current_rolloff_ratio: Option<f64>,
+    /// Noise that the design assumes.
+    #[schemars(extend("default" = SENSOR_NOISE_M))]
     sensor_noise_m: Option<f64>,
+    /// Bound on the complementary sensitivity; the design chooses the tightest of 3.5, 4, 4.5, 5, 6, 8, 12 with γ ≤ 1
+    /// unless given.
     complementary_sensitivity_limit: Option<f64>,
+    /// Integral action: below it the signals are regulated as by an integrator; none unless given.
     integral_corner_hz: Option<f64>,
+    /// Divides the tool's displacement limits.
+    #[schemars(extend("default" = 1.0))]
     tool_tightening: Option<f64>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct LimitsFile {
+pub(super) struct LimitsFile {
+    /// Largest quasi-static load.
     max_dc_load_n: f64,
+    /// Largest high-frequency load.
     max_hf_load_n: f64,
+    /// Displacement allowed at low frequency.
     max_dc_displacement_m: f64,
+    /// Displacement allowed at high frequency.
     max_hf_displacement_m: f64,
+    /// Where the load changes from its low-frequency to its high-frequency level.
+    #[schemars(extend("default" = LOAD_CROSSOVER_HZ[0]))]
     load_crossover_hz: Option<f64>,
+    /// The same for the displacement; 40 at the tool, 100 at the bearings unless given.
     displacement_crossover_hz: Option<f64>,
 }
 

@@ -2,6 +2,7 @@
 //! readers see as numbers too (1.5e+6, not 1.5e6), strings quoted where plain text would be something else.
 
 use crate::rotor::{Disc, Material, Section};
+use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::{Effect, Location, Side, Spindle, Tool};
 
 /// A spindle file (formats.md, section 1). Sections are cylinders, as everywhere in that format.
@@ -101,6 +102,10 @@ pub fn effect(effect: &Effect) -> String {
     match &effect.location {
         Location::None => {}
         Location::Bearing(b) => parts.push(format!("bearing: {}", b.name())),
+        Location::Axis(axis) => {
+            let name = AXIS_NAMES.get(*axis).copied().unwrap_or_default();
+            parts.push(format!("axis: {name}"));
+        }
         Location::Position(z) => parts.push(format!("position_m: {}", number(*z))),
         Location::Mode(mode) => parts.push(format!("mode: {mode}")),
         Location::Region(region) => parts.push(format!("region: {}", text(region))),

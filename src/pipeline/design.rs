@@ -93,12 +93,12 @@ impl Design {
         }
     }
 
-    /// The largest smallest tool stiffness at rest that a linear controller reaches within the limits of the polish, and
-    /// within zone A: what the delivered one is to be measured by.
+    /// The largest smallest tool stiffness at rest that a linear controller reaches within the limits of the polish,
+    /// and within zone A: what the delivered one is to be measured by.
     ///
     /// # Errors
-    /// [`PipelineError`] when the delivered controller is unstable itself or does not levitate the machine, or the convex
-    /// problem has no answer.
+    /// [`PipelineError`] when the delivered controller is unstable itself or does not levitate the machine, or the
+    /// convex problem has no answer.
     pub fn stiffness_limit(&self, machine: &Machine) -> Result<StiffnessLimit, PipelineError> {
         let limits = limits(machine, ZONE_A)?;
         let law = match &self.delivery.controller.law {

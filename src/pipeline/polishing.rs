@@ -6,9 +6,9 @@
 //! μ of the specification as written at rest and, with the true gyroscopics, at top speed and 1.2 times that. After the
 //! descent μ of the whole machine is certified; a peak above one becomes a line of the loss, and the descent goes on
 //! from there. The polished controller goes through the same rounding and certificates as the one of the D-K iteration.
-//! Of two controllers the one is delivered that meets more goals ([`super::judged`], the most important first), and of equals
-//! the stiffer one. Where the controller of the D-K iteration misses a goal, the polish starts from a tuned PID as
-//! well.
+//! Of two controllers the one is delivered that meets more goals ([`super::judged`], the most important first), and of
+//! equals the stiffer one. Where the controller of the D-K iteration misses a goal, the polish starts from a tuned PID
+//! as well.
 
 use super::PipelineError;
 use super::certificates::{PeakFigures, certified, mu_words};

@@ -20,6 +20,8 @@ pub struct SpecificationScale {
     pub factor: f64,
     /// What binds at that factor.
     pub binds: &'static str,
+    /// The key of the weights file that relaxes it.
+    pub key: &'static str,
     /// Speed at which it binds, rpm.
     pub speed_rpm: f64,
     /// Frequency at which it binds, Hz.
@@ -30,8 +32,8 @@ impl SpecificationScale {
     /// The scale in a sentence.
     pub fn sentence(&self) -> String {
         let place = format!(
-            "{} at {:.0} Hz and {:.0} rpm binds",
-            self.binds, self.frequency_hz, self.speed_rpm
+            "{} at {:.0} Hz and {:.0} rpm binds (`{}` relaxes it)",
+            self.binds, self.frequency_hz, self.speed_rpm, self.key
         );
         if self.factor.is_finite() {
             format!(
@@ -134,15 +136,30 @@ pub fn specification_scale(
             Ok(at(wider, &modes, binding.speed_rpm)?.mu)
         })
         .collect();
-    let binds = loosened?
-        .into_iter()
-        .zip(ROWS)
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or(ROWS[0], |(_, row)| row);
+    let softest = loosened?.into_iter().enumerate();
+    let row = softest
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(0, |(row, _)| row);
+    let frequency_hz = binding.frequency_hz.abs();
     Ok(Some(SpecificationScale {
         factor,
-        binds,
+        binds: ROWS[row],
+        key: key(row, weights, frequency_hz),
         speed_rpm: binding.speed_rpm,
-        frequency_hz: binding.frequency_hz.abs(),
+        frequency_hz,
     }))
+}
+
+/// The key of a row of [`ROWS`]: the level of the displacement limit that acts at the frequency.
+fn key(row: usize, weights: &Weights, frequency_hz: f64) -> &'static str {
+    const LEVELS: [[&str; 2]; 3] = [
+        ["tool.max_dc_displacement_m", "tool.max_hf_displacement_m"],
+        ["front.max_dc_displacement_m", "front.max_hf_displacement_m"],
+        ["rear.max_dc_displacement_m", "rear.max_hf_displacement_m"],
+    ];
+    match LEVELS.get(row) {
+        Some(keys) => keys[usize::from(frequency_hz > weights.displacement_crossover_hz[row])],
+        None if row == LEVELS.len() => "current_limit_a",
+        None => "mode_uncertainty",
+    }
 }

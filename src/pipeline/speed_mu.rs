@@ -167,8 +167,8 @@ impl<'a> PeakSearch<'a> {
         Ok(peak)
     }
 
-    /// Bounds on lines, with their signed frequencies, where they may exceed `least`. Any scaling gives a bound: where that
-    /// of the nearest guide is below `least` already, the optimum is, too.
+    /// Bounds on lines, with their signed frequencies, where they may exceed `least`. Any scaling gives a bound: where
+    /// that of the nearest guide is below `least` already, the optimum is, too.
     fn above(&self, lines: &[f64], least: f64) -> Result<Vec<(f64, f64)>, PipelineError> {
         let found: Result<Vec<Option<(f64, f64)>>, PipelineError> = lines
             .par_iter()

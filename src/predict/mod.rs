@@ -3,6 +3,7 @@
 pub mod chatter;
 pub mod closed_loop;
 pub mod dips;
+pub mod loop_shape;
 pub mod modes;
 pub mod recovery;
 pub mod sensitivity;

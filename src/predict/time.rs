@@ -353,8 +353,8 @@ impl Shaft {
             voltages: [0.0; AXES],
             magnets: [pair(Side::Front, 0), pair(Side::Rear, 1)],
             force_matrices: effective.bearings.each_ref().map(|b| {
-                let (direct, cross) = (1.0, b.coupling_ratio);
-                [[direct, cross], [cross, direct]]
+                let (cross, [x, y]) = (b.coupling_ratio, b.force_factors);
+                [[x, cross * y], [cross * x, y]]
             }),
             backup: BackupBearing {
                 clearance_m: machine.spindle.backup_clearance_m,

@@ -132,6 +132,7 @@ pub fn scale_json(scale: &SpecificationScale) -> Value {
         "sentence": scale.sentence(),
         "factor": number(scale.factor),
         "binds": scale.binds,
+        "key": scale.key,
         "speed_rpm": number(scale.speed_rpm),
         "frequency_hz": number(scale.frequency_hz),
     })

@@ -13,11 +13,11 @@ use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::locate::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect};
 use crate::spindle::Location;
+use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 
-const AXES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 /// Lines of the localisation map; the ports that explain least are left out.
 const MAP_ROWS: usize = 12;
 
@@ -31,6 +31,7 @@ pub fn summarised(d: &Diagnosis) -> Value {
         "tie": d.tie.iter().map(rival_json).collect::<Vec<_>>(),
         "gap_before": number(d.gap_before),
         "gap_after": number(d.gap_after),
+        "gap_nearest": number(d.gap_nearest),
         "gap_before_used": number(used.0),
         "gap_after_used": number(used.1),
         "gap_before_held_out": number(d.gap_before_held_out),
@@ -85,6 +86,7 @@ fn place(location: &Location) -> Value {
     match location {
         Location::None => json!({}),
         Location::Bearing(b) => json!({"bearing": b.name()}),
+        Location::Axis(axis) => json!({"axis": AXES[*axis % 4]}),
         Location::Position(z) => json!({"position_m": number(*z)}),
         Location::Mode(mode) => json!({"mode": mode}),
         Location::Region(region) => json!({"region": region}),
@@ -100,12 +102,25 @@ fn effect_json(e: &NamedEffect) -> Value {
     if let Some(sd) = e.position_sd_m {
         deviations.insert("position_m".into(), number(sd));
     }
+    let mut intervals = keyed(
+        e.intervals
+            .iter()
+            .map(|(a, b)| numbers(&[*a, *b]))
+            .collect(),
+    );
+    if let (Some(sd), Location::Position(z)) = (e.position_sd_m, &e.effect.location) {
+        // 1.645 σ on either side hold 90 % of a normal distribution.
+        intervals.insert(
+            "position_m".into(),
+            numbers(&[z - 1.645 * sd, z + 1.645 * sd]),
+        );
+    }
     json!({
         "effect": e.effect.kind.name(),
         "where": place(&e.effect.location),
         "parameters": keyed(e.effect.values.iter().map(|x| number(*x)).collect()),
         "standard_deviations": deviations,
-        "intervals_90": keyed(e.intervals.iter().map(|(a, b)| numbers(&[*a, *b])).collect()),
+        "intervals_90": intervals,
         "words": statement(e),
     })
 }
@@ -293,6 +308,7 @@ fn spot(location: &Location) -> String {
     match location {
         Location::None => String::new(),
         Location::Bearing(b) => b.name().into(),
+        Location::Axis(axis) => AXES[*axis % 4].into(),
         Location::Position(z) => format!("at {:.0} mm", 1e3 * z),
         Location::Mode(m) => format!("mode {m}"),
         Location::Region(r) => r.clone(),

@@ -1,8 +1,10 @@
 //! A diagnosis in plain words: the effect, its size, its interval, and what to do about it.
 
 use super::readable::four_digits;
+use crate::diagnose::data::measurement::RecordId;
 use crate::diagnose::locate::place::Place;
-use crate::diagnose::{Diagnosis, NamedEffect, Verdict};
+use crate::diagnose::{Diagnosis, FoundFault, NamedEffect, Verdict};
+use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::effects::entry::Shown;
 use crate::spindle::{Effect, EffectKind, Location};
 
@@ -18,11 +20,13 @@ pub fn sentence(d: &Diagnosis) -> String {
              gains, moduli, damping).{} {gap}",
             smallest(d)
         ),
+        Verdict::Named if d.effects.is_empty() => format!("{}{gap}", faults(d)),
         Verdict::Named => {
             let found: Vec<String> = d.effects.iter().map(statement).collect();
             let advice: Vec<String> = d.effects.iter().map(advice).collect();
             format!(
-                "{}: {}. {gap}",
+                "{}{}: {}. {gap}",
+                faults(d),
                 capital(&found.join(", and ")),
                 advice.join("; and ")
             )
@@ -77,9 +81,61 @@ pub fn sentence(d: &Diagnosis) -> String {
                     d.held_out
                 )
             });
-            format!("Something is missing that is in no catalogue{place}.{correction}")
+            let unsafe_words = match d.correction {
+                Some(_) => String::new(),
+                None => unsafe_prediction(d),
+            };
+            format!(
+                "Something is missing that is in no catalogue{place}.{}{correction}{unsafe_words}",
+                tried(d)
+            )
         }
     }
+}
+
+/// What came nearest among all that was tried, and the gap that it leaves.
+fn tried(d: &Diagnosis) -> String {
+    let names: Vec<String> = d.nearest.iter().map(size).collect();
+    if names.is_empty() {
+        return format!(
+            " No effect of the catalogue and no known mistake of a rig lowers the gap of {:.2} σ beyond chance.",
+            d.gap_nearest
+        );
+    }
+    format!(
+        " Of all effects and mistakes of a rig that were tried the nearest is: {}; it leaves a gap of {:.2} σ.",
+        names.join(", and "),
+        d.gap_nearest
+    )
+}
+
+/// That no model predicts, and where the machine as given fails most.
+fn unsafe_prediction(d: &Diagnosis) -> String {
+    let (from, to) = d.misfit.band_hz;
+    format!(
+        " No correction improves the held-out data ({}): no prediction of this machine is safe, least of all from {from:.0} to \
+         {to:.0} Hz from {} to {}.",
+        d.held_out,
+        AXIS_NAMES[d.misfit.input % 4],
+        AXIS_NAMES[d.misfit.output % 4]
+    )
+}
+
+/// What is wrong with the records, as sentences; empty where nothing is.
+fn faults(d: &Diagnosis) -> String {
+    let each = |f: &FoundFault| {
+        let name = f.name.as_ref().map_or(String::new(), |n| format!(" ({n})"));
+        let record = match f.record {
+            RecordId::Sweep(s) => format!("sweep {}", s + 1),
+            RecordId::Hammer(t) => format!("hammer test {}", t + 1),
+        };
+        format!(
+            "In {record} {}{name}: {}. ",
+            f.fault.words(),
+            f.fault.remedy()
+        )
+    };
+    d.record_faults.iter().map(each).collect()
 }
 
 /// The smallest sizes that would have been seen, for a few effects that matter most to a design.
@@ -124,6 +180,7 @@ fn place(location: &Location) -> String {
             "both" => "both bearings".to_owned(),
             name => format!("the {name} bearing"),
         },
+        Location::Axis(axis) => AXIS_NAMES.get(*axis).copied().unwrap_or_default().into(),
         Location::Position(z) => format!("z = {:.0} mm", 1e3 * z),
         Location::Mode(mode) => format!("flexible mode {mode}"),
         Location::Region(region) => format!("region {region}"),

@@ -2,7 +2,7 @@
 //!
 //! Everything comes from `summary.json` and `plots/*.svg`, so that the page can be rebuilt from a results folder. Verdict
 //! first, then plain words, key figures, a section a stage (absent stages are left out), certificates, all figures.
-//! No script, no font, no style from elsewhere.
+//! No script, no font, no style from elsewhere; the own script shows values at the pointer and zooms, and the page is whole without it.
 
 use super::diagnosis_tables;
 use super::frequency_table;
@@ -11,6 +11,8 @@ use super::readable::{self, Grid, Row, words};
 use serde_json::Value;
 
 const TEMPLATE: &str = include_str!("templates/report.html");
+/// Values at the pointer and zoom, over the axes that every picture has as metadata.
+const SCRIPT: &str = include_str!("templates/figures.js");
 
 /// Why the page could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -83,6 +85,7 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
             tiles => tiles(summary),
             sections => sections,
             certificates => certificates(summary),
+            script => SCRIPT,
         })?;
     // The template engine writes a slash as an entity, which only makes the source harder to read.
     Ok(page.replace("&#x2f;", "/"))

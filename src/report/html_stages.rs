@@ -12,7 +12,7 @@ pub(super) struct Stage {
     pub stems: &'static [&'static str],
 }
 
-pub(super) const STAGES: [Stage; 14] = [
+pub(super) const STAGES: [Stage; 15] = [
     Stage {
         key: "model",
         title: "Rotor model",
@@ -88,7 +88,13 @@ pub(super) const STAGES: [Stage; 14] = [
         key: "sensitivity",
         title: "Sensitivity",
         lead: "Robustness of each control axis in the zones of ISO 14839-3: A up to 9.5 dB, B to 12, C to 14.",
-        stems: &["sensitivity", "nyquist"],
+        stems: &["sensitivity", "nyquist", "poles"],
+    },
+    Stage {
+        key: "margins",
+        title: "Margins",
+        lead: "What every sensor channel may change by at once: gain and phase of the disc round the critical point.",
+        stems: &[],
     },
     Stage {
         key: "simulation",

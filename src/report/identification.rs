@@ -41,7 +41,8 @@ pub fn record_faults(reports: &[Plausibility]) -> Vec<Value> {
     reports.iter().flat_map(of).collect()
 }
 
-fn fault_json(record: &str, fault: &RecordFault) -> Value {
+/// One mistake of a record: `record`, `fault`, the fields of the fault, `words`.
+pub fn fault_json(record: &str, fault: &RecordFault) -> Value {
     let mut map = serde_json::Map::new();
     map.insert("record".into(), json!(record));
     map.insert("fault".into(), json!(fault.name()));
@@ -70,7 +71,18 @@ fn fault_json(record: &str, fault: &RecordFault) -> Value {
             rest.into_iter().chain(channel).collect()
         }
         RecordFault::Conjugate => vec![],
-        RecordFault::Clock { factor } => vec![("factor", json!(factor))],
+        RecordFault::Clock { factor } | RecordFault::HammerCalibration { factor } => {
+            vec![("factor", json!(factor))]
+        }
+        RecordFault::SpeedLabel { speed_rpm } => vec![("speed_rpm", json!(speed_rpm))],
+        RecordFault::Drift {
+            signal,
+            relative_change,
+        } => vec![
+            ("signal", json!(signal.name())),
+            ("relative_change", json!(relative_change)),
+        ],
+        RecordFault::Tool | RecordFault::Controller | RecordFault::Disagrees => vec![],
         RecordFault::Quantity(quantity) => vec![
             ("signal", json!(Signal::Compliance.name())),
             ("quantity", json!(quantity.name())),

@@ -40,7 +40,8 @@ const fn unit(suffix: &'static str, printed: &'static str, factor: f64) -> Unit 
 }
 
 /// Longer suffixes first: `_n_per_m` also ends in `_m`.
-const UNITS: [Unit; 23] = [
+const UNITS: [Unit; 24] = [
+    unit("_per_s", "1/s", 1.0),
     unit("_n_m_s_per_rad", "N·m·s/rad", 1.0),
     unit("_n_m_per_rad", "N·m/rad", 1.0),
     unit("_n_per_m", "N/µm", 1e-6),

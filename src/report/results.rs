@@ -9,6 +9,7 @@ use super::atomic::Replacement;
 use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::plot::{Figure, PlotError, picture};
 use super::tables::Table;
+use super::writing;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -206,7 +207,7 @@ impl ResultsFolder {
             stale,
             manifest: &manifest,
         };
-        let done = replacement.carry_out();
+        let done = writing::uninterrupted(|| replacement.carry_out());
         done.map_err(|(path, source)| ResultsError::Io { path, source })
     }
 }

@@ -52,8 +52,8 @@ pub struct DkSettings {
     pub certificate_slack: f64,
     /// Frequencies (rad/s) that the fits of D are to follow; none: decades round the poles of the plant.
     pub fit_range_rad_s: Option<(f64, f64)>,
-    /// Share of γ by which the peak of μ of a loop has to lie below it for scales of higher order to pay: they lower γ towards
-    /// that peak. 0: they are always tried.
+    /// Share of γ by which the peak of μ of a loop has to lie below it for scales of higher order to pay: they lower γ
+    /// towards that peak. 0: they are always tried.
     pub least_gap: f64,
     /// Gradients of the descent on γ that follows the alternation; 0: alternation only.
     pub descent_rounds: usize,

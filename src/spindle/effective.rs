@@ -26,6 +26,10 @@ pub struct EffectiveBearing {
     pub coupling_ratio: f64,
     /// Rotation of the sensor axes, rad.
     pub sensor_angle_rad: f64,
+    /// Factors on the forces of x and y, where the axes differ.
+    pub force_factors: [f64; 2],
+    /// Factors on the signals of x and y, where the axes differ.
+    pub signal_factors: [f64; 2],
 }
 
 /// Stator mass on its foundation.

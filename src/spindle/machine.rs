@@ -256,6 +256,8 @@ impl Machine {
             sensor_gain: b.sensor_gain,
             coupling_ratio: 0.0,
             sensor_angle_rad: 0.0,
+            force_factors: [1.0; 2],
+            signal_factors: [1.0; 2],
         };
         let mut all = Effective {
             bearings: [

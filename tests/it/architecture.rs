@@ -24,13 +24,14 @@ const ORDER: [&str; 17] = [
 ];
 
 /// Package as it is named in paths, and where it may be named.
-const HOMES: [(&str, &[&str]); 7] = [
+const HOMES: [(&str, &[&str]); 8] = [
     ("faer", &["linalg/"]),
     ("nalgebra", &["linalg/", "rotor/element.rs"]),
     ("clarabel", &["robust/lmi.rs"]),
     ("plotters", &["report/plot/"]),
     ("serde_yaml", &["input/", "report/"]),
     ("serde", &["input/", "report/", "cli/"]),
+    ("schemars", &["input/"]),
     (
         "ndarray",
         &["identify/", "update/", "diagnose/", "input/", "lti/"],

@@ -51,6 +51,7 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
         let start = Point {
             p: null.fit.at.p.clone(),
             theta: vec![vec![theta]],
+            smooth: null.fit.at.smooth,
         };
         let mut candidate = search
             .finish(&[h], &start, 1e-3, Subset::ALL)

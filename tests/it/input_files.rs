@@ -152,7 +152,7 @@ fn numbers_that_make_no_sense_are_refused_with_their_key_path() {
 #[test]
 fn effects_are_checked_against_the_catalogue_and_the_machine() {
     let with = |effect: &str| format!("{SPINDLE}effects:\n  - {effect}\n");
-    let cases: [(&str, &[&str]); 9] = [
+    let cases: [(&str, &[&str]); 12] = [
         (
             "{effect: region_stiffness, region: e99, factor: 0.9}",
             &["effects[0].region", "e99", "no element has", "e15"],
@@ -173,6 +173,18 @@ fn effects_are_checked_against_the_catalogue_and_the_machine() {
         (
             "{effect: sensor_gain, bearing: middle, factor: 1.0}",
             &["effects[0].bearing", "front, rear or both"],
+        ),
+        (
+            "{effect: sensor_gain, axis: front_z, factor: 1.0}",
+            &["effects[0].axis", "front_x", "rear_y"],
+        ),
+        (
+            "{effect: sensor_gain, axis: front_x, bearing: front, factor: 1.0}",
+            &["effects[0].bearing", "does not belong", "axis"],
+        ),
+        (
+            "{effect: sensor_lowpass, axis: front_x, bandwidth_hz: 5000.0}",
+            &["effects[0].axis", "does not belong", "bearing"],
         ),
         (
             "{effect: added_mass, position_m: 2.0, mass_kg: 0.1}",

@@ -348,12 +348,32 @@ fn the_page_is_self_contained_and_states_the_verdict_first() {
         assert!(page.contains(needle), "{needle} missing");
     }
     let outside = page.replace("http://www.w3.org/2000/svg", "");
-    for needle in ["http", "<script", "<link", "src=", "@import", "url("] {
+    let foreign = [
+        "http",
+        "<script ",
+        "<link",
+        "src=",
+        "@import",
+        "import(",
+        "url(",
+        "fetch(",
+        "XMLHttpRequest",
+        "WebSocket",
+        "eval(",
+    ];
+    for needle in foreign {
         assert!(
             !outside.contains(needle),
             "{needle} in a self-contained page"
         );
     }
+    // The one script is that of the figures, word for word: values at the pointer and zoom.
+    let scripts: Vec<&str> = page.split("<script>").skip(1).collect();
+    assert_eq!(scripts.len(), 1);
+    let script = scripts[0].split("</script>").next().unwrap();
+    let own = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let own = std::fs::read_to_string(own.join("src/report/templates/figures.js")).unwrap();
+    assert_eq!(script.trim(), own.trim());
 }
 
 #[test]

@@ -71,6 +71,10 @@ fn chain_effects_are_factors_on_columns_and_rows() {
     scales(&ki, none, column(0..2, |_| c64::new(1.07, 0.0)));
     let gain = with(EffectKind::SensorGain, REAR, &[0.96]);
     scales(&gain, column(2..4, |_| c64::new(0.96, 0.0)), none);
+    let one = with(EffectKind::ForceConstant, Location::Axis(1), &[1.1]);
+    scales(&one, none, column(1..2, |_| c64::new(1.1, 0.0)));
+    let one = with(EffectKind::SensorGain, Location::Axis(2), &[0.9]);
+    scales(&one, column(2..3, |_| c64::new(0.9, 0.0)), none);
     let lowpass = with(EffectKind::SensorLowpass, FRONT, &[5000.0]);
     let second = |w: f64| {
         let r = w / (TAU * 5000.0);
@@ -93,6 +97,12 @@ fn cross_axis_effects_mix_the_axes_of_one_bearing() {
     let coupling = with(EffectKind::BearingCoupling, REAR, &[0.05]);
     let expected = &g * matrix([[1.0, 0.05], [0.05, 1.0]], 2);
     let found = plant(&coupling, krpm(20.0)).at(TAU * 400.0);
+    assert!(block_error(&found, &expected) < 1e-12);
+    // Where the axes differ besides, the factor is on the current of an axis, whichever force it goes to.
+    let gain = Effect::new(EffectKind::ForceConstant, Location::Axis(3), vec![1.2]);
+    let both = coupling.with_effect(gain.unwrap());
+    let expected = &g * matrix([[1.0, 0.05 * 1.2], [0.05, 1.2]], 2);
+    let found = plant(&both, krpm(20.0)).at(TAU * 400.0);
     assert!(block_error(&found, &expected) < 1e-12);
     let turned = with(EffectKind::AxisMisalignment, FRONT, &[3.0]);
     let (s, c) = 3f64.to_radians().sin_cos();

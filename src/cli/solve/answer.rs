@@ -1,10 +1,8 @@
 //! The answer of `muspin solve`: one JSON object, one field a line, in a fixed order.
 
-use crate::cli::Failure;
 use crate::linalg::{Mat, c64};
 use crate::lti::{StateSpace, TimeBase};
 use serde_json::{Map, Value, json};
-use std::io::Write;
 
 /// JSON object under construction.
 #[derive(Default)]
@@ -34,23 +32,23 @@ impl Answer {
         self.with(field, matrix(value))
     }
 
-    /// Writes the object to standard output, one field a line.
-    ///
-    /// # Errors
-    /// A write that fails for another reason than a closed pipe.
-    pub fn print(&self) -> Result<(), Failure> {
+    /// The object as text, one field a line.
+    pub fn text(&self) -> String {
         let mut text = String::from("{\n");
         for (k, (name, value)) in self.fields.iter().enumerate() {
             let comma = if k + 1 < self.fields.len() { "," } else { "" };
             text.push_str(&format!("{}: {value}{comma}\n", json!(name)));
         }
         text.push_str("}\n");
-        match std::io::stdout().lock().write_all(text.as_bytes()) {
-            Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-                Err(Failure::new(format!("standard output: {e}")))
-            }
-            _ => Ok(()),
-        }
+        text
+    }
+
+    /// The fields that are single numbers, as rows of a table.
+    pub fn numbers(&self) -> Vec<Vec<String>> {
+        let single = self.fields.iter().filter(|(_, value)| value.is_number());
+        single
+            .map(|(name, value)| vec![name.clone(), value.to_string()])
+            .collect()
     }
 }
 

@@ -12,6 +12,7 @@ mod mu;
 mod musys;
 mod reduce;
 
+use super::console::{Console, Shown};
 use super::{Failure, Outcome};
 use crate::input::problem::Problem;
 use answer::Answer;
@@ -50,7 +51,7 @@ enum Kind {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let problem = Problem::read(&arguments.file)?;
     let answer: Answer = match arguments.kind {
         Kind::Care => care::solve(&problem),
@@ -63,6 +64,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Kind::Reduce => reduce::solve(&problem),
         Kind::Discretise => discretise::solve(&problem),
     }?;
-    answer.print()?;
+    let text = answer.text();
+    console.json(&text, || {
+        let words = format!("{}: the matrices are in --json", arguments.file.display());
+        Shown::done(words).rows(answer.numbers())
+    })?;
     Ok(Outcome::Done)
 }

@@ -8,6 +8,7 @@
 //! each.
 
 use super::super::DiagnoseError;
+use super::common_error::Known;
 use super::measurement::{Axis, Measurement};
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
@@ -19,8 +20,15 @@ use std::f64::consts::TAU;
 pub const GAP_FLOOR: f64 = 0.005;
 /// Lines on either side over which noise and magnitude are averaged.
 const POOL: usize = 10;
-/// Least standard deviation of an axis gain's mean.
-const AXIS_GAIN_FLOOR: f64 = 2e-4;
+/// Least standard deviation of an axis gain's mean: what calibration leaves between the axes of a rig, which no repeat
+/// shows.
+const AXIS_GAIN_FLOOR: f64 = 2e-3;
+
+/// Whether a channel is held out where no hammer test is: that of the rear sensors from the front currents. The shaft is
+/// the same both ways, so that the channels of the front sensors from the rear currents predict it.
+pub fn held_out(output: usize, input: usize) -> bool {
+    output / 2 == 1 && input / 2 == 0
+}
 
 /// Which parts of the evidence a fit sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +37,7 @@ pub struct Subset {
     pub stride: usize,
     /// Hammer tests.
     pub taps: bool,
-    /// Channels between the bearings, within a plane and across.
+    /// The channels that [`held_out`] picks.
     pub off_diagonal: bool,
 }
 
@@ -88,6 +96,8 @@ pub struct Evidence {
     pub sweeps: Vec<SweepEvidence>,
     /// Hammer tests.
     pub taps: Vec<TapEvidence>,
+    /// Smooth model errors that fits have made from these records, so that each is made once.
+    pub(in crate::diagnose) smooth: Known,
 }
 
 /// Root mean square of |measured − model|/σ over lines and channels, σ with a model error of 0.5 % of the magnitude.
@@ -105,6 +115,11 @@ impl Gap {
         } else {
             (self.sum / self.count as f64).sqrt()
         }
+    }
+
+    /// Number of complex residuals.
+    pub fn count(&self) -> usize {
+        self.count
     }
 
     /// One more residual in σ.
@@ -131,6 +146,14 @@ impl Evidence {
         if measurement.sweeps.is_empty() {
             return Err(DiagnoseError::NoSweep);
         }
+        Self::of(measurement)
+    }
+
+    /// Evidence of records that need not hold a sweep.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Record`] for a record that gives no frequency response.
+    pub fn of(measurement: &Measurement) -> Result<Self, DiagnoseError> {
         let sweeps: Result<Vec<_>, _> = measurement.sweeps.iter().map(sweep).collect();
         let taps = measurement.taps.iter().map(|tap| {
             let frf = &tap.frf;
@@ -157,6 +180,7 @@ impl Evidence {
         });
         Ok(Self {
             taps: taps.collect(),
+            smooth: Known::default(),
             sweeps: sweeps?,
         })
     }
@@ -232,6 +256,47 @@ fn scatter_of_repeats(record: &SweepRecord, frf: &MeasuredFrf) -> (Vec<[f64; 4]>
     (gains, noise)
 }
 
+/// Noise of every line and axis of a single repeat: what a line differs by from the mean of its neighbours, in the
+/// experiment of the other plane of axes, where there is hardly any response that could differ.
+fn scatter_of_neighbours(frf: &MeasuredFrf) -> Vec<[f64; 4]> {
+    let lines = frf.frequency_hz.len();
+    let y = |k: usize, i: usize, e: usize| frf.signal[(k, i, e)];
+    // Of exponentially distributed squares the median is ln 2 times the mean; the difference has 3/2 of the variance.
+    let scale = 1.0 / (1.5 * std::f64::consts::LN_2);
+    let mut noise = vec![[0.0; 4]; lines];
+    for i in 0..4 {
+        let of = |e: usize| -> Vec<f64> {
+            let own = |k: usize| {
+                let k = k.clamp(1, lines.saturating_sub(2).max(1));
+                match (k + 1 < lines).then(|| y(k, i, e) - (y(k - 1, i, e) + y(k + 1, i, e)) * 0.5)
+                {
+                    Some(difference) => difference.norm_sqr(),
+                    None => y(0, i, e).norm_sqr(),
+                }
+            };
+            let all: Vec<f64> = (0..lines).map(own).collect();
+            medians(&all).iter().map(|m| m * scale).collect()
+        };
+        let quiet: Vec<Vec<f64>> = (0..4).filter(|e| e % 2 != i % 2).map(of).collect();
+        for (k, noise) in noise.iter_mut().enumerate() {
+            noise[i] = quiet.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min);
+        }
+    }
+    noise
+}
+
+/// Medians over the lines of a pool.
+fn medians(values: &[f64]) -> Vec<f64> {
+    let n = values.len();
+    (0..n)
+        .map(|k| {
+            let mut window = values[k.saturating_sub(POOL)..(k + POOL + 1).min(n)].to_vec();
+            window.sort_by(f64::total_cmp);
+            window[window.len() / 2]
+        })
+        .collect()
+}
+
 fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
     let frf: MeasuredFrf = open_loop(record)?;
     let (lines, _, repeats, _) = record.current.dim();
@@ -256,15 +321,9 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
                 sum + inverse[e * 4 + j] * inverse[e * 4 + l].conj()
             }) / repeats as f64
         }));
-        if repeats < 2 {
-            // Nothing scatters: the customary half percent of the signal stands for the noise.
-            for i in 0..4 {
-                let largest = (0..4)
-                    .map(|e| frf.signal[(k, i, e)].norm())
-                    .fold(0.0, f64::max);
-                noise[k][i] = (GAP_FLOOR * largest).powi(2);
-            }
-        }
+    }
+    if repeats < 2 {
+        noise = scatter_of_neighbours(&frf);
     }
     let mut size = vec![[0.0; 16]; lines];
     for n in 0..16 {
@@ -279,12 +338,21 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
         response: (0..lines)
             .map(|k| std::array::from_fn(|n| g(k, n / 4, n % 4)))
             .collect(),
+        gap_sigma: (0..lines)
+            .map(|k| {
+                std::array::from_fn(|n| match repeats {
+                    // The record itself knows nothing of its noise.
+                    1 => {
+                        let of_noise = noise[k][n / 4] * spread[k][5 * (n % 4)].re;
+                        (of_noise + GAP_FLOOR.powi(2) * g(k, n / 4, n % 4).norm_sqr()).sqrt()
+                    }
+                    _ => frf.sigma(k, n / 4, n % 4, GAP_FLOOR),
+                })
+            })
+            .collect(),
         spread,
         noise,
         size,
-        gap_sigma: (0..lines)
-            .map(|k| std::array::from_fn(|n| frf.sigma(k, n / 4, n % 4, GAP_FLOOR)))
-            .collect(),
         axis_gain_sd,
     })
 }
@@ -296,7 +364,7 @@ impl SweepEvidence {
             let mut c: [c64; 16] = self.spread[line].map(|x| x * self.noise[line][i]);
             for j in 0..4 {
                 c[5 * j] += model_error * model_error * self.size[line][4 * i + j];
-                if !off_diagonal && j / 2 != i / 2 {
+                if !off_diagonal && held_out(i, j) {
                     // A channel that is held out carries no information.
                     for l in 0..4 {
                         if l != j {

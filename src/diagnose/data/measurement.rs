@@ -1,5 +1,6 @@
 //! What was measured: sweeps under levitation, hammer tests at the tool with the controller that levitated.
 
+use crate::identify::plausibility::RecordFault;
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::lti::HeldResponse;
 
@@ -13,6 +14,7 @@ pub enum Axis {
 }
 
 /// A hammer test at the tool plane.
+#[derive(Clone)]
 pub struct HammerTest<'a> {
     /// The compliance.
     pub frf: HammerFrf,
@@ -23,10 +25,76 @@ pub struct HammerTest<'a> {
 }
 
 /// Everything that was measured.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Measurement<'a> {
     /// Sweeps.
     pub sweeps: Vec<SweepRecord>,
     /// Hammer tests.
     pub taps: Vec<HammerTest<'a>>,
+}
+
+/// One record of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordId {
+    /// Index of a sweep.
+    Sweep(usize),
+    /// Index of a hammer test.
+    Hammer(usize),
+}
+
+impl<'a> Measurement<'a> {
+    /// All records.
+    pub fn records(&self) -> impl Iterator<Item = RecordId> + use<> {
+        let sweeps = (0..self.sweeps.len()).map(RecordId::Sweep);
+        sweeps.chain((0..self.taps.len()).map(RecordId::Hammer))
+    }
+
+    /// One record alone.
+    #[must_use]
+    pub fn only(&self, record: RecordId) -> Self {
+        let mut one = Self::default();
+        match record {
+            RecordId::Sweep(s) => one.sweeps.extend(self.sweeps.get(s).cloned()),
+            RecordId::Hammer(t) => one.taps.extend(self.taps.get(t).cloned()),
+        }
+        one
+    }
+
+    /// All records but one.
+    #[must_use]
+    pub fn without(&self, record: RecordId) -> Self {
+        let mut rest = self.clone();
+        match record {
+            RecordId::Sweep(s) if s < rest.sweeps.len() => drop(rest.sweeps.remove(s)),
+            RecordId::Hammer(t) if t < rest.taps.len() => drop(rest.taps.remove(t)),
+            _ => {}
+        }
+        rest
+    }
+
+    /// With a fault taken out of one record.
+    #[must_use]
+    pub fn corrected(mut self, record: RecordId, fault: RecordFault) -> Self {
+        match record {
+            RecordId::Sweep(s) => {
+                if let Some(sweep) = self.sweeps.get_mut(s) {
+                    *sweep = fault.corrected_sweep(sweep);
+                }
+            }
+            RecordId::Hammer(t) => {
+                if let Some(tap) = self.taps.get_mut(t) {
+                    tap.frf = fault.corrected_hammer(&tap.frf);
+                }
+            }
+        }
+        self
+    }
+
+    /// Speed of a record, rpm.
+    pub fn speed_rpm(&self, record: RecordId) -> f64 {
+        match record {
+            RecordId::Sweep(s) => self.sweeps.get(s).map_or(0.0, |r| r.speed_rpm),
+            RecordId::Hammer(t) => self.taps.get(t).map_or(0.0, |r| r.frf.speed_rpm),
+        }
+    }
 }

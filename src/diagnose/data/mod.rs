@@ -1,4 +1,5 @@
 //! The measurement, whitened: what a diagnosis is held against.
 
+pub mod common_error;
 pub mod evidence;
 pub mod measurement;

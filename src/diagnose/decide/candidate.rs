@@ -11,7 +11,7 @@ use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::Point;
 
 /// Relative model errors of successive fits, decreasing.
-const MODEL_ERRORS: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_MODEL_ERROR];
+pub const MODEL_ERRORS: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_MODEL_ERROR];
 /// Iterations at each model error.
 const ITERATIONS: usize = 4;
 /// Iterations at the last one.

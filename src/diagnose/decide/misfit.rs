@@ -1,11 +1,11 @@
 //! The block of channels and lines that a set of effects explains worst.
 
 use super::super::DiagnoseError;
-use super::super::data::evidence::whiten;
+use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
-use super::super::fit::hypothesis::{self, Hypothesis};
+use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::linearise::Record;
 use super::super::fit::problem::Point;
-use crate::spindle::response::SIDE;
 
 /// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by
 /// 0.1, noise that is not quite white has reached 1.6.
@@ -24,6 +24,18 @@ pub struct Misfit {
     pub band_hz: (f64, f64),
 }
 
+/// Sums of squared residuals by channel.
+#[derive(Clone, Default)]
+struct Block {
+    sums: [f64; 16],
+    count: usize,
+}
+
+/// Number of bands of a sweep.
+fn bands(lines: usize) -> usize {
+    (lines / 60).clamp(1, 8)
+}
+
 impl Case<'_> {
     /// Largest χ² per residual over blocks of channels and bands at a model error: 1 where noise explains everything.
     ///
@@ -35,40 +47,34 @@ impl Case<'_> {
         at: &Point,
         model_error: f64,
     ) -> Result<Misfit, DiagnoseError> {
-        let named = hypothesis::effects(effects, &at.theta);
+        let problem = self.problem(effects, Subset::ALL);
+        let residual = problem.residual(at, model_error)?;
         let mut worst = Misfit::default();
-        for (s, sweep) in self.evidence.sweeps.iter().enumerate() {
-            let model = self
-                .model
-                .assemble(&at.p, &named, sweep.speed_rad_s, false)?;
-            let lines = sweep.omega_rad_s.len();
-            let bands = (lines / 60).clamp(1, 8);
-            let mut sums = vec![[0.0; 16]; bands];
-            let mut counts = vec![0usize; bands];
-            for line in 0..lines {
-                let band = line * bands / lines;
-                let f = model.line(sweep.omega_rad_s[line], None).response;
-                let rows = sweep.whitening(line, model_error, true);
-                for i in 0..4 {
-                    let gain = 1.0 + at.p[self.model.layout.axis(s, i)];
-                    let mut d: [_; 4] = std::array::from_fn(|j| {
-                        sweep.response[line][4 * i + j] - f[SIDE * i + j] * gain
-                    });
-                    whiten(&rows[i], &mut d);
-                    for j in 0..4 {
-                        sums[band][4 * i + j] += 2.0 * d[j].norm_sqr();
-                    }
-                }
-                counts[band] += 2;
+        let blocks: Vec<Vec<Block>> = (self.evidence.sweeps.iter())
+            .map(|sweep| vec![Block::default(); bands(sweep.omega_rad_s.len())])
+            .collect();
+        let mut blocks = blocks;
+        for (record, line, first) in problem.rows() {
+            let Record::Sweep(s) = record else {
+                continue;
+            };
+            let lines = self.evidence.sweeps[s].omega_rad_s.len();
+            let block = &mut blocks[s][line * bands(lines) / lines];
+            for (n, pair) in residual[first..first + 32].chunks(2).enumerate() {
+                block.sums[n] += pair.iter().map(|r| r * r).sum::<f64>();
             }
-            for band in 0..bands {
-                for n in 0..16 {
-                    let value = sums[band][n] / counts[band].max(1) as f64;
+            block.count += 2;
+        }
+        for (sweep, blocks) in self.evidence.sweeps.iter().zip(&blocks) {
+            let lines = sweep.omega_rad_s.len();
+            let edge = |b: usize| {
+                let line = (b * lines / blocks.len()).min(lines - 1);
+                sweep.omega_rad_s[line] / std::f64::consts::TAU
+            };
+            for (band, block) in blocks.iter().enumerate() {
+                for (n, sum) in block.sums.iter().enumerate() {
+                    let value = sum / block.count.max(1) as f64;
                     if value > worst.value {
-                        let edge = |b: usize| {
-                            sweep.omega_rad_s[(b * lines / bands).min(lines - 1)]
-                                / std::f64::consts::TAU
-                        };
                         worst = Misfit {
                             value,
                             output: n / 4,

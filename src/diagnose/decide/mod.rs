@@ -2,6 +2,7 @@
 
 pub mod candidate;
 pub mod detectability;
+pub mod judgement;
 pub mod misfit;
 pub mod next_measurement;
 pub mod residuals;

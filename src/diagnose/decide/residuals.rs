@@ -4,7 +4,7 @@
 //! the correction of [`super::super::locate::correction`]), so that both kinds of channel are shown with one model.
 
 use super::super::DiagnoseError;
-use super::super::data::evidence::Gap;
+use super::super::data::evidence::{Gap, held_out};
 use super::super::fit::case::Case;
 use super::super::locate::correction::Correction;
 use crate::linalg::c64;
@@ -112,7 +112,7 @@ pub fn channels(
             all.push(Channel {
                 record: Record::Sweep(i, j),
                 speed_rad_s: sweep.speed_rad_s,
-                held_out: !held_taps && i / 2 != j / 2,
+                held_out: !held_taps && held_out(i, j),
                 omega_rad_s: sweep.omega_rad_s.clone(),
                 measured: sweep.response.iter().map(|g| g[n]).collect(),
                 before: pairs.iter().map(|p| p.0[SIDE * i + j]).collect(),

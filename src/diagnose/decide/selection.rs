@@ -238,7 +238,7 @@ fn final_score(case: &Case, standing: &Standing) -> Result<f64, DiagnoseError> {
 }
 
 /// Whether nothing significant is left.
-fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError> {
+pub fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError> {
     let Candidate {
         effects,
         fit,
@@ -308,6 +308,7 @@ fn settle(case: &Case, best: &Candidate) -> Result<Standing, DiagnoseError> {
     let start = Point {
         p: vec![0.0; best.fit.at.p.len()],
         theta: best.fit.at.theta.clone(),
+        smooth: best.fit.at.smooth,
     };
     let stood = case.fit_down(&best.effects, &start, Subset::ALL)?;
     Ok(Standing {

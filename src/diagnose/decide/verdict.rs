@@ -6,59 +6,29 @@
 //! bearings) are predicted from a fit that has not seen them.
 
 use super::super::DiagnoseError;
-use super::super::data::evidence::{Evidence, Gap, Subset};
+use super::super::data::common_error::USUAL;
+use super::super::data::evidence::{Evidence, Subset};
 use super::super::data::measurement::Measurement;
-use super::super::fit::case::Case;
-use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::hypothesis::{self, Hypothesis, Scope, catalogue};
 use super::super::fit::model::Model;
 use super::super::fit::problem::Point;
 use super::super::locate::correction::{Correction, correct};
 use super::super::locate::localisation::{Localisation, localise};
+use super::super::records::finding::{Alternatives, FoundFault};
+use super::super::records::gross::without_gross_faults;
+use super::super::records::search::explained;
+use super::super::records::trial::Trial;
 use super::candidate::{Candidate, Standing};
 use super::detectability::{Detectable, detectable};
-use super::misfit::{FAILING_BLOCK_CHI2, Misfit};
+use super::judgement::{Judgement, Verdict, judge, lowers_the_gap, overall};
+use super::misfit::Misfit;
 use super::next_measurement::{Proposal, proposals};
 use super::residuals::{Channel, Fitted, channels, gaps};
 use super::screening::TIE_BIC;
 use super::selection::choose;
+use crate::identify::plausibility::RecordFault;
+use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::{Effect, Machine};
-
-/// Model model error at which a named model must explain the data: what an independent simulation or a good test rig
-/// leaves, relative.
-const JUDGE_FLOOR: f64 = 2e-3;
-
-/// Gap on held-out records that noise and a model error of 0.5 % leave to a right explanation: 0.7 to 1.3 in an
-/// independent simulation.
-const PREDICTED: f64 = 1.5;
-/// Most of the held-out gap that may remain else: a name that takes away less than seven tenths is one of many that
-/// fit.
-const REMAINS: f64 = 0.3;
-
-/// The four verdicts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Nothing is missing.
-    Adequate,
-    /// The effects are named.
-    Named,
-    /// Several explanations fit alike.
-    Tie,
-    /// Something is missing that is in no catalogue.
-    Unexplained,
-}
-
-impl Verdict {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Adequate => "adequate",
-            Self::Named => "named",
-            Self::Tie => "tie",
-            Self::Unexplained => "unexplained",
-        }
-    }
-}
 
 /// An effect with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,6 +61,8 @@ pub struct Diagnosis {
     pub effects: Vec<NamedEffect>,
     /// The best explanation, even where it is not good enough to be named.
     pub nearest: Vec<Effect>,
+    /// The gap that the best explanation leaves over all records.
+    pub gap_nearest: f64,
     /// Members of a tie, the best first; empty otherwise.
     pub tie: Vec<Rival>,
     /// Best explanations at the last case, best first: names with score above the best.
@@ -129,6 +101,14 @@ pub struct Diagnosis {
     /// Smallest size of each effect of the catalogue that these data would show beside what was named; empty when
     /// unexplained.
     pub detectable: Vec<Detectable>,
+    /// Score of the best explanation; infinite where it does not explain the records.
+    pub score: f64,
+    /// What is wrong with the records.
+    pub record_faults: Vec<FoundFault>,
+    /// The sweeps without these faults.
+    pub sweeps: Vec<SweepRecord>,
+    /// The hammer tests without these faults.
+    pub hammers: Vec<HammerFrf>,
 }
 
 impl Diagnosis {
@@ -148,21 +128,96 @@ pub fn diagnose(
     measurement: &Measurement,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let evidence = Evidence::new(measurement)?;
-    let model = Model::new(machine, &evidence.axis_gain_sd())?;
-    let catalogue = hypotheses(machine, &model, &evidence)?;
-    let case = Case {
-        model: &model,
-        evidence: &evidence,
-        catalogue: &catalogue,
-        progress,
-    };
+    diagnose_with(machine, measurement, &Alternatives::default(), progress)
+}
+
+/// Diagnoses a machine that may have held another tool, or run under another controller, than the records name.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_with(
+    machine: &Machine,
+    measurement: &Measurement,
+    alternatives: &Alternatives,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    let (gross, measurement) = without_gross_faults(machine, measurement)?;
+    let trial = Trial::new(machine, measurement)?;
     progress("the machine as it is");
-    let null = case.fit_down(&[], &case.origin(), Subset::ALL)?;
+    let (null, explained_by_nothing) = trial.stands(Subset::ALL)?;
+    let mut faulty = None;
+    // A smooth error that is larger than usual may be a mistake.
+    if !explained_by_nothing || null.candidate.fit.at.smooth > 1.5 * USUAL {
+        progress("mistakes of the rig");
+        faulty = explained(&trial, &null, alternatives)?;
+    }
+    if let Some(found) = faulty.take_if(|f| f.complete) {
+        let faults = gross.into_iter().chain(found.faults).collect();
+        return conclude(&found.trial, &found.null, faults, progress);
+    }
+    let plain = conclude(&trial, &null, gross.clone(), progress)?;
+    // One effect is simpler than a machine that is off everywhere.
+    let many = plain.verdict == Verdict::Unexplained || plain.effects.len() > 1;
+    if !explained_by_nothing
+        && many
+        && let Some((wide, null)) = trial.widened(&null, plain.score)?
+    {
+        progress("a machine that is further off than usual");
+        return conclude(&wide, &null, gross, progress);
+    }
+    if plain.verdict != Verdict::Unexplained {
+        return Ok(plain);
+    }
+    if let Some(found) = faulty {
+        let faults = gross.iter().cloned().chain(found.faults).collect();
+        let both = conclude(&found.trial, &found.null, faults, progress)?;
+        if both.verdict != Verdict::Unexplained {
+            return Ok(both);
+        }
+    }
+    for record in trial.measurement.records() {
+        let rest = trial.measurement.without(record);
+        if rest.sweeps.is_empty() {
+            continue;
+        }
+        let rest = Trial::new(machine, rest)?;
+        let (null, complete) = rest.stands(Subset::ALL)?;
+        if complete {
+            let alone = FoundFault {
+                record,
+                fault: RecordFault::Disagrees,
+                name: None,
+            };
+            let faults = gross.into_iter().chain([alone]).collect();
+            return conclude(&rest, &null, faults, progress);
+        }
+    }
+    Ok(plain)
+}
+
+/// The diagnosis of records without `faults`.
+fn conclude(
+    trial: &Trial,
+    null: &Standing,
+    faults: Vec<FoundFault>,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    let Trial {
+        machine,
+        model,
+        evidence,
+        ..
+    } = trial;
+    let catalogue = hypotheses(machine, model, evidence)?;
+    let case = trial.case(&catalogue, progress);
     progress("where it sits");
     let localisation = localise(&case)?;
-    let chosen = choose(&case, &null, localisation.sole())?;
-    let best = chosen.standing.candidate.clone();
+    let mut chosen = choose(&case, null, localisation.sole())?;
+    let mut best = chosen.standing.candidate.clone();
+    if !best.effects.is_empty() && !lowers_the_gap(&case, &null.candidate.fit.at, &best)? {
+        best = null.candidate.clone();
+        chosen.rivals.clear();
+    }
     progress("held-out records");
     let Judgement {
         mut verdict,
@@ -171,7 +226,11 @@ pub fn diagnose(
         before,
         trained,
         predicted,
+        after,
     } = judge(&case, &best)?;
+    if verdict == Verdict::Adequate && !faults.is_empty() {
+        verdict = Verdict::Named;
+    }
     let members = match verdict {
         Verdict::Named => indistinguishable(&best, &chosen.rivals),
         _ => vec![&best],
@@ -186,8 +245,8 @@ pub fn diagnose(
             });
         }
     }
-    let shown = Shown::of(verdict, &best, &trained, &null)?;
-    let correction = match (verdict, localisation.named()) {
+    let shown = Shown::of(verdict, &best, &trained, null)?;
+    let mut correction = match (verdict, localisation.named()) {
         (Verdict::Unexplained, Some(port)) => Some(correct(&case, port, held_out.training)?),
         _ => None,
     };
@@ -195,7 +254,13 @@ pub fn diagnose(
         small: shown.without_held_out.p.clone(),
         effects: hypothesis::effects(shown.hypotheses, &shown.without_held_out.theta),
     };
-    let channels = channels(&case, &fitted, correction.as_ref())?;
+    let mut shown_channels = channels(&case, &fitted, correction.as_ref())?;
+    let (as_given, with_law) = gaps(&shown_channels, |c| c.held_out);
+    if correction.is_some() && with_law >= as_given {
+        // What makes predictions worse is no correction.
+        correction = None;
+        shown_channels = channels(&case, &fitted, None)?;
+    }
     let menu = match verdict {
         Verdict::Tie => proposals(&case, &members)?,
         _ => vec![],
@@ -235,50 +300,21 @@ pub fn diagnose(
         misfit,
         localisation,
         axis_gains,
-        channels,
+        channels: shown_channels,
         correction,
-    })
-}
-
-/// The verdict on a set of effects, and what it rests on.
-struct Judgement {
-    verdict: Verdict,
-    misfit: Misfit,
-    held_out: HeldOut,
-    /// Gaps of the machine as it is.
-    before: Overall,
-    /// The set fitted without the held-out records.
-    trained: Candidate,
-    /// Its gaps.
-    predicted: Overall,
-}
-
-/// Judges a set of effects by its worst block, and by records that its fit has not seen.
-fn judge(case: &Case, best: &Candidate) -> Result<Judgement, DiagnoseError> {
-    let misfit = case.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
-    let explained = best.model_error == FINAL_MODEL_ERROR && misfit.value < FAILING_BLOCK_CHI2;
-    let held_out = HeldOut::new(case);
-    let before = overall(case, &[], &case.origin())?;
-    let start = Point {
-        theta: best.fit.at.theta.clone(),
-        ..case.origin()
-    };
-    let trained = case.finish(&best.effects, &start, 0.03, held_out.training)?;
-    let predicted = overall(case, &best.effects, &trained.fit.at)?;
-    // A name must also predict what it has not seen; where nothing is left to predict, it need not.
-    let predicts = predicted.held_out < PREDICTED.max(REMAINS * before.held_out);
-    let verdict = match (explained && predicts, best.effects.is_empty()) {
-        (false, _) => Verdict::Unexplained,
-        (true, true) => Verdict::Adequate,
-        (true, false) => Verdict::Named,
-    };
-    Ok(Judgement {
-        verdict,
-        misfit,
-        held_out,
-        before,
-        trained,
-        predicted,
+        gap_nearest: after.all,
+        score: match verdict {
+            Verdict::Unexplained => f64::INFINITY,
+            _ => best.score(),
+        },
+        record_faults: faults,
+        sweeps: trial.measurement.sweeps.clone(),
+        hammers: trial
+            .measurement
+            .taps
+            .iter()
+            .map(|t| t.frf.clone())
+            .collect(),
     })
 }
 
@@ -350,35 +386,6 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// What a fit may not see.
-struct HeldOut {
-    training: Subset,
-    name: &'static str,
-}
-
-impl HeldOut {
-    /// The hammer tests, or without any the channels between the bearings.
-    fn new(case: &Case) -> Self {
-        if case.evidence.taps.is_empty() {
-            Self {
-                training: Subset {
-                    off_diagonal: false,
-                    ..Subset::ALL
-                },
-                name: "channels between the bearings",
-            }
-        } else {
-            Self {
-                training: Subset {
-                    taps: false,
-                    ..Subset::ALL
-                },
-                name: "hammer at the tool",
-            }
-        }
-    }
-}
-
 fn same_names(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
     a.len() == b.len() && a.iter().all(|x| b.iter().any(|y| x.same_name(y)))
 }
@@ -426,45 +433,6 @@ fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
         });
     }
     Ok(all)
-}
-
-/// Gap over all records and over those that are held out.
-struct Overall {
-    all: f64,
-    held_out: f64,
-}
-
-fn overall(case: &Case, hypotheses: &[Hypothesis], at: &Point) -> Result<Overall, DiagnoseError> {
-    let effects = hypothesis::effects(hypotheses, &at.theta);
-    let evidence = case.evidence;
-    let (mut used, mut across, mut taps) = (Gap::default(), Gap::default(), Gap::default());
-    for sweep in &evidence.sweeps {
-        let model = case
-            .model
-            .assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
-        for (line, omega) in sweep.omega_rad_s.iter().enumerate() {
-            let f = model.line(*omega, None).response;
-            sweep.gap(line, &f, |i, j| i / 2 == j / 2, &mut used);
-            sweep.gap(line, &f, |i, j| i / 2 != j / 2, &mut across);
-        }
-    }
-    for tap in &evidence.taps {
-        let model = case
-            .model
-            .assemble(&at.p, &effects, tap.speed_rad_s, false)?;
-        for (line, omega) in tap.omega_rad_s.iter().enumerate() {
-            tap.gap(line, &model.line(*omega, None).response, &mut taps);
-        }
-    }
-    let held_out = if evidence.taps.is_empty() {
-        across
-    } else {
-        taps
-    };
-    Ok(Overall {
-        all: used.merge(across).merge(taps).value(),
-        held_out: held_out.value(),
-    })
 }
 
 /// What to measure next: what separates the members of a tie most, or what tells kinds of the unexplained apart.

@@ -4,6 +4,7 @@ use super::super::data::evidence::{Evidence, Subset};
 use super::hypothesis::Hypothesis;
 use super::model::Model;
 use super::problem::{Point, Problem};
+use crate::diagnose::data::common_error::USUAL;
 
 /// The data, the model and the catalogue.
 pub struct Case<'a> {
@@ -33,6 +34,7 @@ impl Case<'_> {
         Point {
             p: vec![0.0; self.model.layout.len()],
             theta: vec![],
+            smooth: USUAL,
         }
     }
 }

@@ -47,6 +47,11 @@ impl Linear {
     pub fn residuals(&self) -> usize {
         self.residual.len()
     }
+
+    /// The residuals.
+    pub(super) fn residual(&self) -> &[f64] {
+        &self.residual
+    }
 }
 
 /// A step of the schedule: model error and iterations.
@@ -138,7 +143,7 @@ impl Problem<'_> {
         let taken = Mat::from_fn(n + d, 1, |k, _| share * step[(k, 0)]);
         let there = self.stepped(from, &taken);
         let data: f64 = here.iter().map(|r| r * r).sum();
-        let chi2 = data + self.prior(&from.p) - gain;
+        let chi2 = data + self.prior(&from.p) + self.cost(from, model_error)? - gain;
         // The longer a step, the less a linear prediction is worth; a negative χ² is none.
         Ok((there, chi2.max(0.0)))
     }
@@ -184,13 +189,38 @@ impl Problem<'_> {
             .sum()
     }
 
+    /// What the amplitude of the smooth model error costs.
+    fn cost(&self, at: &Point, model_error: f64) -> Result<f64, DiagnoseError> {
+        let smooth = self.smooth(model_error)?;
+        Ok(smooth.map_or(0.0, |s| s.cost(at.smooth)))
+    }
+
+    /// The most probable amplitude of the smooth model error, with the residuals and derivatives that belong to it.
+    fn tuned(
+        &self,
+        at: &mut Point,
+        here: &mut Linearised,
+        model_error: f64,
+    ) -> Result<(), DiagnoseError> {
+        if let Some(smooth) = self.smooth(model_error)? {
+            let amplitude = smooth.amplitude(&here.residual, at.smooth);
+            if amplitude != at.smooth {
+                let blocks = here.jacobian.blocks_mut();
+                smooth.apply(&mut here.residual, blocks, at.smooth, amplitude);
+                at.smooth = amplitude;
+            }
+        }
+        Ok(())
+    }
+
     /// χ² with priors at a point.
     ///
     /// # Errors
     /// As [`Self::residual`].
     pub fn chi2(&self, at: &Point, model_error: f64) -> Result<f64, DiagnoseError> {
         let r = self.residual(at, model_error)?;
-        Ok(r.iter().map(|r| r * r).sum::<f64>() + self.prior(&at.p))
+        let data: f64 = r.iter().map(|r| r * r).sum();
+        Ok(data + self.prior(&at.p) + self.cost(at, model_error)?)
     }
 
     /// A point moved by a step of all parameters, kept where it makes sense.
@@ -254,7 +284,9 @@ impl Problem<'_> {
         for (model_error, iterations) in stages {
             let mut here = self.linearised(&at, *model_error)?;
             for iteration in 0..=*iterations {
-                let equations = self.equations(&at, &here);
+                self.tuned(&mut at, &mut here, *model_error)?;
+                let cost = self.cost(&at, *model_error)?;
+                let equations = self.equations(&at, &here, cost);
                 let chi2 = equations.fit.chi2;
                 let gain = end
                     .replace(equations.fit.clone())
@@ -287,7 +319,7 @@ impl Problem<'_> {
         let data: f64 = r.iter().map(|r| r * r).sum();
         let small = self.model.layout.len();
         Ok(Fit {
-            chi2: data + self.prior(&at.p),
+            chi2: data + self.prior(&at.p) + self.cost(&at, FINAL_MODEL_ERROR)?,
             data_chi2: data,
             residuals: r.len(),
             information: Mat::identity(small, small),
@@ -296,7 +328,7 @@ impl Problem<'_> {
     }
 
     /// The normal equations with priors at a point.
-    fn equations(&self, at: &Point, here: &Linearised) -> Equations {
+    fn equations(&self, at: &Point, here: &Linearised, cost: f64) -> Equations {
         let (r, j) = (&here.residual, &here.jacobian);
         let data_chi2: f64 = r.iter().map(|r| r * r).sum();
         let mut normal = j.normal();
@@ -310,7 +342,7 @@ impl Problem<'_> {
         Equations {
             fit: Fit {
                 at: at.clone(),
-                chi2: data_chi2 + self.prior(&at.p),
+                chi2: data_chi2 + self.prior(&at.p) + cost,
                 data_chi2,
                 residuals: r.len(),
                 information: normal.clone(),
@@ -357,7 +389,7 @@ impl Problem<'_> {
         // The whole step is nearly always taken: its derivatives come with it.
         if let Ok(ahead) = self.linearised(&there, model_error) {
             let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
-            if data + self.prior(&there.p) < chi2 {
+            if data + self.prior(&there.p) + self.cost(&there, model_error)? < chi2 {
                 return Ok(Some((there, Some(ahead))));
             }
         }

@@ -21,6 +21,8 @@ pub struct Hypothesis {
     span_m: (f64, f64),
 }
 
+/// Least relative error of one axis that is worth a name: five times the prior of what two axes differ by.
+const LEAST_OF_AN_AXIS: f64 = 0.01;
 /// Fit coordinate of a position: m per unit.
 const POSITION_UNIT_M: f64 = 0.05;
 
@@ -70,7 +72,10 @@ impl Hypothesis {
 
     /// Whether the effect is large enough to be worth a name.
     pub fn matters(&self, theta: &[f64]) -> bool {
-        (self.kind.entry().matters)(self.size(theta), theta, self.nominal)
+        match self.place {
+            Location::Axis(_) => self.size(theta).abs() > LEAST_OF_AN_AXIS,
+            _ => (self.kind.entry().matters)(self.size(theta), theta, self.nominal),
+        }
     }
 
     /// Coordinates of no effect, or of as little as they allow; numbers beside the size are those of the start.
@@ -154,7 +159,9 @@ pub fn catalogue(
             false => span_m,
         };
         let starts = starts(entry.starts, nominal, scope);
-        for place in places(machine, entry.location, span_m, flexible_rad_s, scope) {
+        let axes = (0..4).filter(|_| entry.one_axis).map(Location::Axis);
+        let places = places(machine, entry.location, span_m, flexible_rad_s, scope);
+        for place in places.into_iter().chain(axes) {
             for start in &starts {
                 let mut start = start.clone();
                 if let Location::Position(z) = place {

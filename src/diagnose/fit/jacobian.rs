@@ -16,6 +16,11 @@ impl Jacobian {
         Self { blocks, columns }
     }
 
+    /// The blocks.
+    pub(super) fn blocks_mut(&mut self) -> &mut [Mat<f64>] {
+        &mut self.blocks
+    }
+
     /// Number of parameters.
     pub fn columns(&self) -> usize {
         self.columns

@@ -19,8 +19,9 @@ const PIECE: usize = 16;
 /// Real residuals of a line of a sweep and of a hammer test.
 const HEIGHT: (usize, usize) = (32, 2);
 
-#[derive(Clone, Copy)]
-enum Record {
+/// A record of the evidence.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Record {
     Sweep(usize),
     HammerTest(usize),
 }
@@ -82,6 +83,20 @@ impl Problem<'_> {
         speeds.sort_by(f64::total_cmp);
         speeds.dedup();
         speeds
+    }
+
+    /// Every line of every record with the first of its rows among the residuals.
+    pub(crate) fn rows(&self) -> Vec<(Record, usize, usize)> {
+        let mut next = 0;
+        let tasks = self.tasks(&self.speeds()).into_iter();
+        let lines = tasks.flat_map(|task| task.lines);
+        lines
+            .map(|(record, line)| {
+                let first = next;
+                next += record.height();
+                (record, line, first)
+            })
+            .collect()
     }
 
     fn tasks(&self, speeds: &[f64]) -> Vec<Task> {
@@ -237,6 +252,9 @@ impl Problem<'_> {
             residual.extend(r);
             blocks.push(block);
             shaft.extend(receptances);
+        }
+        if let Some(smooth) = self.smooth(model_error)? {
+            smooth.apply(&mut residual, &mut blocks, 0.0, at.smooth);
         }
         Ok(Linearised {
             residual,

@@ -9,3 +9,5 @@ pub mod linearise;
 pub mod model;
 pub mod nuisance;
 pub mod problem;
+pub mod record_number;
+pub mod smooth;

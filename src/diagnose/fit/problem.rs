@@ -11,6 +11,8 @@ pub struct Point {
     pub p: Vec<f64>,
     /// Fit coordinates of each effect.
     pub theta: Vec<Vec<f64>>,
+    /// Amplitude of the smooth model error, relative.
+    pub smooth: f64,
 }
 
 /// Something that can be fitted.

@@ -98,11 +98,14 @@ impl Place {
         let entry = kind.entry();
         let at = |b: usize| match location {
             Location::Bearing(which) => which.includes(b),
+            Location::Axis(axis) => axis / 2 == b,
             _ => entry.location != LocationKind::Bearing,
         };
         let (site, here) = match self {
             Self::Nowhere | Self::Freed(_) => return true,
-            Self::Sensor(_) | Self::Current(_) | Self::Crosstalk(_) => return false,
+            Self::Sensor(axis) => (Site::Sensors, *location == Location::Axis(*axis)),
+            Self::Current(axis) => (Site::Currents, *location == Location::Axis(*axis)),
+            Self::Crosstalk(_) => return false,
             Self::Station(_) | Self::Apart(_) | Self::Circulating(_) => (Site::Shaft, true),
             Self::Joint => (Site::Joint, true),
             Self::Housing => (Site::Housing, true),

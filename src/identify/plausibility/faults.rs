@@ -103,6 +103,29 @@ pub enum RecordFault {
     },
     /// A hammer record that is not compliance.
     Quantity(Quantity),
+    /// The rotor turned at another speed than the record says.
+    SpeedLabel {
+        /// The speed that the data show, rpm.
+        speed_rpm: f64,
+    },
+    /// Another tool was in the spindle.
+    Tool,
+    /// Another controller levitated the rotor.
+    Controller,
+    /// Hammer or probe with another calibration: compliance of the record = true compliance × factor.
+    HammerCalibration {
+        /// The factor.
+        factor: f64,
+    },
+    /// The signals changed steadily from the first line to the last.
+    Drift {
+        /// Currents or sensor signals.
+        signal: Signal,
+        /// Relative change over the record.
+        relative_change: f64,
+    },
+    /// The record alone contradicts all others.
+    Disagrees,
 }
 
 impl RecordFault {
@@ -116,6 +139,12 @@ impl RecordFault {
             Self::Unit { .. } | Self::Quantity(_) => "unit",
             Self::Conjugate => "conjugate",
             Self::Clock { .. } => "clock",
+            Self::SpeedLabel { .. } => "speed_label",
+            Self::Tool => "tool",
+            Self::Controller => "controller",
+            Self::HammerCalibration { .. } => "hammer_calibration",
+            Self::Drift { .. } => "drift",
+            Self::Disagrees => "disagrees",
         }
     }
 
@@ -183,6 +212,27 @@ impl RecordFault {
             Self::Quantity(quantity) => {
                 format!("the record is {}, not compliance", quantity.name())
             }
+            Self::SpeedLabel { speed_rpm } => {
+                format!("the rotor turned at {speed_rpm:.0} rpm, not at the speed of the record")
+            }
+            Self::Tool => "another tool was in the spindle".into(),
+            Self::Controller => "another controller levitated the rotor".into(),
+            Self::HammerCalibration { factor } => {
+                format!(
+                    "the compliance is {factor:.4} times the true one (calibration of hammer or probe)"
+                )
+            }
+            Self::Drift {
+                signal,
+                relative_change,
+            } => format!(
+                "all {}s changed by {:.2} % from the first line to the last",
+                signal.words(),
+                100.0 * relative_change
+            ),
+            Self::Disagrees => {
+                "this record alone contradicts all others, and no known mistake explains it".into()
+            }
         }
     }
 
@@ -235,6 +285,18 @@ impl RecordFault {
                 "divide the response by -ω², or give it as a universal file that says accelerance"
                     .into()
             }
+            Self::SpeedLabel { speed_rpm } => format!("write speed_rpm: {speed_rpm:.0}"),
+            Self::Tool => "name the tool that was in the spindle".into(),
+            Self::Controller => "name the controller that levitated the rotor".into(),
+            Self::HammerCalibration { factor } => {
+                format!(
+                    "divide the columns h_re and h_im by {factor:.4}, and calibrate hammer and probe"
+                )
+            }
+            Self::Drift { .. } => {
+                "let the electronics warm up, and repeat the sweep in the opposite direction".into()
+            }
+            Self::Disagrees => "repeat the record".into(),
         }
     }
 }

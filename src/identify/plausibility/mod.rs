@@ -7,6 +7,7 @@
 //! contradicts the machine is said to be implausible.
 
 pub mod checks;
+pub mod correction;
 pub mod faults;
 pub mod hammer;
 pub mod hypotheses;

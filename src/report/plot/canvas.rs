@@ -15,7 +15,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color as _, FontStyle, FontTransform, ShapeStyle};
 
 /// Subdivisions of a pixel.
-const FINE: f64 = 3.0;
+pub(super) const FINE: f64 = 3.0;
 /// plotters' font size is the line height; the em of its SVG output is smaller by this factor.
 const LINE_PER_EM: f64 = 1.24;
 const FONT: &str = "sans-serif";
@@ -308,7 +308,7 @@ fn fine((x, y): (f64, f64)) -> (i32, i32) {
     ((x * FINE).round() as i32, (y * FINE).round() as i32)
 }
 
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -5,9 +5,9 @@
 //! than what viewers usually put in its place.
 
 use super::PlotError;
-use super::canvas::{Anchor, Canvas, Ink, Type, finish};
+use super::canvas::{Anchor, Canvas, FINE, Ink, Type, escape, finish};
 use super::draw;
-use super::figure::{Figure, Panel};
+use super::figure::{Axis, Figure, Panel, Scale};
 use super::frame::{Direction, Frame, Rect, axis_range, spread};
 use super::style::Dash;
 use super::ticks::{Ticks, ticks};
@@ -72,6 +72,7 @@ pub fn svg(figure: &Figure) -> Result<String, PlotError> {
     }
     let cell = (width - 16.0) / columns as f64;
     let mut top = head;
+    let mut axes = vec![];
     for (row, row_height) in prepared.chunks(columns).zip(&rows) {
         for (column, panel) in row.iter().enumerate() {
             // The plot areas of one column line up.
@@ -90,18 +91,13 @@ pub fn svg(figure: &Figure) -> Result<String, PlotError> {
                 right: left + cell - side(|p| p.right),
                 bottom: top + row_height - panel.bottom,
             };
-            draw_panel(&canvas, panel, rect, left)?;
+            axes.push(draw_panel(&canvas, panel, rect, left)?);
         }
         top += row_height;
     }
     canvas.close()?;
-    Ok(finish(
-        &buffer,
-        width,
-        height,
-        &figure.title,
-        &figure.description,
-    ))
+    let drawn = finish(&buffer, width, height, &figure.title, &figure.description);
+    Ok(with_axes(&drawn, &axes))
 }
 
 fn prepare<'a>(ruler: &Canvas, panel: &'a Panel) -> Result<Prepared<'a>, PlotError> {
@@ -161,7 +157,7 @@ fn draw_panel(
     prepared: &Prepared,
     rect: Rect,
     left: f64,
-) -> Result<(), PlotError> {
+) -> Result<String, PlotError> {
     let panel = prepared.panel;
     let (mut x, mut y) = (prepared.x, prepared.y);
     let mut y_ticks = prepared.y_ticks.clone();
@@ -217,7 +213,39 @@ fn draw_panel(
     canvas.line(&corners, Ink::grey(90), Dash::Solid, 1.0)?;
     labels(canvas, panel, &frame, &x_ticks, &y_ticks, left)?;
     mark_labels(canvas, panel, &frame)?;
-    level_labels(canvas, panel, &frame)
+    level_labels(canvas, panel, &frame)?;
+    Ok(axes_of(panel, &frame))
+}
+
+/// The axes of a panel as JSON: plot area in units of the picture, scale, range and caption of x and y.
+fn axes_of(panel: &Panel, frame: &Frame) -> String {
+    let r = frame.rect;
+    let area: Vec<String> = [r.left, r.top, r.right, r.bottom]
+        .iter()
+        .map(|px| format!("{:.0}", px * FINE))
+        .collect();
+    let axis = |(scale, [low, high]): (Scale, [f64; 2]), axis: &Axis| {
+        let log = u8::from(scale == Scale::Log);
+        let plain = |text: &str| text.replace(['"', '\\'], "'");
+        let (label, unit) = (plain(&axis.label), plain(&axis.unit));
+        format!("[{log},{low:e},{high:e},\"{label}\",\"{unit}\"]")
+    };
+    format!(
+        "{{\"r\":[{}],\"x\":{},\"y\":{}}}",
+        area.join(","),
+        axis(frame.x, &panel.x),
+        axis(frame.y, &panel.y)
+    )
+}
+
+/// The picture with the axes of its panels as metadata, from which a page reads values at the pointer.
+fn with_axes(svg: &str, axes: &[String]) -> String {
+    let text = escape(&format!("[{}]", axes.join(",")));
+    svg.replacen(
+        "</desc>\n",
+        &format!("</desc>\n<metadata>{text}</metadata>\n"),
+        1,
+    )
 }
 
 /// Ranges widened so that a unit is as long across as up.

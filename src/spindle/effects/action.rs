@@ -35,6 +35,12 @@ pub fn on_machine(effect: &Effect, machine: &mut Effective) {
             }
         }
         (kind, Location::Bearing(which)) => on_bearings(kind, *which, value, &mut machine.bearings),
+        (EffectKind::SensorGain, Location::Axis(axis @ 0..4)) => {
+            machine.bearings[axis / 2].signal_factors[axis % 2] *= value;
+        }
+        (EffectKind::ForceConstant, Location::Axis(axis @ 0..4)) => {
+            machine.bearings[axis / 2].force_factors[axis % 2] *= value;
+        }
         _ => {}
     }
 }

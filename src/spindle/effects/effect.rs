@@ -61,13 +61,17 @@ impl Effect {
                 | (LocationKind::Position, Location::Position(_))
                 | (LocationKind::Mode, Location::Mode(_))
                 | (LocationKind::Region, Location::Region(_))
-        );
+        ) || self.kind.entry().one_axis
+            && matches!(self.location, Location::Axis(0..4));
         if !matches {
             return Err(SpindleError::Name {
                 path: "effect".into(),
                 name: self.kind.name().into(),
                 rule: match self.kind.location() {
                     LocationKind::None => "takes no location".into(),
+                    LocationKind::Bearing if self.kind.entry().one_axis => {
+                        "needs bearing: front, rear or both, or one axis".into()
+                    }
                     LocationKind::Bearing => "needs bearing: front, rear or both".into(),
                     LocationKind::Position => "needs position_m".into(),
                     LocationKind::Mode => "needs mode, counted from 1".into(),

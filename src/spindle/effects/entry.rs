@@ -102,6 +102,8 @@ pub struct Entry {
     pub name: &'static str,
     /// The location it needs.
     pub location: LocationKind,
+    /// Whether one axis can have it instead of a bearing.
+    pub one_axis: bool,
     /// Its numbers, in file order.
     pub parameters: &'static [Parameter],
     /// What it changes.

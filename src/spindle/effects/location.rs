@@ -1,5 +1,8 @@
 //! Where an effect acts: at a bearing, at a position of the shaft, on a mode, in a region, or on the whole machine.
 
+/// The control axes, in channel order.
+pub const AXIS_NAMES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
+
 /// Which bearing an effect sits at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bearings {
@@ -45,6 +48,8 @@ pub enum Location {
     None,
     /// At a bearing (`bearing:` in files).
     Bearing(Bearings),
+    /// At one axis of a bearing, counted from 0 in channel order (`axis:`, in place of `bearing:`).
+    Axis(usize),
     /// At an axial position, m from the nose face (`position_m:`).
     Position(f64),
     /// On a flexible mode, counted from 1 (`mode:`).

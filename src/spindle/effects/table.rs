@@ -39,6 +39,7 @@ const COMMON: Entry = Entry {
     kind: EffectKind::LoopDelay,
     name: "",
     location: LocationKind::None,
+    one_axis: false,
     parameters: &[],
     domain: Domain::Shaft,
     replaces: false,
@@ -177,6 +178,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::ForceConstant,
         name: "force_constant",
+        one_axis: true,
         parameters: &[FACTOR_OFF],
         sites: &[Site::Currents, Site::Loop],
         matters: |size, _, _| size.abs() > 0.02,
@@ -187,6 +189,7 @@ pub const TABLE: &[Entry] = &[
     Entry {
         kind: EffectKind::SensorGain,
         name: "sensor_gain",
+        one_axis: true,
         parameters: &[FACTOR_OFF],
         sites: &[Site::Sensors, Site::Loop],
         matters: |size, _, _| size.abs() > 0.02,
@@ -315,14 +318,15 @@ pub const TABLE: &[Entry] = &[
             signed(
                 "damping_n_m_s_per_rad",
                 Coordinate::Linear(1.0),
-                |_| (-20.0, 500.0),
+                // A joint takes energy out.
+                |_| (0.0, 500.0),
                 Shown::Scaled(1.0, " N m s/rad"),
             ),
         ],
         single: true,
         sites: &[Site::Joint],
-        // A stiff joint, and one as soft as collets get.
-        starts: Starts::At(&[&[1.0, 1.0, 0.0], &[6.0, 10.0, 0.5]]),
+        // A stiff joint, one as soft as collets get, and one of a small spindle.
+        starts: Starts::At(&[&[1.0, 1.0, 0.0], &[6.0, 10.0, 0.5], &[25.0, 100.0, 0.01]]),
         // 2·10¹⁰ N/m and 2·10⁷ N m/rad: as stiff as solid steel.
         matters: |size, t, _| size.abs() > 0.05 || t.get(1).is_some_and(|turning| *turning > 0.05),
         sentence: "the tool sits in a flexible joint of {0} and {1}",
@@ -404,6 +408,8 @@ pub const TABLE: &[Entry] = &[
         location: LocationKind::Region,
         parameters: &[FACTOR_OFF],
         sites: &[Site::Joint],
+        // A region of several elements moves resonances further than a linear step follows.
+        starts: Starts::At(&[&[0.0], &[-0.2], &[0.2]]),
         // 5 %, five times what careful updating leaves open.
         matters: |size, _, _| size.abs() > 0.05,
         sentence: "the modulus of {at} is {0} off",

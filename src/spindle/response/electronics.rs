@@ -1,7 +1,8 @@
 //! Amplifiers, delay and eddy currents before the shaft, sensors behind it, at one line.
 //!
 //! Force per current  e^{−sT} k_i /((1 + s/ω_a)(1 + √(s/ω_e))) [1 κ; κ 1],  signal per displacement  g R(α)/((1 +
-//! s/ω_s) L(s)), L = 1 + 2ζ s/ω_l + (s/ω_l)² the second-order low-pass.
+//! s/ω_s) L(s)), L = 1 + 2ζ s/ω_l + (s/ω_l)² the second-order low-pass. Where x and y differ, a factor on each current
+//! and on each signal comes besides.
 
 use super::channels::{SIDE, Square, ZERO, planar};
 use crate::linalg::c64;
@@ -109,12 +110,14 @@ impl EffectiveBearing {
     /// Forces (x, y) per currents (x, y) behind the amplifiers, N/A.
     pub fn force_matrix(&self) -> [[f64; 2]; 2] {
         let (direct, cross) = (self.ki_n_per_a, self.ki_n_per_a * self.coupling_ratio);
-        [[direct, cross], [cross, direct]]
+        let [x, y] = self.force_factors;
+        [[direct * x, cross * y], [cross * x, direct * y]]
     }
 
     /// Sensor axes (x', y') from displacements (x, y).
     pub fn axes_matrix(&self) -> [[f64; 2]; 2] {
         let (sin, cos) = self.sensor_angle_rad.sin_cos();
-        [[cos, sin], [-sin, cos]]
+        let [x, y] = self.signal_factors;
+        [[x * cos, x * sin], [-y * sin, y * cos]]
     }
 }

@@ -15,8 +15,8 @@ use std::f64::consts::TAU;
 pub struct Change {
     kind: EffectKind,
     value: f64,
-    /// Bearings at which no later effect of the kind takes its place.
-    bearings: [bool; 2],
+    /// Axes at which no later effect of the kind takes its place.
+    axes: [bool; 4],
     /// Factor on the derivative.
     pub factor: f64,
 }
@@ -25,19 +25,20 @@ impl Change {
     /// That of the effect at `index` of all that are assembled; none when that works elsewhere.
     pub fn new(effects: &[Effect], index: usize) -> Option<Self> {
         let effect = effects.get(index).filter(|e| on_electronics(e.kind))?;
-        let on = |e: &Effect, b: usize| match e.location {
-            Location::Bearing(which) => which.includes(b),
+        let on = |e: &Effect, axis: usize| match e.location {
+            Location::Bearing(which) => which.includes(axis / 2),
+            Location::Axis(one) => one == axis,
             _ => true,
         };
         let replaces = effect.kind.entry().replaces;
-        let later = |b: usize| {
+        let later = |axis: usize| {
             let mut others = effects[index + 1..].iter();
-            replaces && others.any(|e| e.kind == effect.kind && on(e, b))
+            replaces && others.any(|e| e.kind == effect.kind && on(e, axis))
         };
         Some(Self {
             kind: effect.kind,
             value: effect.values.first().copied()?,
-            bearings: [0, 1].map(|b| on(effect, b) && !later(b)),
+            axes: [0, 1, 2, 3].map(|axis| on(effect, axis) && !later(axis)),
             factor: 1.0,
         })
     }
@@ -46,7 +47,7 @@ impl Change {
     pub fn slope(&self, machine: &Effective, f: &Square, omega_rad_s: f64) -> Square {
         let s = c64::new(0.0, omega_rad_s);
         let mut all = [ZERO; SIDE * SIDE];
-        for b in (0..2).filter(|b| self.bearings[*b]) {
+        for b in (0..2).filter(|b| self.axes[2 * b] || self.axes[2 * b + 1]) {
             let value = self.value;
             let corner = s / (TAU * value);
             // On the currents, [own, cross], or on the signals.
@@ -74,13 +75,30 @@ impl Change {
                 _ => continue,
             };
             let (x, y) = (2 * b, 2 * b + 1);
+            // Factors on the axes stand outside of what couples them.
+            let bearing = &machine.bearings[b];
+            let [to_x, to_y] = match currents {
+                true => [bearing.force_factors[0], bearing.force_factors[1]],
+                false => [bearing.signal_factors[1], bearing.signal_factors[0]],
+            };
+            let (cross_x, cross_y) = (cross * (to_x / to_y), cross * (to_y / to_x));
             for n in 0..SIDE {
                 if currents {
-                    all[n * SIDE + x] += own * f[n * SIDE + x] + cross * f[n * SIDE + y];
-                    all[n * SIDE + y] += own * f[n * SIDE + y] + cross * f[n * SIDE + x];
+                    let (at_x, at_y) = (n * SIDE + x, n * SIDE + y);
+                    if self.axes[x] {
+                        all[at_x] += own * f[at_x] + cross_x * f[at_y];
+                    }
+                    if self.axes[y] {
+                        all[at_y] += own * f[at_y] + cross_y * f[at_x];
+                    }
                 } else {
-                    all[x * SIDE + n] += own * f[x * SIDE + n] + cross * f[y * SIDE + n];
-                    all[y * SIDE + n] += own * f[y * SIDE + n] - cross * f[x * SIDE + n];
+                    let (at_x, at_y) = (x * SIDE + n, y * SIDE + n);
+                    if self.axes[x] {
+                        all[at_x] += own * f[at_x] + cross_y * f[at_y];
+                    }
+                    if self.axes[y] {
+                        all[at_y] += own * f[at_y] - cross_x * f[at_x];
+                    }
                 }
             }
         }

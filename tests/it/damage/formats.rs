@@ -50,7 +50,7 @@ pub fn read(format: &str, bytes: &[u8]) -> Result<(), String> {
         "uff" => hammer::read_hammer("file.uff", bytes, 0.0)
             .map(drop)
             .map_err(told),
-        "mat" => mat::check_controller("file", bytes).map_err(told),
+        "mat" => mat::read_controller("file", bytes).map(drop).map_err(told),
         "solve" => Problem::parse(Path::new("file"), &text()?)
             .map_err(told)
             .and_then(|p| solve(&p)),

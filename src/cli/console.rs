@@ -1,0 +1,230 @@
+//! What a command says at its end: the machine-readable answer in a pipe or with `--json`, a few lines for a person on a terminal or
+//! with `--text`, nothing with `--quiet`.
+
+use super::{Failure, stdout};
+use serde_json::Value;
+use std::io::IsTerminal;
+
+/// Options that every command takes.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct ConsoleArguments {
+    /// Print the machine-readable answer (JSON) to standard output
+    #[arg(long, global = true, conflicts_with_all = ["text", "quiet"], help_heading = "Output")]
+    json: bool,
+    /// Print the summary for people, also where standard output is no terminal
+    #[arg(long, global = true, conflicts_with = "quiet", help_heading = "Output")]
+    text: bool,
+    /// Print neither answer nor progress; errors and warnings only
+    #[arg(long, global = true, help_heading = "Output")]
+    quiet: bool,
+    /// Threads of the computation; the results do not depend on it [default: one a processor]
+    #[arg(long, global = true, value_name = "N", help_heading = "Output")]
+    threads: Option<usize>,
+}
+
+/// What goes to standard output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    Json,
+    Text,
+    /// The data of the command as other programs read them: JSON, CSV or lines.
+    Data,
+    Nothing,
+}
+
+/// The terminal as the options and the environment make it.
+#[derive(Clone, Copy, Debug)]
+pub struct Console {
+    form: Form,
+    colours: bool,
+}
+
+/// Most threads that can be asked for: more than any machine has, fewer than exhaust its memory.
+const MOST_THREADS: usize = 1024;
+
+impl Console {
+    /// The console of a run; sets the number of threads.
+    ///
+    /// # Errors
+    /// [`Failure`] for a number of threads that cannot be had.
+    pub fn open(arguments: &ConsoleArguments) -> Result<Self, Failure> {
+        if let Some(threads) = arguments.threads {
+            if threads == 0 || threads > MOST_THREADS {
+                let rule = format!("--threads {threads}: 1 to {MOST_THREADS} are possible");
+                return Err(Failure::new(rule).with_hint("leave it out for one a processor"));
+            }
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build_global()
+                .map_err(|e| Failure::new(format!("--threads {threads}: {e}")))?;
+        }
+        let terminal = std::io::stdout().is_terminal();
+        let form = match () {
+            () if arguments.json => Form::Json,
+            () if arguments.text => Form::Text,
+            () if arguments.quiet => Form::Nothing,
+            () if terminal => Form::Text,
+            () => Form::Data,
+        };
+        let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty())
+            || std::env::var_os("TERM").is_some_and(|v| v == "dumb");
+        Ok(Self {
+            form,
+            colours: terminal && !plain,
+        })
+    }
+
+    /// Whether the data of the command go to standard output as other programs read them.
+    pub fn writes_data(&self) -> bool {
+        self.form == Form::Data
+    }
+
+    /// Whether progress may be shown.
+    pub fn shows_progress(&self) -> bool {
+        self.form != Form::Nothing
+    }
+
+    /// Ends a command whose data are JSON: `text` is the text of the answer, `shown` the few lines for a person.
+    ///
+    /// # Errors
+    /// [`Failure`] when standard output cannot be written.
+    pub fn json(&self, text: &str, shown: impl FnOnce() -> Shown) -> Result<(), Failure> {
+        match self.form {
+            Form::Json | Form::Data => self.data(text),
+            Form::Text => self.show(&shown()),
+            Form::Nothing => Ok(()),
+        }
+    }
+
+    /// Ends a command whose data are no JSON: `data` for a pipe, `value` for `--json`.
+    ///
+    /// # Errors
+    /// [`Failure`] when standard output cannot be written.
+    pub fn other(
+        &self,
+        data: impl FnOnce() -> String,
+        value: impl FnOnce() -> Value,
+        shown: impl FnOnce() -> Shown,
+    ) -> Result<(), Failure> {
+        match self.form {
+            Form::Data => self.data(&data()),
+            Form::Json => self.data(&format!("{:#}\n", value())),
+            Form::Text => self.show(&shown()),
+            Form::Nothing => Ok(()),
+        }
+    }
+
+    fn data(&self, text: &str) -> Result<(), Failure> {
+        stdout::data(|out| out.write_all(text.as_bytes()))
+    }
+
+    fn show(&self, shown: &Shown) -> Result<(), Failure> {
+        self.data(&shown.text(self.colours))
+    }
+}
+
+/// The end of a command for a person: verdict, figures, where the files are, what to do next.
+#[derive(Clone, Debug, Default)]
+pub struct Shown {
+    verdict: String,
+    missed: bool,
+    table: Vec<Vec<String>>,
+    files: Vec<String>,
+    next: Vec<String>,
+}
+
+impl Shown {
+    /// A command that has done what it was asked.
+    pub fn done(verdict: impl Into<String>) -> Self {
+        Self {
+            verdict: verdict.into(),
+            ..Self::default()
+        }
+    }
+
+    /// A command whose targets are met or missed.
+    pub fn met(met: bool, verdict: impl Into<String>) -> Self {
+        Self {
+            missed: !met,
+            ..Self::done(verdict)
+        }
+    }
+
+    /// Adds a row of the table; the first column is left-aligned, the others right-aligned.
+    #[must_use]
+    pub fn row<const N: usize>(mut self, cells: [impl Into<String>; N]) -> Self {
+        self.table.push(cells.into_iter().map(Into::into).collect());
+        self
+    }
+
+    /// Adds rows of the table.
+    #[must_use]
+    pub fn rows(mut self, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
+        self.table.extend(rows);
+        self
+    }
+
+    /// Names a file or folder that was written.
+    #[must_use]
+    pub fn file(mut self, path: impl Into<String>) -> Self {
+        self.files.push(path.into());
+        self
+    }
+
+    /// Names a next step.
+    #[must_use]
+    pub fn next(mut self, command: impl Into<String>) -> Self {
+        self.next.push(command.into());
+        self
+    }
+
+    fn text(&self, colours: bool) -> String {
+        let paint = |code: &str, text: &str| match colours {
+            true => format!("\u{1b}[{code}m{text}\u{1b}[0m"),
+            false => text.to_owned(),
+        };
+        let word = match self.missed {
+            true => paint("1;33", "target missed"),
+            false => paint("1;32", "done"),
+        };
+        let mut text = format!("{word}: {}\n", self.verdict);
+        if !self.table.is_empty() {
+            text.push('\n');
+            text.push_str(&aligned(&self.table));
+        }
+        let lists = [("files", &self.files), ("next", &self.next)];
+        for (name, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
+            text.push('\n');
+            for (k, line) in list.iter().enumerate() {
+                let head = if k == 0 { name } else { "" };
+                text.push_str(&format!("{}  {line}\n", paint("2", &format!("{head:<5}"))));
+            }
+        }
+        text
+    }
+}
+
+/// The rows as columns that stand below each other.
+fn aligned(rows: &[Vec<String>]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |k: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(k));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
+        let mut line = String::new();
+        for (k, cell) in row.iter().enumerate() {
+            let fill = " ".repeat(widths[k].saturating_sub(cell.chars().count()));
+            line.push_str("  ");
+            line.push_str(&if k == 0 {
+                format!("{cell}{fill}")
+            } else {
+                format!("{fill}{cell}")
+            });
+        }
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,132 @@
+//! `muspin init DIR`: a commented spindle, tool, weights and measurement that run as they are. `muspin example NAME`: the files
+//! of a worked case, with the guide that goes through it.
+
+use super::console::{Console, Shown};
+use super::output::claim;
+use super::start::{DIAGNOSE_LIST, PID, Truth, UPDATE_LIST, add_machine, add_measurement};
+use super::{Failure, Outcome};
+use crate::report::results::ResultsFolder;
+use serde_json::json;
+use std::path::Path;
+
+/// Arguments of `muspin init`.
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    /// Folder for the files; nothing that exists is replaced
+    folder: String,
+}
+
+/// Arguments of `muspin example`.
+#[derive(clap::Args, Debug)]
+pub struct ExampleArguments {
+    /// Which case
+    #[arg(value_enum)]
+    name: Example,
+    /// Folder for the files [default: the name of the example]
+    folder: Option<String>,
+}
+
+/// Worked cases.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Example {
+    /// A machine of your own: check, modes, updating, design
+    OwnRotor,
+    /// A model that has the measured frequencies
+    Update,
+    /// Controllers side by side, with a given PID
+    Compare,
+    /// What is missing in the model
+    Diagnose,
+    /// A controller in the firmware
+    Firmware,
+    /// A plant of your own in the solvers
+    Solve,
+}
+
+impl Example {
+    fn name(self) -> &'static str {
+        match self {
+            Self::OwnRotor => "own-rotor",
+            Self::Update => "update",
+            Self::Compare => "compare",
+            Self::Diagnose => "diagnose",
+            Self::Firmware => "firmware",
+            Self::Solve => "solve",
+        }
+    }
+
+    fn guide(self) -> &'static str {
+        match self {
+            Self::OwnRotor => include_str!("../guide/start.md"),
+            Self::Update => include_str!("../guide/updating.md"),
+            Self::Compare => include_str!("../guide/comparison.md"),
+            Self::Diagnose => include_str!("../guide/diagnosis.md"),
+            Self::Firmware => include_str!("../guide/firmware.md"),
+            Self::Solve => include_str!("../guide/solvers.md"),
+        }
+    }
+
+    /// Everything besides the guide.
+    fn stage(self, folder: &mut ResultsFolder) -> Result<(), Failure> {
+        if self != Self::Solve {
+            add_machine(folder)?;
+        }
+        match self {
+            Self::OwnRotor | Self::Update => {
+                add_measurement(folder, UPDATE_LIST, Truth::OtherModuli)?
+            }
+            Self::Diagnose => add_measurement(folder, DIAGNOSE_LIST, Truth::EddyCurrents)?,
+            Self::Compare => folder.add("pid.json", PID)?,
+            Self::Firmware => {
+                folder.add("pid.json", PID)?;
+                folder.add("main.c", include_str!("examples/main.c"))?;
+            }
+            Self::Solve => {
+                let problems = [
+                    ("hinfsyn.json", include_str!("examples/hinfsyn.json")),
+                    ("mu.json", include_str!("examples/mu.json")),
+                    ("hinfnorm.json", include_str!("examples/hinfnorm.json")),
+                    ("care.json", include_str!("examples/care.json")),
+                ];
+                for (name, text) in problems {
+                    folder.add(name, text)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Runs `muspin init`.
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+    write(Example::OwnRotor, &arguments.folder, console)
+}
+
+/// Runs `muspin example`.
+pub fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<Outcome, Failure> {
+    let folder = arguments.folder.as_deref();
+    write(
+        arguments.name,
+        folder.unwrap_or(arguments.name.name()),
+        console,
+    )
+}
+
+fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, Failure> {
+    claim(target, &["README.md"], [])?;
+    let mut folder = ResultsFolder::new();
+    folder.add("README.md", example.guide())?;
+    example.stage(&mut folder)?;
+    folder.write(Path::new(target))?;
+    let answer = json!({
+        "folder": target,
+        "files": folder.files().map(|(path, _)| path).collect::<Vec<_>>(),
+    });
+    console.json(&format!("{answer:#}\n"), || {
+        Shown::done("files that run as they are; change them to yours")
+            .file(target)
+            .next(format!("cd {target}"))
+            .next("README.md has the commands in their order")
+    })?;
+    Ok(Outcome::Done)
+}

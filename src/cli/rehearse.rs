@@ -1,0 +1,199 @@
+//! `muspin rehearse`: a measurement folder as the rig would give it, computed from a model with the noise of its sensors, so that
+//! identification, updating and diagnosis can be tried before anything is measured.
+
+use super::console::{Console, Shown};
+use super::machine::load_machine;
+use super::output::claim;
+use super::{Failure, Outcome};
+use crate::controller::Controller;
+use crate::controller::pid_settings::TuneSettings;
+use crate::controller::pid_tune::textbook;
+use crate::identify::Rehearsal;
+use crate::input::{load_controller, spindle_yaml, tool_yaml};
+use crate::pipeline::PipelineError;
+use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
+use crate::report::controller_json::controller_json;
+use crate::report::records::{hammer_csv, sweep_csv};
+use crate::report::results::ResultsFolder;
+use crate::spindle::Machine;
+use serde_json::json;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Arguments of `muspin rehearse`.
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    /// Spindle that the folder names as the model: a file or a shipped name
+    #[arg(long, default_value = "reference")]
+    spindle: String,
+    /// Tool that the folder names as the model: a file or a shipped name
+    #[arg(long, default_value = "paper-tool")]
+    tool: String,
+    /// Spindle that the records come from, with its effects; default: the model, so that nothing is to be found
+    #[arg(long)]
+    truth: Option<String>,
+    /// Tool that the records come from; default: that of the model
+    #[arg(long)]
+    true_tool: Option<String>,
+    /// Controller that levitates the rotor (JSON); default: a textbook PID for the model
+    #[arg(long)]
+    controller: Option<String>,
+    /// Speeds of the sweeps in rpm, separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "0")]
+    speeds: Vec<f64>,
+    /// Repeats of each experiment; their scatter is the noise
+    #[arg(long, default_value_t = 3)]
+    repeats: usize,
+    /// Injected current, A; default: a twentieth of the front bias current
+    #[arg(long)]
+    injection: Option<f64>,
+    /// Seed of the noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for the measurement; it must not hold one already
+    #[arg(long, default_value = "results/rehearsal")]
+    out: String,
+}
+
+/// Most repeats: minutes of computation and a file of a gigabyte.
+const MOST_REPEATS: usize = 100;
+
+/// Runs the command.
+pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+    let (repeats, injection) = (arguments.repeats, arguments.injection);
+    if repeats == 0 || repeats > MOST_REPEATS {
+        let rule = format!("--repeats {repeats}: 1 to {MOST_REPEATS} are computed");
+        return Err(Failure::new(rule).with_hint("three repeats give the noise"));
+    }
+    if injection.is_some_and(|a| !(a.is_finite() && a > 0.0)) {
+        return Err(
+            Failure::new("--injection: must be a positive number of amperes")
+                .with_hint("a twentieth of the bias current is usual"),
+        );
+    }
+    let model = load_machine(&arguments.spindle, &arguments.tool)?;
+    let top = model.spindle.max_rpm;
+    if let Some(rpm) = arguments
+        .speeds
+        .iter()
+        .find(|r| !(0.0..=10.0 * top).contains(*r))
+    {
+        let rule =
+            format!("--speeds: {rpm} must lie between 0 and ten times the top speed of {top} rpm");
+        return Err(Failure::new(rule).with_hint("speeds are in rpm, for example --speeds 0,20000"));
+    }
+    let truth = load_machine(
+        arguments.truth.as_deref().unwrap_or(&arguments.spindle),
+        arguments.true_tool.as_deref().unwrap_or(&arguments.tool),
+    )?;
+    let named = [
+        &arguments.truth,
+        &arguments.true_tool,
+        &arguments.controller,
+    ];
+    let read = named
+        .into_iter()
+        .flatten()
+        .chain([&arguments.spindle, &arguments.tool]);
+    claim(
+        &arguments.out,
+        &["measurement.yaml"],
+        read.map(String::as_str),
+    )?;
+    let controller = match &arguments.controller {
+        Some(file) => load_controller(file)?,
+        None => levitating(&model)?,
+    };
+    let mut rehearsal = Rehearsal::usual(&truth);
+    rehearsal.repeats = repeats;
+    rehearsal.seed = arguments.seed;
+    rehearsal.injection_a = injection.unwrap_or(rehearsal.injection_a);
+    let mut folder = ResultsFolder::new();
+    let records = records(
+        &mut folder,
+        "",
+        &truth,
+        &controller,
+        (&rehearsal, &arguments.speeds),
+    )?;
+    let mut text = String::from(
+        "# Computed from a model, not measured.\nspindle: spindle.yaml\ntool: tool.yaml\nrecords:\n",
+    );
+    for (kind, file, rpm) in &records {
+        let axis = if *kind == "hammer" { ", axis: x" } else { "" };
+        let _ = writeln!(
+            text,
+            "  - {{kind: {kind}, file: {file}, speed_rpm: {rpm}, controller: pid.json{axis}}}"
+        );
+    }
+    folder.add("measurement.yaml", text)?;
+    folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
+    folder.add("tool.yaml", tool_yaml(&model.tool))?;
+    folder.write(Path::new(&arguments.out))?;
+    let files: Vec<&String> = records.iter().map(|(_, file, _)| file).collect();
+    let answer = json!({
+        "measurement": arguments.out,
+        "records": files,
+        "sensor_noise_m": truth.spindle.electronics.sensor_noise_m,
+        "injection_a": rehearsal.injection_a,
+        "repeats": repeats,
+        "seed": arguments.seed,
+    });
+    console.json(&format!("{answer:#}\n"), || {
+        Shown::done(format!(
+            "{} records computed, with the noise of the sensors",
+            records.len()
+        ))
+        .file(arguments.out.as_str())
+        .next(format!("muspin identify --measurement {}", arguments.out))
+        .next(format!("muspin diagnose --measurement {}", arguments.out))
+    })?;
+    Ok(Outcome::Done)
+}
+
+/// A textbook PID, which floats most rotors.
+///
+/// # Errors
+/// [`Failure`] when none is found.
+fn levitating(machine: &Machine) -> Result<Controller, Failure> {
+    let pid = textbook(machine, &TuneSettings::quick()).map_err(PipelineError::from)?;
+    Ok(pid.controller)
+}
+
+/// Kind, file and speed of a record.
+pub type Listed = (&'static str, String, f64);
+
+/// A sweep and a hammer test at every speed and the controller `pid.json`, added below `prefix` (empty, or ending in `/`).
+///
+/// # Errors
+/// [`Failure`] when the loop is unstable, because no such measurement can be taken.
+pub fn records(
+    folder: &mut ResultsFolder,
+    prefix: &str,
+    truth: &Machine,
+    controller: &Controller,
+    (rehearsal, speeds): (&Rehearsal, &[f64]),
+) -> Result<Vec<Listed>, Failure> {
+    let mut listed = vec![];
+    for rpm in speeds {
+        let growth = growth_rate_at(truth, controller, *rpm)?;
+        if growth >= 0.0 {
+            return Err(Failure::new(unstable_words(growth, *rpm)).with_hint(
+                "a sweep needs a controller that floats the rotor: give one with --controller",
+            ));
+        }
+        let sweep = format!("sweep-{rpm:.0}.csv");
+        let record = rehearsal.sweep(truth, controller, *rpm, &sweep)?;
+        folder.add(&format!("{prefix}{sweep}"), sweep_csv(&record))?;
+        let hammer = format!("hammer-{rpm:.0}.csv");
+        let record = rehearsal.hammer(truth, controller, *rpm)?;
+        folder.add(&format!("{prefix}{hammer}"), hammer_csv(&record))?;
+        listed.push(("sweep", sweep, *rpm));
+        listed.push(("hammer", hammer, *rpm));
+    }
+    folder.add(
+        &format!("{prefix}pid.json"),
+        controller_json(controller, None),
+    )?;
+    Ok(listed)
+}

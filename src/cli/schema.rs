@@ -1,0 +1,40 @@
+//! `muspin schema`: the JSON Schema of a kind of file, or the page of all keys.
+
+use super::{Failure, Outcome, stdout};
+use crate::input::schema::{SchemaKind, page, schema};
+
+/// Arguments of `muspin schema`.
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
+    /// Kind of file: spindle, tool, weights, measurement, frequencies or controller
+    #[arg(required_unless_present = "page")]
+    kind: Option<String>,
+    /// Print the page of all keys with unit, default and ranges instead (Markdown)
+    #[arg(long, conflicts_with = "kind")]
+    page: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let text = match &arguments.kind {
+        None => page(),
+        Some(name) => text(kind(name)?),
+    };
+    // A schema is what a program reads, on a terminal too.
+    stdout::data(|out| out.write_all(text.as_bytes()))?;
+    Ok(Outcome::Done)
+}
+
+/// The file of a schema.
+pub fn text(kind: SchemaKind) -> String {
+    format!("{:#}\n", schema(kind))
+}
+
+fn kind(name: &str) -> Result<SchemaKind, Failure> {
+    let found = SchemaKind::ALL.into_iter().find(|k| k.name() == name);
+    found.ok_or_else(|| {
+        let names = SchemaKind::ALL.map(SchemaKind::name).join(", ");
+        Failure::new(format!("{name}: there is no schema of this name"))
+            .with_hint(format!("take one of {names}"))
+    })
+}

@@ -1,0 +1,41 @@
+//! `muspin completions SHELL` and `muspin man`: what packages install beside the program.
+
+use super::{Cli, Failure, Outcome, stdout};
+use clap::CommandFactory;
+use clap_complete::{Shell, generate};
+
+/// Arguments of `muspin completions`.
+#[derive(clap::Args, Debug)]
+pub struct Completions {
+    /// Shell
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Prints the completions of a shell.
+pub fn completions(arguments: &Completions) -> Result<Outcome, Failure> {
+    let mut text = vec![];
+    generate(arguments.shell, &mut Cli::command(), "muspin", &mut text);
+    stdout::data(|out| out.write_all(&text))?;
+    Ok(Outcome::Done)
+}
+
+/// Prints the manual page: the program, then every command.
+pub fn manual() -> Result<Outcome, Failure> {
+    let mut command = Cli::command();
+    command.build();
+    let mut text = vec![];
+    let failed = |e: std::io::Error| Failure::new(format!("manual page: {e}"));
+    clap_mangen::Man::new(command.clone())
+        .render(&mut text)
+        .map_err(failed)?;
+    for each in command.get_subcommands() {
+        let page = clap_mangen::Man::new(each.clone());
+        let heading = format!(".SH \"MUSPIN {}\"\n", each.get_name().to_uppercase());
+        text.extend_from_slice(heading.as_bytes());
+        page.render_description_section(&mut text).map_err(failed)?;
+        page.render_options_section(&mut text).map_err(failed)?;
+    }
+    stdout::data(|out| out.write_all(&text))?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,207 @@
+//! The verdict on a set of effects: its worst block, and records that its fit has not seen.
+
+use super::super::DiagnoseError;
+use super::super::data::evidence::{Gap, Subset, held_out};
+use super::super::fit::case::Case;
+use super::super::fit::estimate::FINAL_MODEL_ERROR;
+use super::super::fit::hypothesis::{self, Hypothesis};
+use super::super::fit::problem::Point;
+use super::candidate::Candidate;
+use super::misfit::{FAILING_BLOCK_CHI2, Misfit};
+
+/// Model model error at which a named model must explain the data: what an independent simulation or a good test rig
+/// leaves, relative.
+const JUDGE_FLOOR: f64 = 2e-3;
+
+/// Gap on held-out records that noise and a model error of 0.5 % leave to a right explanation: 0.7 to 1.3 in an
+/// independent simulation.
+const PREDICTED: f64 = 1.5;
+/// Most of the held-out gap that may remain else: a name that takes away less than seven tenths is one of many that
+/// fit.
+const REMAINS: f64 = 0.3;
+
+/// Largest held-out gap of a model that is called right: beyond three standard deviations no chance leads.
+const MOST_HELD_OUT: f64 = 3.0;
+
+/// The four verdicts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing is missing.
+    Adequate,
+    /// The effects are named.
+    Named,
+    /// Several explanations fit alike.
+    Tie,
+    /// Something is missing that is in no catalogue.
+    Unexplained,
+}
+
+impl Verdict {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::Named => "named",
+            Self::Tie => "tie",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// The verdict on a set of effects, and what it rests on.
+pub(super) struct Judgement {
+    pub verdict: Verdict,
+    pub misfit: Misfit,
+    pub held_out: HeldOut,
+    /// Gaps of the machine as it is.
+    pub before: Overall,
+    /// The set fitted without the held-out records.
+    pub trained: Candidate,
+    /// Its gaps.
+    pub predicted: Overall,
+    /// Gaps of the set fitted to all records.
+    pub after: Overall,
+}
+
+/// Judges a set of effects by its worst block, by the gap, and by records that its fit has not seen.
+pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, DiagnoseError> {
+    let misfit = case.misfit(&best.effects, &best.fit.at, JUDGE_FLOOR)?;
+    let held_out = HeldOut::new(case);
+    let before = overall(case, &[], &case.origin())?;
+    let after = overall(case, &best.effects, &best.fit.at)?;
+    let fits = best.model_error == FINAL_MODEL_ERROR && misfit.value < FAILING_BLOCK_CHI2;
+    // What noise and the floor of the gap explain needs no other explanation.
+    let explained = fits || after.all <= 1.0;
+    let start = Point {
+        theta: best.fit.at.theta.clone(),
+        ..case.origin()
+    };
+    let mut trained = case.finish(&best.effects, &start, 0.03, held_out.training)?;
+    let mut predicted = overall(case, &best.effects, &trained.fit.at)?;
+    if predicted.held_out > PREDICTED {
+        trained = better_trained(case, best, trained, held_out.training)?;
+        predicted = overall(case, &best.effects, &trained.fit.at)?;
+    }
+    // A name must also predict what it has not seen; where nothing is left to predict, it need not.
+    let share = PREDICTED.max(REMAINS * before.held_out);
+    let predicts = predicted.held_out < share.min(MOST_HELD_OUT);
+    let verdict = match (explained, predicts, best.effects.is_empty()) {
+        (true, true, false) => Verdict::Named,
+        (true, true, true) => Verdict::Adequate,
+        (true, false, true) if after.all <= 1.0 && after.held_out <= PREDICTED => Verdict::Adequate,
+        _ => Verdict::Unexplained,
+    };
+    Ok(Judgement {
+        verdict,
+        misfit,
+        held_out,
+        before,
+        trained,
+        predicted,
+        after,
+    })
+}
+
+/// Of a fit without the held-out records and one from the fit to all of them the better one: without those records the
+/// way down has more side valleys.
+fn better_trained(
+    case: &Case,
+    best: &Candidate,
+    first: Candidate,
+    training: Subset,
+) -> Result<Candidate, DiagnoseError> {
+    let second = case.finish(&best.effects, &best.fit.at, 0.003, training)?;
+    let by_error = first.model_error.total_cmp(&second.model_error);
+    let order = by_error.then(first.fit.chi2.total_cmp(&second.fit.chi2));
+    Ok(if order.is_le() { first } else { second })
+}
+
+/// Whether a set of effects lowers the gap by more than its numbers do by chance.
+pub(super) fn lowers_the_gap(
+    case: &Case,
+    null: &Point,
+    best: &Candidate,
+) -> Result<bool, DiagnoseError> {
+    let without = overall(case, &[], null)?;
+    let with = overall(case, &best.effects, &best.fit.at)?;
+    let free: usize = best.fit.at.theta.iter().map(Vec::len).sum();
+    // The real and the imaginary part of each residual count.
+    let fall = 2.0 * with.count as f64 * (without.all.powi(2) - with.all.powi(2));
+    Ok(fall > free as f64 * (2.0 * with.count as f64).max(2.0).ln())
+}
+
+/// What a fit may not see.
+pub(super) struct HeldOut {
+    pub training: Subset,
+    pub name: &'static str,
+}
+
+impl HeldOut {
+    /// The hammer tests, or without any those of the rear sensors from the front currents.
+    fn new(case: &Case) -> Self {
+        if case.evidence.taps.is_empty() {
+            Self {
+                training: Subset {
+                    off_diagonal: false,
+                    ..Subset::ALL
+                },
+                name: "rear sensors from front currents",
+            }
+        } else {
+            Self {
+                training: Subset {
+                    taps: false,
+                    ..Subset::ALL
+                },
+                name: "hammer at the tool",
+            }
+        }
+    }
+}
+
+/// Gap over all records and over those that are held out.
+pub(super) struct Overall {
+    pub all: f64,
+    pub held_out: f64,
+    /// Complex residuals.
+    pub count: usize,
+}
+
+pub(super) fn overall(
+    case: &Case,
+    hypotheses: &[Hypothesis],
+    at: &Point,
+) -> Result<Overall, DiagnoseError> {
+    let effects = hypothesis::effects(hypotheses, &at.theta);
+    let evidence = case.evidence;
+    let (mut used, mut across, mut taps) = (Gap::default(), Gap::default(), Gap::default());
+    for sweep in &evidence.sweeps {
+        let model = case
+            .model
+            .assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
+        for (line, omega) in sweep.omega_rad_s.iter().enumerate() {
+            let f = model.line(*omega, None).response;
+            sweep.gap(line, &f, |i, j| !held_out(i, j), &mut used);
+            sweep.gap(line, &f, held_out, &mut across);
+        }
+    }
+    for tap in &evidence.taps {
+        let model = case
+            .model
+            .assemble(&at.p, &effects, tap.speed_rad_s, false)?;
+        for (line, omega) in tap.omega_rad_s.iter().enumerate() {
+            tap.gap(line, &model.line(*omega, None).response, &mut taps);
+        }
+    }
+    let held_out = if evidence.taps.is_empty() {
+        across
+    } else {
+        taps
+    };
+    let all = used.merge(across).merge(taps);
+    Ok(Overall {
+        all: all.value(),
+        count: all.count(),
+        held_out: held_out.value(),
+    })
+}

@@ -1,0 +1,157 @@
+//! One number of a record (a speed, a factor) fitted jointly with the nuisance parameters.
+//!
+//! The other records stand; the residuals of this one are functions of the number c, differentiated by a difference.
+//! With D = −∂r/∂c beside the Jacobian of the nuisance parameters the Gauss–Newton step follows from the bordered normal
+//! equations.
+
+use super::super::DiagnoseError;
+use super::super::data::evidence::{Evidence, Subset};
+use super::estimate::Linear;
+use super::model::Model;
+use super::problem::{Point, Problem};
+use crate::linalg::{Mat, solve};
+
+/// Curvature that the number has at least: data that do not depend on it leave it where it is.
+const UNKNOWN: f64 = 1e-6;
+/// Shares of a step that are tried.
+const HALVINGS: usize = 5;
+
+/// A measurement of which one record depends on a number.
+pub struct RecordNumber<'a> {
+    /// The machine.
+    pub model: &'a Model,
+    /// The other records.
+    pub rest: &'a Evidence,
+    /// The record by itself for a number.
+    pub own: &'a (dyn Fn(f64) -> Result<Evidence, DiagnoseError> + Sync),
+    /// Which lines.
+    pub usage: Subset,
+    /// Over which difference the record is differentiated.
+    pub difference: f64,
+    /// Longest step.
+    pub longest: f64,
+}
+
+/// A fit.
+#[derive(Clone, Debug)]
+pub struct Numbered {
+    /// The number.
+    pub number: f64,
+    /// Nuisance parameters.
+    pub at: Point,
+    /// χ² of the data and of the priors.
+    pub chi2: f64,
+    /// χ² per residual.
+    pub failure: f64,
+    /// Model error of the fit.
+    pub model_error: f64,
+}
+
+impl RecordNumber<'_> {
+    fn problem<'b>(&'b self, evidence: &'b Evidence) -> Problem<'b> {
+        Problem {
+            model: self.model,
+            evidence,
+            usage: self.usage,
+            effects: &[],
+        }
+    }
+
+    /// χ² with priors, and the number of residuals.
+    fn chi2(
+        &self,
+        at: &Point,
+        number: f64,
+        model_error: f64,
+    ) -> Result<(f64, usize), DiagnoseError> {
+        let own = (self.own)(number)?;
+        let (mut sum, mut count) = (self.problem(self.rest).prior(&at.p), 0);
+        for evidence in [self.rest, &own] {
+            let r = self.problem(evidence).residual(at, model_error)?;
+            sum += r.iter().map(|r| r * r).sum::<f64>();
+            count += r.len();
+        }
+        Ok((sum, count))
+    }
+
+    /// Fits at a model error from a start.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a model cannot be assembled.
+    pub fn fit(
+        &self,
+        from: &Numbered,
+        model_error: f64,
+        iterations: usize,
+    ) -> Result<Numbered, DiagnoseError> {
+        let mut best = from.clone();
+        best.model_error = model_error;
+        let (chi2, count) = self.chi2(&best.at, best.number, model_error)?;
+        best.chi2 = chi2;
+        for _ in 0..iterations {
+            let step = self.step(&best, model_error)?;
+            let n = step.nrows() - 1;
+            let shorten = (self.longest / step[(n, 0)].abs().max(f64::MIN_POSITIVE)).min(1.0);
+            let before = best.chi2;
+            for halving in 0..HALVINGS {
+                let share = shorten * 0.5f64.powi(halving as i32);
+                let taken = Mat::from_fn(n, 1, |k, _| share * step[(k, 0)]);
+                let at = self.problem(self.rest).stepped(&best.at, &taken);
+                let number = best.number + share * step[(n, 0)];
+                match self.chi2(&at, number, model_error) {
+                    Ok((chi2, _)) if chi2 < best.chi2 => {
+                        (best.at, best.number, best.chi2) = (at, number, chi2);
+                        break;
+                    }
+                    _ => {}
+                }
+            }
+            if before - best.chi2 < 1e-4 * best.chi2 {
+                break;
+            }
+        }
+        let prior = self.problem(self.rest).prior(&best.at.p);
+        best.failure = (best.chi2 - prior) / count.max(1) as f64;
+        Ok(best)
+    }
+
+    /// The Gauss–Newton step of nuisance parameters and number, n+1×1.
+    fn step(&self, from: &Numbered, model_error: f64) -> Result<Mat<f64>, DiagnoseError> {
+        let own = (self.own)(from.number)?;
+        let moved = (self.own)(from.number + self.difference)?;
+        let rest = self.problem(self.rest).linear(&from.at, model_error)?;
+        let here = self.problem(&own).linear(&from.at, model_error)?;
+        let there = self.problem(&moved).residual(&from.at, model_error)?;
+        let n = from.at.p.len();
+        let along = Mat::from_fn(there.len(), 1, |i, _| {
+            (here.residual()[i] - there[i]) / self.difference
+        });
+        let right = |l: &Linear| {
+            let r = l.residual();
+            let r = Mat::from_fn(r.len(), 1, |i, _| r[i]);
+            l.parts().0.transpose_times(&r)
+        };
+        let slopes = [right(&rest), right(&here)];
+        let cross = here.parts().0.transpose_times(&along);
+        let own_curvature: f64 = (0..along.nrows()).map(|i| along[(i, 0)].powi(2)).sum();
+        let pull: f64 = (0..along.nrows())
+            .map(|i| along[(i, 0)] * here.residual()[i])
+            .sum();
+        let sd = &self.model.layout.sd;
+        let normal = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
+            (true, true) => {
+                let both = rest.parts().1[(i, j)] + here.parts().1[(i, j)];
+                // Each of the two holds the priors.
+                if i == j { both - sd[i].powi(-2) } else { both }
+            }
+            (true, false) => cross[(i, 0)],
+            (false, true) => cross[(j, 0)],
+            (false, false) => own_curvature + UNKNOWN,
+        });
+        let slope = Mat::from_fn(n + 1, 1, |k, _| match k < n {
+            true => slopes[0][(k, 0)] + slopes[1][(k, 0)] - from.at.p[k] * sd[k].powi(-2),
+            false => pull,
+        });
+        Ok(solve(&normal, &slope)?)
+    }
+}

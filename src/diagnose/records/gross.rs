@@ -1,0 +1,41 @@
+//! Mistakes that need no fit: a record against the nominal machine, as [`crate::identify::plausibility`] does it.
+
+use super::super::DiagnoseError;
+use super::super::data::measurement::{Axis, Measurement, RecordId};
+use super::finding::FoundFault;
+use crate::identify::{hammer_plausibility, open_loop, sweep_plausibility};
+use crate::spindle::Machine;
+
+/// The gross mistakes of all records, and the measurement without them.
+///
+/// # Errors
+/// [`DiagnoseError`] for records or machines that cannot be used.
+pub fn without_gross_faults<'a>(
+    machine: &Machine,
+    measurement: &Measurement<'a>,
+) -> Result<(Vec<FoundFault>, Measurement<'a>), DiagnoseError> {
+    let (mut found, mut right) = (vec![], measurement.clone());
+    for record in measurement.records() {
+        let faults = match record {
+            RecordId::Sweep(s) => {
+                let sweep = &measurement.sweeps[s];
+                let frf = open_loop(sweep)?;
+                sweep_plausibility(&sweep.name, &frf, machine, None)?.faults
+            }
+            RecordId::Hammer(t) => {
+                let tap = &measurement.taps[t];
+                let axis = usize::from(tap.axis == Axis::Y);
+                hammer_plausibility("", &tap.frf, axis, machine, tap.controller)?.faults
+            }
+        };
+        for fault in faults {
+            right = right.corrected(record, fault);
+            found.push(FoundFault {
+                record,
+                fault,
+                name: None,
+            });
+        }
+    }
+    Ok((found, right))
+}

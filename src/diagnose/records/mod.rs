@@ -1,0 +1,7 @@
+//! Mistakes in the records: tried before anything is said about the machine.
+
+pub mod finding;
+pub mod gross;
+pub mod search;
+pub mod suspect;
+pub mod trial;

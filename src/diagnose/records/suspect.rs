@@ -1,0 +1,143 @@
+//! Faults of a record that have one number, and where their fits start.
+
+use super::super::data::evidence::{Evidence, SweepEvidence};
+use super::super::data::measurement::{Measurement, RecordId};
+use crate::identify::plausibility::{RecordFault, Signal};
+use crate::spindle::Machine;
+
+/// Unit of a speed in a fit, rpm.
+const SPEED_UNIT_RPM: f64 = 1000.0;
+/// Starts of the logarithm of a clock factor: a crystal, and a sample rate that was rounded or taken for another.
+const CLOCKS: [f64; 3] = [0.0, -0.03, 0.03];
+
+/// Share of the response within an axis that reaches the other one in some line where a rotor turns.
+const CROSSED: f64 = 0.03;
+/// Lines on either side among which the response within an axis is the largest.
+const NEIGHBOURS: usize = 5;
+
+/// A kind of fault with one number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Family {
+    /// Speed, in 1000 rpm.
+    Speed,
+    /// Logarithm of the factor on the frequencies.
+    Clock,
+    /// Relative change of all sensor signals over the record.
+    Drift,
+    /// Logarithm of the factor on a compliance.
+    Calibration,
+}
+
+/// A fault of one record with its start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suspect {
+    /// The record.
+    pub record: RecordId,
+    /// What may be wrong.
+    pub family: Family,
+    /// Where its number starts.
+    pub start: f64,
+}
+
+impl Suspect {
+    /// The fault for a number.
+    pub fn fault(&self, number: f64) -> RecordFault {
+        match self.family {
+            Family::Speed => RecordFault::SpeedLabel {
+                speed_rpm: (SPEED_UNIT_RPM * number).max(0.0),
+            },
+            Family::Clock => RecordFault::Clock {
+                factor: number.exp(),
+            },
+            // A signal does not vanish on the way.
+            Family::Drift => RecordFault::Drift {
+                signal: Signal::Displacement,
+                relative_change: number.max(-0.9),
+            },
+            Family::Calibration => RecordFault::HammerCalibration {
+                factor: number.exp(),
+            },
+        }
+    }
+
+    /// Difference over which a record is differentiated to the number: far above rounding, far below what is told.
+    pub fn difference(&self) -> f64 {
+        match self.family {
+            Family::Speed => 1e-2,
+            Family::Clock => 1e-6,
+            Family::Drift | Family::Calibration => 1e-4,
+        }
+    }
+
+    /// Longest step of the number in a fit.
+    pub fn longest(&self) -> f64 {
+        match self.family {
+            Family::Speed => 10.0,
+            Family::Clock => 0.02,
+            Family::Drift | Family::Calibration => 0.3,
+        }
+    }
+
+    /// Least size worth a name: five times what calibrated instruments and crystals leave.
+    pub fn matters(&self, number: f64, measurement: &Measurement) -> bool {
+        match self.family {
+            Family::Speed => {
+                let label = measurement.speed_rpm(self.record);
+                (SPEED_UNIT_RPM * number - label).abs() > 0.02 * label.max(SPEED_UNIT_RPM)
+            }
+            Family::Clock => number.abs() > 1e-3,
+            Family::Drift => number.abs() > 5e-3,
+            Family::Calibration => number.abs() > 0.03,
+        }
+    }
+}
+
+/// All suspects of a measurement, the starts of one fault behind each other.
+pub fn suspects(machine: &Machine, evidence: &Evidence, measurement: &Measurement) -> Vec<Suspect> {
+    let mut all = vec![];
+    let top = machine.spindle.max_rpm / SPEED_UNIT_RPM;
+    let turns = machine.effective().gyroscopic_factor != 0.0 && evidence.sweeps.iter().any(turns);
+    for record in measurement.records() {
+        let mut add = |family, start| {
+            all.push(Suspect {
+                record,
+                family,
+                start,
+            });
+        };
+        if turns {
+            let label = measurement.speed_rpm(record) / SPEED_UNIT_RPM;
+            for start in [label.max(0.05 * top), 0.3 * top, 0.6 * top, top] {
+                add(Family::Speed, start);
+            }
+        }
+        match record {
+            RecordId::Sweep(_) => {
+                CLOCKS
+                    .into_iter()
+                    .for_each(|start| add(Family::Clock, start));
+                add(Family::Drift, 0.0);
+            }
+            RecordId::Hammer(_) => {
+                add(Family::Clock, 0.0);
+                add(Family::Calibration, 0.0);
+            }
+        }
+    }
+    all
+}
+
+/// Whether a sweep shows a turning rotor: somewhere x answers to y.
+fn turns(sweep: &SweepEvidence) -> bool {
+    let lines = sweep.response.len();
+    let size = |k: usize, i: usize, j: usize| sweep.response[k][4 * i + j].norm();
+    (0..lines).any(|k| {
+        // An antiresonance within the axis is no answer across.
+        let near = k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(lines);
+        (0..2).any(|b| {
+            let (x, y) = (2 * b, 2 * b + 1);
+            let own = near.clone().map(|l| size(l, x, x)).fold(0.0, f64::max);
+            size(k, x, y) > CROSSED * own
+        })
+    })
+}

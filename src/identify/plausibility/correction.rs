@@ -1,0 +1,96 @@
+//! Faults taken out of records: the Fourier coefficients of a sweep, the compliance of a hammer test.
+
+use super::faults::{RecordFault, Signal};
+use crate::identify::{HammerFrf, SweepRecord};
+use crate::linalg::c64;
+use ndarray::{Array4, Axis};
+use std::f64::consts::TAU;
+
+impl RecordFault {
+    /// The sweep without this fault; one that concerns other records, or that nothing undoes, leaves it as it is.
+    #[must_use]
+    pub fn corrected_sweep(&self, record: &SweepRecord) -> SweepRecord {
+        let mut right = record.clone();
+        match *self {
+            Self::ChannelsSwapped { a, b, signal } => exchange(of(&mut right, signal), a, b),
+            Self::PlanesSwapped { signal } => {
+                exchange(of(&mut right, signal), 0, 2);
+                exchange(of(&mut right, signal), 1, 3);
+            }
+            Self::Sign { channel, signal } => scale(of(&mut right, signal), channel, -1.0),
+            Self::Unit {
+                signal,
+                decades,
+                channel,
+            } => scale(of(&mut right, signal), channel, 10f64.powi(-decades)),
+            Self::Conjugate => {
+                right.current.mapv_inplace(|u| u.conj());
+                right.signal.mapv_inplace(|y| y.conj());
+            }
+            Self::Clock { factor } => right.frequency_hz.iter_mut().for_each(|f| *f /= factor),
+            Self::SpeedLabel { speed_rpm } => right.speed_rpm = speed_rpm,
+            Self::Drift {
+                signal,
+                relative_change,
+            } => {
+                let last = record.frequency_hz.len().max(2) - 1;
+                for (k, mut line) in of(&mut right, signal).outer_iter_mut().enumerate() {
+                    let factor = 1.0 + relative_change * k as f64 / last as f64;
+                    line.mapv_inplace(|v| v / factor);
+                }
+            }
+            Self::Tool
+            | Self::Controller
+            | Self::HammerCalibration { .. }
+            | Self::Quantity(_)
+            | Self::Disagrees => {}
+        }
+        right
+    }
+
+    /// The hammer test without this fault; one that concerns other records, or that nothing undoes, leaves it as it is.
+    #[must_use]
+    pub fn corrected_hammer(&self, frf: &HammerFrf) -> HammerFrf {
+        let mut right = frf.clone();
+        let by = |factor: f64, right: &mut HammerFrf| {
+            right.compliance.iter_mut().for_each(|h| *h *= factor);
+        };
+        match *self {
+            Self::Sign { .. } => by(-1.0, &mut right),
+            Self::Unit { decades, .. } => by(10f64.powi(-decades), &mut right),
+            Self::HammerCalibration { factor } => by(factor.recip(), &mut right),
+            Self::Conjugate => right.compliance.iter_mut().for_each(|h| *h = h.conj()),
+            Self::Clock { factor } => right.frequency_hz.iter_mut().for_each(|f| *f /= factor),
+            Self::SpeedLabel { speed_rpm } => right.speed_rpm = speed_rpm,
+            Self::Quantity(quantity) => {
+                for (h, f) in right.compliance.iter_mut().zip(&frf.frequency_hz) {
+                    let s = c64::new(0.0, TAU * f);
+                    *h /= (0..quantity.order()).fold(c64::new(1.0, 0.0), |p, _| p * s);
+                }
+            }
+            _ => {}
+        }
+        right
+    }
+}
+
+fn of(record: &mut SweepRecord, signal: Signal) -> &mut Array4<c64> {
+    match signal {
+        Signal::Current => &mut record.current,
+        _ => &mut record.signal,
+    }
+}
+
+fn exchange(values: &mut Array4<c64>, a: usize, b: usize) {
+    let first = values.index_axis(Axis(3), a).to_owned();
+    let second = values.index_axis(Axis(3), b).to_owned();
+    values.index_axis_mut(Axis(3), a).assign(&second);
+    values.index_axis_mut(Axis(3), b).assign(&first);
+}
+
+fn scale(values: &mut Array4<c64>, channel: Option<usize>, by: f64) {
+    match channel {
+        Some(k) => values.index_axis_mut(Axis(3), k).mapv_inplace(|v| v * by),
+        None => values.mapv_inplace(|v| v * by),
+    }
+}

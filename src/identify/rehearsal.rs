@@ -1,0 +1,162 @@
+//! A measurement before the rig runs: sweeps and hammer tests as the sensors of a machine would give them, with their
+//! noise.
+//!
+//! The loop is closed with u = K y_m + r. White noise n of `sensor_noise_m` rms per axis adds to the signals, y_m = G u
+//! + n, and reaches the currents through the controller:
+//!   U = (I − K G)⁻¹ (R + K N),   Y = G U + N,
+//! with the full finite-element plant, the hold and the exact delay. A Fourier coefficient taken over T seconds at f_s
+//! samples a second has noise of the variance E|N|² = 4σ²/(f_s T). Same machine, controller and seed: same record.
+
+use super::frf::{AXES, SweepRecord};
+use super::hammer::{HammerFrf, closed_loop_compliance};
+use crate::linalg::{Mat, c64, solve_complex};
+use crate::lti::held::return_difference;
+use crate::lti::{HeldResponse, Response};
+use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use ndarray::Array4;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::TAU;
+
+/// How the measurement is taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rehearsal {
+    /// Lines, Hz, ascending and positive.
+    pub frequency_hz: Vec<f64>,
+    /// Repeats of every experiment.
+    pub repeats: usize,
+    /// Amplitude of the current that is injected into one axis after the other, A.
+    pub injection_a: f64,
+    /// Time over which a line is averaged, s.
+    pub averaging_s: f64,
+    /// Amplitude of the force of a hammer blow at a line, N.
+    pub hammer_force_n: f64,
+    /// Blows that are averaged.
+    pub blows: usize,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl Rehearsal {
+    /// Even lines in the logarithm from 20 Hz to 0.4 of the sample rate or 4 kHz; an injection of a twentieth of the
+    /// front bias current, half a second a line, three repeats; blows of 1 N a line, five averages.
+    pub fn usual(machine: &Machine) -> Self {
+        let last = (0.4 * machine.spindle.electronics.sample_rate_hz).min(4000.0);
+        // 600 lines over two and a third decades: 0.9 % a step, the width of a peak with 0.4 % of damping.
+        let lines = 600;
+        let at = |k: usize| 20.0 * (last / 20.0).powf(k as f64 / (lines - 1) as f64);
+        Self {
+            frequency_hz: (0..lines).map(at).collect(),
+            repeats: 3,
+            injection_a: 0.05 * machine.spindle.front.bias_current_a,
+            averaging_s: 0.5,
+            hammer_force_n: 1.0,
+            blows: 5,
+            seed: 1,
+        }
+    }
+
+    /// Standard deviation of the complex coefficient of a sensor at a line, m.
+    fn noise_m(&self, machine: &Machine) -> f64 {
+        let electronics = &machine.spindle.electronics;
+        let samples = electronics.sample_rate_hz * self.averaging_s;
+        2.0 * electronics.sensor_noise_m / samples.sqrt()
+    }
+
+    /// The sweep of a machine that floats on `controller`, four axes in turn; `name` is that of the record.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when the plant of the machine cannot be built.
+    pub fn sweep(
+        &self,
+        machine: &Machine,
+        controller: &dyn HeldResponse,
+        speed_rpm: f64,
+        name: &str,
+    ) -> Result<SweepRecord, SpindleError> {
+        let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
+        let sd = self.noise_m(machine);
+        let mut random = Random::new(self.seed, speed_rpm);
+        let shape = (self.frequency_hz.len(), AXES, self.repeats, AXES);
+        let zero = c64::new(0.0, 0.0);
+        let mut current = Array4::from_elem(shape, zero);
+        let mut signal = Array4::from_elem(shape, zero);
+        for (line, hz) in self.frequency_hz.iter().enumerate() {
+            let omega = TAU * hz;
+            let g = plant.at(omega).submatrix(0, 0, AXES, AXES).to_owned();
+            let k = controller.held_at(omega);
+            let loop_gain = return_difference(&k, &g);
+            for experiment in 0..AXES {
+                for repeat in 0..self.repeats {
+                    let noise = Mat::from_fn(AXES, 1, |_, _| random.complex(sd));
+                    let mut injected = &k * &noise;
+                    injected[(experiment, 0)] += c64::new(self.injection_a, 0.0);
+                    let u = solve_complex(&loop_gain, &injected);
+                    let y = &g * &u + noise;
+                    for axis in 0..AXES {
+                        current[[line, experiment, repeat, axis]] = u[(axis, 0)];
+                        signal[[line, experiment, repeat, axis]] = y[(axis, 0)];
+                    }
+                }
+            }
+        }
+        Ok(SweepRecord {
+            name: name.to_owned(),
+            speed_rpm,
+            frequency_hz: self.frequency_hz.clone(),
+            current,
+            signal,
+        })
+    }
+
+    /// The compliance at the tool plane in x from blows of a hammer, with the coherence that the noise leaves.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when the plant of the machine cannot be built.
+    pub fn hammer(
+        &self,
+        machine: &Machine,
+        controller: &dyn HeldResponse,
+        speed_rpm: f64,
+    ) -> Result<HammerFrf, SpindleError> {
+        let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
+        // Of one blow; the mean over the blows has the root of their number less.
+        let one = self.noise_m(machine) / self.hammer_force_n;
+        let blows = self.blows.max(1) as f64;
+        // Another stream than that of the sweep.
+        let mut random = Random::new(self.seed.wrapping_add(1 << 32), speed_rpm);
+        let (mut compliance, mut coherence) = (vec![], vec![]);
+        for hz in &self.frequency_hz {
+            let exact = closed_loop_compliance(&plant, controller, TAU * hz, 0);
+            compliance.push(exact + random.complex(one / blows.sqrt()));
+            let power = exact.norm_sqr();
+            coherence.push(power / (power + one * one));
+        }
+        let averages = Some(vec![blows; compliance.len()]);
+        Ok(HammerFrf {
+            speed_rpm,
+            frequency_hz: self.frequency_hz.clone(),
+            compliance,
+            coherence: Some(coherence),
+            averages,
+        })
+    }
+}
+
+/// Normal deviates of one record.
+struct Random(ChaCha8Rng);
+
+impl Random {
+    /// A stream of its own for every seed and speed.
+    fn new(seed: u64, speed_rpm: f64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed ^ speed_rpm.to_bits()))
+    }
+
+    /// A circular complex deviate with E|z|² = sd².
+    fn complex(&mut self, sd: f64) -> c64 {
+        let mut part = || -> f64 { StandardNormal.sample(&mut self.0) };
+        let (re, im) = (part(), part());
+        c64::new(re, im) * (sd / std::f64::consts::SQRT_2)
+    }
+}

@@ -1,0 +1,249 @@
+//! JSON Schemas of the files that people and programs write, from the types that read them and the table of their keys.
+//!
+//! An editor with a YAML or JSON language server takes them for completion and for marks at wrong keys and impossible
+//! values. A schema asks for no more than the reader does; rules that tie several values together are the reader's
+//! alone.
+
+use super::controller::ControllerFile;
+use super::keys::{FREQUENCIES, Group, Key, MEASUREMENT, SPINDLE, TOOL, WEIGHTS};
+use super::measurement::{FrequenciesFile, MeasurementFile};
+use super::spindle::SpindleFile;
+use super::tool::ToolFile;
+use super::weights::WeightsFile;
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value, json};
+
+/// A kind of file that has a schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SchemaKind {
+    /// Spindle YAML.
+    Spindle,
+    /// Tool YAML.
+    Tool,
+    /// Weights YAML.
+    Weights,
+    /// `measurement.yaml`.
+    Measurement,
+    /// YAML of frequencies that were read off a plot.
+    Frequencies,
+    /// Controller JSON.
+    Controller,
+}
+
+impl SchemaKind {
+    /// All of them, in the order of the formats page.
+    pub const ALL: [Self; 6] = [
+        Self::Spindle,
+        Self::Tool,
+        Self::Weights,
+        Self::Measurement,
+        Self::Frequencies,
+        Self::Controller,
+    ];
+
+    /// Its name on the command line and in file names.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Spindle => "spindle",
+            Self::Tool => "tool",
+            Self::Weights => "weights",
+            Self::Measurement => "measurement",
+            Self::Frequencies => "frequencies",
+            Self::Controller => "controller",
+        }
+    }
+
+    fn groups(self) -> &'static [Group] {
+        match self {
+            Self::Spindle => SPINDLE,
+            Self::Tool => TOOL,
+            Self::Weights => WEIGHTS,
+            Self::Measurement => MEASUREMENT,
+            Self::Frequencies => FREQUENCIES,
+            Self::Controller => &[],
+        }
+    }
+}
+
+/// The JSON Schema (draft 2020-12) of a kind of file. Beside the standard keywords a number has `x-unit`, `x-plausible`
+/// (the range that real machines keep to) and `x-reason`.
+pub fn schema(kind: SchemaKind) -> Value {
+    let mut schema = match kind {
+        SchemaKind::Spindle => derived::<SpindleFile>(),
+        SchemaKind::Tool => derived::<ToolFile>(),
+        SchemaKind::Weights => derived::<WeightsFile>(),
+        SchemaKind::Measurement => derived::<MeasurementFile>(),
+        SchemaKind::Frequencies => derived::<FrequenciesFile>(),
+        SchemaKind::Controller => derived::<ControllerFile>(),
+    };
+    // The table has keys of effects too; their alternatives come from the table of effects, with its own rules of sign.
+    for group in kind.groups().iter().filter(|g| g.at != "effects[]") {
+        let mut place = Some(&mut schema);
+        for step in group.at.split('.').filter(|s| !s.is_empty()) {
+            place = place.and_then(|p| below(p, step));
+        }
+        let Some(place) = place else { continue };
+        for key in group.keys.iter().filter(|k| k.unit != "text") {
+            if let Some(found) = below(place, key.name) {
+                add_key(found, key);
+            }
+        }
+    }
+    schema
+}
+
+fn derived<T: JsonSchema>() -> Value {
+    let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
+    settings
+        .into_generator()
+        .into_root_schema_for::<T>()
+        .to_value()
+}
+
+/// The schema of a key: `name[]` of the entries of its list, `*` of any name.
+fn below<'a>(schema: &'a mut Value, step: &str) -> Option<&'a mut Value> {
+    if step == "*" {
+        return schema.get_mut("additionalProperties");
+    }
+    let name = step.trim_end_matches("[]");
+    let found = schema.get_mut("properties")?.get_mut(name)?;
+    if step.ends_with("[]") {
+        return found.get_mut("items");
+    }
+    Some(found)
+}
+
+fn add_key(schema: &mut Value, key: &Key) {
+    let Value::Object(map) = schema else { return };
+    let [low, high] = key.possible;
+    map.remove("format");
+    map.insert("minimum".into(), json!(low));
+    if high.is_finite() {
+        map.insert("maximum".into(), json!(high));
+    }
+    if !key.unit.is_empty() {
+        map.insert("x-unit".into(), json!(key.unit));
+    }
+    map.insert("x-plausible".into(), json!(key.plausible));
+    map.insert("x-reason".into(), json!(key.reason));
+}
+
+/// The page of all keys in Markdown: one table for every group of keys, from the schemas.
+pub fn page() -> String {
+    let mut text = String::from(
+        "# Keys of all files\n\nEvery key with its unit, whether it may be left out and what it is then, the range that real \
+         machines keep to (outside it muspin warns) and the range outside which a value is refused. This page is \
+         generated from the readers: `muspin schema --page`. [File formats](super::formats) has examples and meaning.\n",
+    );
+    for kind in SchemaKind::ALL {
+        let schema = schema(kind);
+        let title = schema["description"].as_str().unwrap_or_default();
+        text.push_str(&format!("\n## {}\n\n{title}\n", capital(kind.name())));
+        object(&schema, "", &mut text);
+    }
+    text
+}
+
+fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    letters
+        .next()
+        .map_or(String::new(), |c| c.to_uppercase().chain(letters).collect())
+}
+
+/// The table of the keys of an object, then those of the objects below it.
+fn object(schema: &Value, path: &str, text: &mut String) {
+    let Some(properties) = schema["properties"].as_object() else {
+        return;
+    };
+    let place = if path.is_empty() { "the top" } else { path };
+    let code = if path.is_empty() { "" } else { "`" };
+    text.push_str(&format!(
+        "\nAt {code}{place}{code}:\n\n| key | unit | if left out | plausible | possible | meaning |\n|---|---|---|---|---|---|\n"
+    ));
+    let required = |key: &str| {
+        let list = schema["required"].as_array();
+        list.is_some_and(|l| l.iter().any(|v| v == key))
+    };
+    let mut deeper: Vec<(String, &Value)> = vec![];
+    for (key, value) in properties {
+        let (entry, suffix) = inner(value);
+        let name = format!("{key}{suffix}");
+        text.push_str(&row(&name, value, entry, required(key)));
+        if entry.get("properties").is_some() || entry.get("oneOf").is_some() {
+            let below = if path.is_empty() {
+                name
+            } else {
+                format!("{path}.{name}")
+            };
+            deeper.push((below, entry));
+        }
+    }
+    for (below, entry) in deeper {
+        match entry["oneOf"].as_array() {
+            Some(alternatives) => effects(alternatives, &below, text),
+            None => object(entry, &below, text),
+        }
+    }
+}
+
+/// What a list or a mapping of names holds, with the suffix of its path.
+fn inner(value: &Value) -> (&Value, &'static str) {
+    if let Some(items) = value.get("items") {
+        return (items, "[]");
+    }
+    match value.get("additionalProperties") {
+        Some(named) if named.is_object() => (named, ".*"),
+        _ => (value, ""),
+    }
+}
+
+fn row(name: &str, value: &Value, entry: &Value, required: bool) -> String {
+    let range = |low: Option<f64>, high: Option<f64>| match (low, high) {
+        (Some(a), Some(b)) => format!("{} to {}", short(a), short(b)),
+        (Some(a), None) => format!("from {}", short(a)),
+        _ => String::new(),
+    };
+    let plausible = entry["x-plausible"].as_array();
+    let plausible = plausible.map_or(String::new(), |p| range(p[0].as_f64(), p[1].as_f64()));
+    let possible = match entry.get("x-plausible") {
+        Some(_) => range(entry["minimum"].as_f64(), entry["maximum"].as_f64()),
+        None => String::new(),
+    };
+    let absent = match (required, value.get("default")) {
+        (true, _) => "required".to_owned(),
+        (false, Some(Value::Number(n))) => n.as_f64().map_or(String::new(), short),
+        (false, Some(Value::Bool(b))) => b.to_string(),
+        (false, _) => "none".to_owned(),
+    };
+    let unit = entry["x-unit"].as_str().unwrap_or_default();
+    let words = value["description"]
+        .as_str()
+        .unwrap_or_default()
+        .replace('\n', " ");
+    format!("| `{name}` | {unit} | {absent} | {plausible} | {possible} | {words} |\n")
+}
+
+fn effects(alternatives: &[Value], path: &str, text: &mut String) {
+    text.push_str(&format!(
+        "\nAt `{path}`, all of them required:\n\n| `effect` | its other keys |\n|---|---|\n"
+    ));
+    let empty = Map::new();
+    for entry in alternatives {
+        let keys = entry["properties"].as_object().unwrap_or(&empty).keys();
+        let keys: Vec<String> = keys.skip(1).map(|k| format!("`{k}`")).collect();
+        let name = entry["title"].as_str().unwrap_or_default();
+        text.push_str(&format!("| `{name}` | {} |\n", keys.join(", ")));
+    }
+}
+
+/// A number as people write it.
+fn short(x: f64) -> String {
+    let size = x.abs();
+    if size == 0.0 || (1e-3..1e5).contains(&size) {
+        format!("{x}")
+    } else {
+        format!("{x:e}")
+    }
+}

@@ -1,0 +1,109 @@
+//! Faults of records as JSON, and the corrected records as a measurement folder (formats.md, section 4).
+
+use super::identification::fault_json;
+use super::records::{hammer_csv, sweep_csv};
+use super::results::{ResultsError, ResultsFolder};
+use crate::diagnose::data::measurement::RecordId;
+use crate::diagnose::{Diagnosis, FoundFault};
+use crate::identify::plausibility::RecordFault;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// The folder in the results.
+const FOLDER: &str = "measurement";
+
+/// Names of the records in file order.
+#[derive(Clone, Debug, Default)]
+pub struct RecordNames {
+    /// Files of the sweeps.
+    pub sweeps: Vec<String>,
+    /// Files of the hammer tests.
+    pub hammers: Vec<String>,
+}
+
+impl RecordNames {
+    /// The file of a record, as `measurement.yaml` names it.
+    pub fn of(&self, record: RecordId) -> &str {
+        let name = match record {
+            RecordId::Sweep(s) => self.sweeps.get(s),
+            RecordId::Hammer(t) => self.hammers.get(t),
+        };
+        name.map_or("", String::as_str)
+    }
+}
+
+/// Faults of records as the format has them: `record`, `fault`, the fields of the fault, `words`.
+pub fn record_faults(d: &Diagnosis, names: &RecordNames) -> Vec<Value> {
+    let each = |f: &FoundFault| {
+        let mut value = fault_json(names.of(f.record), &f.fault);
+        if let (Value::Object(map), Some(name)) = (&mut value, &f.name) {
+            map.insert("name".into(), json!(name));
+        }
+        value
+    };
+    d.record_faults.iter().map(each).collect()
+}
+
+/// A file that is copied: its name, its bytes.
+pub type Copied = (String, Vec<u8>);
+
+/// How a record was taken.
+#[derive(Clone, Debug, Default)]
+pub struct Circumstances {
+    /// File of the controller in the folder, as it is named there.
+    pub controller: Option<String>,
+    /// 0 for x, 1 for y.
+    pub axis: usize,
+}
+
+/// The measurement without its faults: `sweeps` and `hammers` say how the records of the diagnosis were taken, `files`
+/// are spindle, tool and controllers.
+///
+/// # Errors
+/// [`ResultsError`] for a file that stands there twice.
+pub fn stage_records(
+    folder: &mut ResultsFolder,
+    d: &Diagnosis,
+    names: &RecordNames,
+    sweeps: &[Circumstances],
+    hammers: &[Circumstances],
+    files: &[Copied],
+) -> Result<(), ResultsError> {
+    let mut list = String::from("spindle: spindle\ntool: tool\nrecords:\n");
+    let left_out = |record: RecordId| {
+        let gone = |f: &FoundFault| f.record == record && f.fault == RecordFault::Disagrees;
+        d.record_faults.iter().any(gone)
+    };
+    let with = |line: &mut String, c: &Circumstances| {
+        if let Some(controller) = &c.controller {
+            let _ = write!(line, ", controller: {controller:?}");
+        }
+    };
+    let kept = (0..names.sweeps.len()).filter(|s| !left_out(RecordId::Sweep(*s)));
+    for (s, record) in kept.zip(&d.sweeps) {
+        let file = &names.sweeps[s];
+        let rpm = record.speed_rpm;
+        let mut line = format!("  - {{kind: sweep, file: {file:?}, speed_rpm: {rpm:?}");
+        sweeps.get(s).into_iter().for_each(|c| with(&mut line, c));
+        list += &(line + "}\n");
+        folder.add(&format!("{FOLDER}/{file}"), sweep_csv(record))?;
+    }
+    let kept = (0..names.hammers.len()).filter(|t| !left_out(RecordId::Hammer(*t)));
+    for (t, frf) in kept.zip(&d.hammers) {
+        // A universal file becomes a table.
+        let stem = names.hammers[t].rsplit_once('.').map_or("hammer", |n| n.0);
+        let file = format!("{stem}.csv");
+        let rpm = frf.speed_rpm;
+        let mut line = format!("  - {{kind: hammer, file: {file:?}, speed_rpm: {rpm:?}");
+        if let Some(c) = hammers.get(t) {
+            let _ = write!(line, ", axis: {}", ["x", "y"][c.axis.min(1)]);
+            with(&mut line, c);
+        }
+        list += &(line + "}\n");
+        folder.add(&format!("{FOLDER}/{file}"), hammer_csv(frf))?;
+    }
+    for (name, bytes) in files {
+        folder.add(&format!("{FOLDER}/{name}"), bytes.clone())?;
+    }
+    folder.add(&format!("{FOLDER}/measurement.yaml"), list)
+}
