@@ -98,7 +98,7 @@ pub fn optimal(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
         steps: 0,
     };
     for _ in 0..STARTS {
-        let before = best.bound;
+        let (before, least) = (best.bound, best.at_least);
         let end = centres(&scaled(m, structure, &best.d, before), &blocks);
         best.steps += end.steps;
         best.at_least = best.at_least.max(before * end.at_least.max(0.0).sqrt());
@@ -112,7 +112,8 @@ pub fn optimal(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
             (best.d, best.bound) = (d, reached);
         }
         let closed = best.at_least >= best.bound * (1.0 - CLOSED);
-        if closed || best.bound > before * (1.0 - GAINED) {
+        let gained = best.bound < before * (1.0 - GAINED) || best.at_least > least * (1.0 + GAINED);
+        if closed || !gained {
             break;
         }
     }
@@ -121,10 +122,10 @@ pub fn optimal(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
 
 /// Starts of the method of centres: where the balance leaves scales many decades from their optimum, rounding ends it
 /// early, and it goes on from what it found, in which the scales are near one.
-const STARTS: usize = 6;
+const STARTS: usize = 12;
 /// Gap between both bounds at which they agree: a tenth of what μ may be off by.
 const CLOSED: f64 = 1e-5;
-/// A start that lowers the bound by less than this share ends the method.
+/// A start that moves neither bound by this share ends the method.
 const GAINED: f64 = 1e-6;
 
 /// The diagonal scale nearest to the balance of Osborne, in logarithms, among those between it and the optimum whose

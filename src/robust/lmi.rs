@@ -70,6 +70,22 @@ pub struct NormInequality {
     pub parts: Vec<Affine>,
 }
 
+impl Affine {
+    /// Its value at x.
+    pub fn at(&self, x: &[f64]) -> f64 {
+        let terms = self.terms.iter();
+        terms.fold(self.constant, |sum, (k, value)| sum + value * x[*k])
+    }
+}
+
+impl NormInequality {
+    /// By how much of the bound the norm exceeds it at x; negative within.
+    pub fn excess(&self, x: &[f64]) -> f64 {
+        let norm = self.parts.iter().map(|p| p.at(x).powi(2)).sum::<f64>();
+        norm.sqrt() / self.bound.at(x) - 1.0
+    }
+}
+
 /// A convex programme; see the module for its form.
 #[derive(Clone, Debug, Default)]
 pub struct Programme {
