@@ -186,10 +186,7 @@ pub fn add_arithmetic(
         .iter()
         .map(|a| predict(machine, &a.controller, 0.0))
         .collect();
-    summary.set(
-        "design.delivery.arithmetic",
-        arithmetic_json(design, &rest?),
-    );
+    summary.set("design.arithmetic", arithmetic_json(design, &rest?));
     Ok(())
 }
 

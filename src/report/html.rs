@@ -276,7 +276,7 @@ fn plain_words(summary: &Value) -> Vec<String> {
         .map(str::to_owned)
         .collect();
     let proven = [
-        "design.delivery.speed_proof.sentence",
+        "design.speed_proof.sentence",
         "design.controller_stability",
         "tightening.sentence",
     ]

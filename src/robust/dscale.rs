@@ -122,7 +122,7 @@ pub fn optimal(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
 
 /// Starts of the method of centres: where the balance leaves scales many decades from their optimum, rounding ends it
 /// early, and it goes on from what it found, in which the scales are near one.
-const STARTS: usize = 12;
+const STARTS: usize = 40;
 /// Gap between both bounds at which they agree: a tenth of what μ may be off by.
 const CLOSED: f64 = 1e-5;
 /// A start that moves neither bound by this share ends the method.
