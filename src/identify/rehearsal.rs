@@ -1,8 +1,8 @@
 //! A measurement before the rig runs: sweeps and hammer tests as the sensors of a machine would give them, with their
 //! noise.
 //!
-//! The loop is closed with u = K y_m + r. White noise n of `sensor_noise_m` rms per axis adds to the signals, y_m = G u
-//! + n, and reaches the currents through the controller:
+//! The loop is closed with u = K y_m + r. White noise n of `sensor_noise_m` rms per axis adds to the signals,
+//! y_m = G u + n, and reaches the currents through the controller:
 //!   U = (I − K G)⁻¹ (R + K N),   Y = G U + N,
 //! with the full finite-element plant, the hold and the exact delay. A Fourier coefficient taken over T seconds at f_s
 //! samples a second has noise of the variance E|N|² = 4σ²/(f_s T). Same machine, controller and seed: same record.
