@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Deliver the reduced controller of the D-K iteration without the polish for tool stiffness
     #[arg(long)]
     no_polish: bool,
-    /// Compute the stiffness at rest that no linear controller within the limits of the polish exceeds (a convex bound)
+    /// Compute how stiff any linear controller within the limits of the polish could make the tool at rest (convex, 48 taps)
     #[arg(long)]
     limit: bool,
     /// Folder for controller, certificates, pictures and report

@@ -138,7 +138,7 @@ pub fn scale_json(scale: &SpecificationScale) -> Value {
     })
 }
 
-/// The stiffness that no linear controller exceeds, and how much of it the delivered one reaches.
+/// The limit of the smallest stiffness over all linear controllers, and how much of it the delivered one reaches.
 pub fn limit_json(limit: &StiffnessLimit, reached_n_per_m: f64) -> Value {
     json!({
         "minimum_n_per_m": number(limit.stiffness_n_per_m),

@@ -264,7 +264,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// The stiffness that no linear controller exceeds at rest, as a line over the band of the stiffness.
+    /// The limit of the smallest stiffness at rest, as a line over the band of the stiffness.
     pub fn limit(limit: &StiffnessLimit, band_hz: (f64, f64)) -> Self {
         Self {
             name: "limit of the smallest stiffness".to_owned(),
