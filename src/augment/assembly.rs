@@ -8,8 +8,8 @@
 //! sensors falls below the corner ω_c as with an integrator, to a thousandth of the displacement allowed at DC. It asks
 //! it of the signals, since two bearings cannot hold the tool itself against loads at three places; noise takes part,
 //! since S n falls too.
-//! Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … − √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at 4
-//! %). The weights are written over true frequency; [`WeightPlane`] says how they enter the plane of the plant.
+//! Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … − √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at
+//! 4 %). The weights are written over true frequency; [`WeightPlane`] says how they enter the plane of the plant.
 //! Measurements and commands are scaled to order one: y/σ_y with σ_y = [`SIGNAL_SCALE_M`], u in A.
 
 use super::generalized::GeneralizedPlant;

@@ -18,6 +18,7 @@ use crate::pipeline::settings::DesignSettings;
 use crate::pipeline::tightening::largest_tightening;
 use crate::pipeline::worst::{WorstPrediction, worst_predictions};
 use crate::predict::sensitivity::Zone;
+use crate::predict::stiffness::stiffness_words;
 use crate::report::comparison::pid_json;
 use crate::report::controller_json::controller_json;
 use crate::report::manifest::{MANIFEST, is_inside};
@@ -466,8 +467,8 @@ fn expand(tools: &[String]) -> Result<Vec<String>, Failure> {
 
 fn shown(rows: &[Row], out: &str) -> Shown {
     let met = rows.iter().filter(|r| r.met).count();
-    let micro = |x: f64| match x.is_finite() {
-        true => format!("{:.2}", 1e-6 * x),
+    let stiffness = |x: f64| match x.is_finite() {
+        true => stiffness_words(x),
         false => "-".to_owned(),
     };
     let lines = rows.iter().map(|r| {
@@ -477,8 +478,8 @@ fn shown(rows: &[Row], out: &str) -> Shown {
             verdict.to_owned(),
             format!("{:.3}", r.mu),
             r.order.to_string(),
-            micro(r.minimum(0)),
-            micro(r.minimum(1)),
+            stiffness(r.minimum(0)),
+            stiffness(r.minimum(1)),
             r.zone(0).to_owned(),
             format!("{:.0}", r.stable_to_rpm),
         ]
@@ -488,8 +489,8 @@ fn shown(rows: &[Row], out: &str) -> Shown {
         "specification",
         "μ at rest",
         "order",
-        "μ: N/µm",
-        "PID: N/µm",
+        "stiffness with μ",
+        "with PID",
         "zone",
         "stable to rpm",
     ];

@@ -19,6 +19,7 @@ use crate::pipeline::design::Design;
 use crate::pipeline::overspeed::OVERSPEED;
 use crate::pipeline::settings::{DesignSettings, PolishEffort};
 use crate::predict::sensitivity::Zone;
+use crate::predict::stiffness::stiffness_words;
 use crate::report::design_summary::{arithmetic_json, limit_json};
 use crate::report::firmware::{Firmware, Format, write_all};
 use crate::report::firmware_c::c_identifier;
@@ -288,8 +289,8 @@ pub fn finish(folder: &mut ResultsFolder, summary: &mut Summary, out: &str) -> R
 fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String {
     let stiffness = match rest.is_stable() {
         true => format!(
-            ", smallest tool stiffness {:.2} N/µm at {:.0} Hz, zone {}",
-            1e-6 * rest.minimum.0,
+            ", smallest tool stiffness {} at {:.0} Hz, zone {}",
+            stiffness_words(rest.minimum.0),
             rest.minimum.1,
             rest.zone_word()
         ),

@@ -4,7 +4,6 @@
 use super::console::{Console, Shown};
 use super::machine::load_machine;
 use super::{Failure, Outcome};
-use crate::rotor::Damping;
 use crate::spindle::Machine;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -38,16 +37,10 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         }
     }
     let rotor = machine.rotor()?;
-    let ratios = (0..rotor.dofs())
-        .map(|k| machine.damping_ratio(k))
-        .collect();
-    let damping = Damping::Modal(ratios);
-    let factor = machine.effective().gyroscopic_factor;
     let properties = rotor.mass_properties();
     let mut speeds: Vec<Value> = vec![];
     for rpm in &arguments.speeds {
-        let speed = rpm * TAU / 60.0 * factor;
-        let found = rotor.whirl(speed, &damping, &[], TO_HZ)?;
+        let found = machine.whirl(rpm * TAU / 60.0, TO_HZ)?;
         let list = |pick: fn(&crate::rotor::WhirlMode) -> f64| -> Vec<f64> {
             found.modes.iter().map(pick).collect()
         };

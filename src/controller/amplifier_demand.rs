@@ -61,12 +61,7 @@ pub fn high_frequency_hz(machine: &Machine) -> Result<f64, SpindleError> {
 /// [`NumericError`] when the eigenvalues of the controller fail.
 pub fn high_frequency_gain(law: &StateSpace<Discrete>, from_hz: f64) -> Result<f64, NumericError> {
     let period = law.time.period_s;
-    let poles: Vec<_> = law
-        .poles()?
-        .into_iter()
-        .filter(|z| z.norm() > 1e-6)
-        .map(|z| z.ln() / period)
-        .collect();
+    let poles = law.continuous_poles()?;
     let grid =
         FrequencyGrid::log_hz(from_hz, 0.4999 / period, LINES).refine_round_poles(&poles, A_SIDE);
     let response = FrequencyResponder::new(law);

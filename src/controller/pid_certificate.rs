@@ -15,7 +15,7 @@ use super::verification::{Verification, growth_rate, verify};
 use super::verification_error::VerificationError;
 use super::{ControlLaw, Controller, ControllerError, in_step};
 use crate::augment::plane::connected_part;
-use crate::linalg::{NumericError, c64};
+use crate::linalg::NumericError;
 use crate::lti::connect::lower_lft;
 use crate::lti::held::closed_response;
 use crate::lti::norm::{HinfNorm, NormError, hinf_norm_discrete};
@@ -362,12 +362,7 @@ pub fn softest(
     closed: &StateSpace<Discrete>,
 ) -> Result<(f64, f64), NumericError> {
     let period = closed.time.period_s;
-    let poles: Vec<c64> = closed
-        .poles()?
-        .into_iter()
-        .filter(|z| z.norm() > 1e-6)
-        .map(|z| z.ln() / period)
-        .collect();
+    let poles = closed.continuous_poles()?;
     let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / period), 300)
         .refine_round_poles(&poles, 12);
     let stiffness = |omega: f64| {

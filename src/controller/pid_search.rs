@@ -190,14 +190,9 @@ fn loop_poles(plant: &Plant, law: &PidLaw, x: &[f64]) -> Result<Vec<c64>, Verifi
     let plane = connected_part(&plant.sampled()?.select(&[0, 2], &[0, 2]));
     let own = connected_part(&sampled.select(&[0, 2], &[0, 2]));
     let poles = lower_lft(&plane, &own)
-        .and_then(|l| l.poles())
+        .and_then(|l| l.continuous_poles())
         .map_err(&numeric)?;
-    Ok(poles
-        .into_iter()
-        .filter(|z| z.norm() > 1e-6)
-        .map(|z| z.ln() / period)
-        .filter(|p| p.im > 0.0)
-        .collect())
+    Ok(poles.into_iter().filter(|p| p.im > 0.0).collect())
 }
 
 fn infeasible(tried: usize, unstable: i64) -> ControllerError {

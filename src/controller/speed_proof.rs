@@ -164,9 +164,8 @@ pub fn prove(
             .filter(|i| i.growth_rate_per_s >= 0.0)
             .map(|i| i.centre_rpm)
             .fold(f64::INFINITY, f64::min);
-        let (below, above) = next.into_iter().partition(|piece| piece[0] < lost);
+        let (below, above): (Vec<_>, Vec<_>) = next.into_iter().partition(|piece| piece[0] < lost);
         pieces = below;
-        let above: Vec<[f64; 2]> = above;
         open.extend(above);
     }
     intervals.sort_by(|a, b| a.centre_rpm.total_cmp(&b.centre_rpm));

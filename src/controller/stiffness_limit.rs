@@ -1,5 +1,5 @@
-//! The largest smallest tool stiffness at rest that a linear controller reaches within the limits of the polish, as a
-//! convex problem.
+//! The smallest tool stiffness at rest, maximised over all linear controllers within the limits of the polish: a convex
+//! problem.
 //!
 //! With a controller K₀ that is stable itself and stabilises the machine, every other one that stabilises it is K₀
 //! beside Q(I + G₁Q)⁻¹, G₁ = G(I − K₀G)⁻¹, Q stable (Youla, Jabr and Bongiorno 1976, for a stable plant). All that
@@ -103,13 +103,8 @@ fn loop_poles(
     // One plane: the other one is unstable without its own controller.
     let plant = connected_part(&plants.at_rest().sampled()?.select(&[0, 2], &[0, 2]));
     let closed = lower_lft(&plant, controller).map_err(&numeric)?;
-    let poles = closed.poles().map_err(&numeric)?;
-    Ok(poles
-        .into_iter()
-        .filter(|z| z.norm() > 1e-6)
-        .map(|z| z.ln() / plants.period_s())
-        .filter(|p| p.im >= 0.0)
-        .collect())
+    let poles = closed.continuous_poles().map_err(&numeric)?;
+    Ok(poles.into_iter().filter(|p| p.im >= 0.0).collect())
 }
 
 /// The loop with K₀ at one line, and what Q adds to it.

@@ -42,6 +42,18 @@ impl TimeBase for Discrete {
     }
 }
 
+impl Discrete {
+    /// The poles as points of the s plane, s = ln(z)/Tₛ, rad/s; those of pure delays left out.
+    pub fn continuous_poles(&self, poles: Vec<c64>) -> Vec<c64> {
+        poles
+            .into_iter()
+            // A pole that decays by this factor in one sample is a delay: s lies beyond twice the sample rate.
+            .filter(|z| z.norm() > 1e-6)
+            .map(|z| z.ln() / self.period_s)
+            .collect()
+    }
+}
+
 /// A linear time-invariant system in state space.
 #[derive(Clone, Debug)]
 pub struct StateSpace<T: TimeBase> {
@@ -227,5 +239,15 @@ impl<T: TimeBase> StateSpace<T> {
             d: self.d.clone(),
             time: self.time,
         }
+    }
+}
+
+impl StateSpace<Discrete> {
+    /// Poles as points of the s plane, rad/s: for grids and damping tables.
+    ///
+    /// # Errors
+    /// [`NumericError`] when the eigenvalue iteration fails.
+    pub fn continuous_poles(&self) -> Result<Vec<c64>, NumericError> {
+        Ok(self.time.continuous_poles(self.poles()?))
     }
 }

@@ -93,8 +93,8 @@ impl Design {
         }
     }
 
-    /// The largest smallest tool stiffness at rest that a linear controller reaches within the limits of the polish,
-    /// and within zone A: what the delivered one is to be measured by.
+    /// The smallest tool stiffness at rest, maximised over all linear controllers within the limits of the polish and
+    /// within zone A: what the delivered one is to be measured by.
     ///
     /// # Errors
     /// [`PipelineError`] when the delivered controller is unstable itself or does not levitate the machine, or the

@@ -7,7 +7,7 @@ use super::PipelineError;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::connect::lower_lft;
-use crate::predict::closed_loop::{close, equivalent_poles};
+use crate::predict::closed_loop::close;
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
@@ -35,7 +35,7 @@ pub fn loop_poles(plant: &Plant, controller: &Controller) -> Result<LoopPoles, P
             let closed = close(&plant.sampled()?, law).map_err(&numeric)?;
             Ok(LoopPoles {
                 growth_rate_per_s: closed.growth_rate().map_err(&numeric)?,
-                poles_rad_s: equivalent_poles(&closed).map_err(&numeric)?,
+                poles_rad_s: closed.continuous_poles().map_err(&numeric)?,
             })
         }
         ControlLaw::Continuous(law) => {

@@ -19,6 +19,7 @@ use super::overspeed::OVERSPEED;
 use super::problems::Problems;
 use super::settings::PolishEffort;
 use super::speed_mu::mu_at_speed;
+use super::widening::Widening;
 use crate::augment::GeneralizedPlant;
 use crate::augment::plane::connected_part;
 use crate::augment::weights::Weights;
@@ -30,7 +31,6 @@ use crate::controller::polish::{LoopLimits, PolishRound, PolishTask, Polisher};
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, StateSpace};
 use crate::predict::closed_loop::both_planes;
-use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 use crate::spindle::Machine;
 
@@ -58,6 +58,8 @@ pub struct PolishOutcome {
     pub dk: Judged,
     /// Limits asked for.
     pub limits: LoopLimits,
+    /// The specification whose μ the polish and its certificates are held to: as written, or with wider limits.
+    pub held_to: Widening,
     /// Attempts: from the D-K iteration, and, where that misses a target, from a tuned PID.
     pub attempts: Vec<PolishAttempt>,
     /// Number of the attempt whose controller is delivered; none: that of the D-K iteration is.
@@ -107,10 +109,11 @@ pub(super) fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, 
 struct Goal<'a> {
     weights: &'a Weights,
     plant: &'a GeneralizedPlant,
+    widening: Widening,
 }
 
-/// A polish brings down μ by more than this factor on no machine: with limits that had to be widened further, those of
-/// the specification as written would hold nothing but their own worst row.
+/// Largest widening of a limit with which the polish is still held to the specification as written. Chosen, not derived:
+/// a polish may lower μ by that much; further out the rows as written would only hold the worst of them.
 const WITHIN_REACH: f64 = 2.0;
 
 impl<'a> Goal<'a> {
@@ -120,11 +123,13 @@ impl<'a> Goal<'a> {
             Self {
                 weights: written,
                 plant: &problems.specification,
+                widening: Widening::NONE,
             }
         } else {
             Self {
                 weights: &problems.aim,
                 plant: &problems.aimed,
+                widening,
             }
         }
     }
@@ -232,12 +237,8 @@ impl Contest<'_> {
 
     /// True when a larger sensitivity may help: the zone is worse than B, or the tool softer than that of the PID.
     fn wants_sensitivity(&self) -> bool {
-        let within_b = |zone: &Option<Zone>| zone.is_some_and(|z| z <= Zone::B);
-        let soft = |rival: [f64; 2]| {
-            let own = self.judged.stiffness_n_per_m;
-            (0..2).any(|k| own[k].is_nan() || own[k] < rival[k])
-        };
-        !self.judged.zones.iter().all(within_b) || self.rival.is_some_and(soft)
+        let [.., zone_b, as_stiff] = self.judged.met(self.machine, self.rival);
+        !zone_b || !as_stiff
     }
 
     /// Polishes `plane`, and keeps the result when it is better.
@@ -322,6 +323,7 @@ pub(super) fn polished(
         outcome: PolishOutcome {
             dk: judged.clone(),
             limits: zone_a,
+            held_to: Goal::of(problems, weights).widening,
             attempts: vec![],
             delivered: None,
             sentence: String::new(),

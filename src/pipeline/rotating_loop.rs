@@ -15,6 +15,7 @@ use crate::augment::plane::{LOADS, LOOPS};
 use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64, solve_complex};
+use crate::lti::held::hold_magnitude;
 use crate::lti::responder::FrequencyResponder;
 use crate::lti::{Continuous, Discrete, Response, StateSpace};
 use crate::spindle::Plant;
@@ -89,8 +90,8 @@ impl RotatingLoop {
 
     /// Responses x → x and x → y at a frequency; the currents are held.
     fn planes(&self, omega: f64) -> [Mat<c64>; 2] {
-        let theta = 0.5 * omega * self.plant.sample_period_s();
-        let hold = c64::new(0.0, -omega * self.late_s).exp() * (theta.sin() / theta);
+        let held = hold_magnitude(omega, self.plant.sample_period_s());
+        let hold = c64::new(0.0, -omega * self.late_s).exp() * held;
         let response = self.plant.at(omega);
         let columns = &self.channels[0];
         let commands = columns.len() - LOOPS;

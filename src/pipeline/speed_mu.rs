@@ -11,7 +11,7 @@ use crate::augment::plane::isotropic;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64};
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
-use crate::predict::closed_loop::{close, equivalent_poles};
+use crate::predict::closed_loop::close;
 use crate::robust::mu::upper_bound;
 use crate::robust::structure::Scaling;
 use crate::spindle::{Machine, ModelDetail, Plant};
@@ -86,7 +86,9 @@ pub fn mu_at_speed(
             frequency_hz: f64::NAN,
         });
     }
-    let poles = equivalent_poles(&closed).map_err(PipelineError::numeric(STAGE))?;
+    let poles = closed
+        .continuous_poles()
+        .map_err(PipelineError::numeric(STAGE))?;
     let nyquist_hz = 0.5 / plant.sample_period_s();
     let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES)
         .refine_round_poles(&poles, LINES_A_SIDE);

@@ -44,6 +44,17 @@ impl Widening {
         *self == Self::NONE
     }
 
+    /// The specification with these factors, in words.
+    pub fn words(&self) -> String {
+        if self.is_none() {
+            return "the specification as written".to_owned();
+        }
+        format!(
+            "the specification with wider limits (tool × {:.3}, front × {:.3}, rear × {:.3}, current × {:.3})",
+            self.tool, self.front, self.rear, self.current
+        )
+    }
+
     /// The specification with these factors.
     #[must_use]
     pub fn apply(&self, weights: &Weights) -> Weights {

@@ -58,20 +58,6 @@ pub fn close(
     lower_lft(&plant.select(&all_out, &all_in), controller)
 }
 
-/// Poles of the sampled closed loop mapped to the s plane, s = ln(z)/Tₛ, rad/s: for grids and damping tables.
-///
-/// # Errors
-/// [`NumericError`] when the eigenvalue iteration fails.
-pub fn equivalent_poles(closed: &StateSpace<Discrete>) -> Result<Vec<c64>, NumericError> {
-    let poles = closed.poles()?;
-    Ok(poles
-        .into_iter()
-        // A pole within a decaying factor e⁻⁵⁰ a sample of z = 0 is a pure delay: no frequency belongs to it.
-        .filter(|z| z.norm() > 1e-20)
-        .map(|z| z.ln() / closed.time.period_s)
-        .collect())
-}
-
 /// Two equal one-plane controllers (channels front, rear) as one controller for front_x, front_y, rear_x, rear_y.
 pub fn both_planes<T: TimeBase>(plane: &StateSpace<T>) -> StateSpace<T> {
     let n = plane.order();

@@ -76,6 +76,12 @@ pub fn mu_model_json(design: &Design) -> Value {
             "µ is of the whole machine: {} flexible modes below half the sample rate and the static flexibility of the others, sampled with hold and exact delay, weights of true frequency, loads and modal forces not held. The upper bound is certified over all frequencies for the rational realisation of this model, and is not below any line of the exact frequency responses at rest; over speed it is the largest of the exact responses on a grid.",
             problems.machine_modes
         ),
+        "covered": format!(
+            "mu_peak, mu_peak_reduced and mu_peak_discrete are of {} with the gyroscopic split of {} modes covered; \
+             table_as_written, mu_over_speed and largest_mu are of the specification as written.",
+            problems.widening.words(),
+            problems.cover.modes
+        ),
         "machine_modes": problems.machine_modes,
         "synthesis_modes": problems.synthesis_modes,
         "synthesis_weights_excess": number(problems.fit_errors.synthesis),
@@ -146,6 +152,9 @@ pub fn limit_json(limit: &StiffnessLimit, reached_n_per_m: f64) -> Value {
         "taps": limit.taps,
         "lines": limit.lines,
         "share_reached": number(reached_n_per_m / limit.stiffness_n_per_m),
+        "model": "rotor at rest, whole plant with hold and delay at lines of frequency, zone A, limits of gain and noise \
+                  current; over the stabilising sampled linear controllers whose Youla parameter has these taps: more \
+                  taps can only raise it",
     })
 }
 
@@ -163,6 +172,7 @@ pub fn polish_json(polish: &PolishOutcome) -> Value {
             "high_frequency_gain_a_per_m": number(limits.high_frequency_gain_a_per_m),
             "noise_current_a": number(limits.noise_current_a),
             "mu": number(limits.mu),
+            "mu_of": polish.held_to.words(),
         },
         "attempts": attempts
             .map(|(k, attempt)| attempt_json(attempt, polish.delivered == Some(k)))

@@ -10,7 +10,6 @@ use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::Prediction;
 use crate::predict::loop_shape::{DiscMargin, LoopShape, unbalance_response};
 use crate::report::summary::number;
-use crate::rotor::Damping;
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use serde_json::{Value, json};
@@ -166,11 +165,6 @@ fn poles(runs: [&Prediction; 2]) -> Figure {
 
 fn campbell_of(machine: &Machine) -> Result<Figure, PipelineError> {
     let rotor = machine.rotor()?;
-    let ratios = (0..rotor.dofs())
-        .map(|k| machine.damping_ratio(k))
-        .collect();
-    let damping = Damping::Modal(ratios);
-    let factor = machine.effective().gyroscopic_factor;
     let top = machine.spindle.max_rpm;
     // The rigid-body modes of the free rotor stay far below half its first bending mode.
     let bending = PlanarModes::new(&rotor).map_err(SpindleError::from)?;
@@ -178,9 +172,7 @@ fn campbell_of(machine: &Machine) -> Result<Figure, PipelineError> {
     let mut lines: Vec<CampbellLine> = vec![];
     for k in 1..=CAMPBELL_SPEEDS {
         let rpm = top * k as f64 / CAMPBELL_SPEEDS as f64;
-        let found = rotor
-            .whirl(rpm * TAU / 60.0 * factor, &damping, &[], CAMPBELL_TO_HZ)
-            .map_err(SpindleError::from)?;
+        let found = machine.whirl(rpm * TAU / 60.0, CAMPBELL_TO_HZ)?;
         for sense in [-1i8, 1] {
             let whirling = found.modes.iter().filter(|m| m.whirl as i8 == sense);
             for mode in whirling.filter(|m| m.natural_rad_s > lowest) {

@@ -72,7 +72,6 @@ pub fn design_json(design: &Design) -> Value {
             "frequency_hz": number(design.delivery.rounded.specification.frequency_hz),
         },
         "gyroscopic_cover": modes,
-        "guard_share_covered": number(design.problems.cover.guard_share),
         "order_per_plane": [design.full.order, design.reduced.order, design.delivery.rounded.order],
         "steps": steps,
         "certificates": {

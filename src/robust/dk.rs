@@ -2,8 +2,7 @@
 //!
 //! 1. K: H∞ synthesis for D P D⁻¹, γ.   2. μ: largest pointwise bound of the closed loop over all frequencies.
 //! 3. D: magnitudes of the pointwise optimum fitted with the lowest order that keeps the peak, then the parameters of
-//!    D(s)
-//!    moved until the peak of its own bound is lowest (`dk_flatten`); a step beyond that optimum is tried as well.
+//!    D(s) moved until the peak of its own bound is lowest; a step beyond that optimum is tried as well.
 //!
 //! The best iterate is returned, not the last. A step that fails leaves a record that says why. The peak of the answer
 //! is certified over all frequencies (`mu_certificate`), and the loop is checked for stability by that computation.

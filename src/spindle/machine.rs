@@ -5,7 +5,8 @@ use super::SpindleError;
 use super::effective::{Effective, EffectiveBearing};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{MOST_DELAY_SAMPLES, rule};
-use crate::rotor::{Disc, Rotor, RotorError, Section};
+use crate::rotor::whirl::WhirlSpectrum;
+use crate::rotor::{Damping, Disc, Rotor, RotorError, Section};
 
 /// A bearing of the spindle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -229,6 +230,18 @@ impl Machine {
             rotor = action::on_rotor(effect, rotor).map_err(SpindleError::Shaft)?;
         }
         Ok(rotor)
+    }
+
+    /// Whirl modes of the free-free rotor turning at a speed, up to a frequency: modal damping and gyroscopic factor
+    /// after all effects.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when a part breaks a rule or the eigenvalues fail.
+    pub fn whirl(&self, speed_rad_s: f64, to_hz: f64) -> Result<WhirlSpectrum, SpindleError> {
+        let rotor = self.rotor()?;
+        let ratios = (0..rotor.dofs()).map(|k| self.damping_ratio(k)).collect();
+        let seen_rad_s = speed_rad_s * self.effective().gyroscopic_factor;
+        Ok(rotor.whirl(seen_rad_s, &Damping::Modal(ratios), &[], to_hz)?)
     }
 
     /// Damping ratio of flexible mode `k`, counted from 0, after all effects.

@@ -1,5 +1,5 @@
-//! Fixed-structure polish of a controller of one plane: its parameters are moved, with exact derivatives, for the
-//! largest smallest dynamic stiffness of the tool, with every limit kept apart.
+//! Fixed-structure polish of a controller of one plane: its parameters are moved, with exact derivatives, to raise
+//! the smallest dynamic stiffness of the tool, with every limit kept apart.
 //!
 //! μ-synthesis with one full performance block makes all rows of a specification share one scalar, and spends the slack
 //! where nobody asked for it. The polish starts from its reduced controller and maximises the smallest tool stiffness

@@ -13,6 +13,7 @@ use crate::augment::plane::{LOADS, LOOPS, isotropic};
 use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64};
+use crate::lti::held::hold_magnitude;
 use crate::lti::{Continuous, Response, StateSpace};
 use crate::spindle::plant::CHANNELS;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
@@ -241,16 +242,6 @@ pub(crate) fn shifts(relative: &[f64]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Magnitude of the hold at a signed frequency; its half sample belongs to the delay of the plant.
-fn hold(omega_rad_s: f64, period_s: f64) -> f64 {
-    let half = 0.5 * omega_rad_s * period_s;
-    if half.abs() < 1e-8 {
-        1.0
-    } else {
-        half.sin() / half
-    }
-}
-
 /// Forward and backward responses of a plant at a line.
 fn whirl(plant: &Plant, omega: f64, period_s: f64) -> [LoopResponse; 2] {
     let empty = LoopResponse {
@@ -263,7 +254,7 @@ fn whirl(plant: &Plant, omega: f64, period_s: f64) -> [LoopResponse; 2] {
     for k in -FOLDED..=FOLDED {
         let w = omega + f64::from(k) * TAU / period_s;
         let h = plant.at(w);
-        let gain = hold(w, period_s);
+        let gain = hold_magnitude(w, period_s);
         for (side, sign) in [(0, 1.0), (1, -1.0)] {
             let at = |row: usize, column: usize| {
                 h[(row, column)] + c64::new(0.0, sign) * h[(row + 1, column)]
@@ -298,7 +289,7 @@ impl Frame {
     fn rows(&self, plant: &Plant, omega: f64, signs: &[f64]) -> Vec<SpecificationLine> {
         let h = plant.at(omega);
         let (wi, wo) = (self.input.at(omega), self.output.at(omega));
-        let gain = hold(omega, plant.sample_period_s());
+        let gain = hold_magnitude(omega, plant.sample_period_s());
         let ports = &self.ports;
         let n = ports.len();
         let extra = if self.regulated { LOOPS } else { 0 };

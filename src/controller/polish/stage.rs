@@ -99,7 +99,7 @@ impl<'a> Polisher<'a> {
         let sampled = sampled?;
         let plant_poles: Result<Vec<Vec<c64>>, _> = sampled.iter().map(StateSpace::poles).collect();
         let plant_poles = plant_poles.map_err(in_step("poles of the sampled plant"))?;
-        let plant_poles = continuous(plant_poles.concat(), plants.period_s());
+        let plant_poles = oscillating(plant_poles.concat(), plants.period_s());
         let (law, x) = ModalLaw::of(start)?;
         let mut polisher = Self {
             loss: loss_on(&plants, &task, vec![])?,
@@ -223,7 +223,7 @@ impl<'a> Polisher<'a> {
         let own = plane
             .poles()
             .map_err(in_step("poles of the polished controller"))?;
-        poles.extend(continuous(own, self.plants.period_s()));
+        poles.extend(oscillating(own, self.plants.period_s()));
         let lines = sharp_lines(&self.plants, FROM_HZ, (&poles, &self.peaks), apart);
         let mut loss = loss_on(&self.plants, &self.task, lines)?;
         let found = loss.evaluate(&self.law, &self.x);
@@ -264,12 +264,9 @@ fn figures(loss: &Loss, found: &Evaluation) -> PolishRound {
 }
 
 /// Poles in the upper half plane as continuous ones, rad/s.
-fn continuous(poles: Vec<c64>, period_s: f64) -> Vec<c64> {
-    let inside = poles.into_iter().filter(|z| z.norm() > 1e-6);
-    inside
-        .map(|z| z.ln() / period_s)
-        .filter(|p| p.im > 0.0)
-        .collect()
+fn oscillating(poles: Vec<c64>, period_s: f64) -> Vec<c64> {
+    let all = Discrete { period_s }.continuous_poles(poles);
+    all.into_iter().filter(|p| p.im > 0.0).collect()
 }
 
 /// Poles of the loops as continuous ones, rad/s, and the largest growth rate of each, 1/s.
@@ -298,5 +295,5 @@ fn loop_poles(
                 .fold(f64::NEG_INFINITY, f64::max)
         })
         .collect();
-    Ok((continuous(found.concat(), plane.time.period_s), rates))
+    Ok((oscillating(found.concat(), plane.time.period_s), rates))
 }
