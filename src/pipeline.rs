@@ -1,7 +1,10 @@
 //! The story, pure: update the model, design the controller, predict what it does. No files, no printing, no clock.
 
+pub mod batch;
 pub mod certificates;
+pub mod compared;
 pub mod comparison;
+pub mod contact;
 pub mod delivery;
 pub mod design;
 pub mod emulation;
@@ -14,12 +17,14 @@ pub mod problems;
 pub mod progress;
 mod reduction;
 mod rotating_loop;
+pub mod run;
 pub mod settings;
 pub mod specification_scale;
 pub mod speed_mu;
 pub mod stable;
 pub mod synthesis;
 pub mod tightening;
+pub mod variation;
 pub mod widening;
 pub mod worst;
 
@@ -27,9 +32,11 @@ use crate::controller::ControllerError;
 use crate::controller::verification_error::VerificationError;
 use crate::linalg::NumericError;
 use crate::predict::chatter::ChatterError;
+use crate::predict::time::TimeError;
 use crate::robust::dk::DkError;
 use crate::robust::{MuError, SynthesisError};
 use crate::spindle::SpindleError;
+use crate::update::UpdateError;
 use thiserror::Error;
 
 /// Which stage failed, and how.
@@ -74,6 +81,12 @@ pub enum PipelineError {
     /// Stability lobes.
     #[error("chatter: {0}")]
     Chatter(#[from] ChatterError),
+    /// Model updating.
+    #[error("model updating: {0}")]
+    Update(#[from] UpdateError),
+    /// A time response.
+    #[error("simulation: {0}")]
+    Time(#[from] TimeError),
     /// Stability over speed.
     #[error("verification: {0}")]
     Verification(#[from] VerificationError),

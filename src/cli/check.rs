@@ -1,5 +1,5 @@
-//! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys. Every file is read, so that one
-//! call tells all that is wrong; what only looks wrong is a warning.
+//! `muspin check`: reads and validates files, runs nothing. The kind of a file shows in its keys. Every file is read,
+//! so that one call tells all that is wrong; what only looks wrong is a warning.
 
 use super::console::{Console, Shown};
 use super::machine::{mesh_warning, say};
@@ -70,11 +70,15 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     console.other(
         || lines.iter().map(|(file, kind, verdict)| format!("{file}: {kind} {verdict}\n")).collect(),
         || {
-            let one = |(file, kind, verdict): &(String, &str, &str)| json!({ "file": file, "kind": kind, "verdict": verdict });
+            let one = |(file, kind, verdict): &(String, &str, &str)| {
+                json!({ "file": file, "kind": kind, "verdict": verdict })
+            };
             json!({ "files": lines.iter().map(one).collect::<Vec<_>>() })
         },
         || {
-            let rows = lines.iter().map(|(file, kind, verdict)| vec![file.clone(), (*kind).to_owned(), (*verdict).to_owned()]);
+            let rows = lines.iter().map(|(file, kind, verdict)| {
+                vec![file.clone(), (*kind).to_owned(), (*verdict).to_owned()]
+            });
             Shown::met(all_plausible, words).rows(rows)
         },
     )?;
@@ -130,7 +134,8 @@ fn one(file: &str, kind: FileKind, with_tool: bool, partner: Partner<'_>) -> Res
     Ok(true)
 }
 
-/// A spindle with the shipped tool. Positions on a longer tool and regions of another tool need that tool among the files.
+/// A spindle with the shipped tool. Positions on a longer tool and regions of another tool need that tool among the
+/// files.
 fn check_alone(file: &str) -> Result<(), Failure> {
     let tool = load_tool("paper-tool", &load_spindle("reference")?)?;
     let machine = Machine::new(load_spindle(file)?, tool).map_err(|e| {

@@ -2,7 +2,6 @@
 
 use super::console::{Console, Shown};
 use super::controlled_machine::other_machine;
-use super::design::{add_predictions, finish};
 use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
 use super::design_progress::run_design;
 use super::machine::Remarks;
@@ -13,36 +12,27 @@ use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::controller::pid_settings::TuneSettings;
 use crate::controller::pid_tune::{found_or_reason, textbook, tune};
-use crate::controller::verification::{Verification, verify_with_proof};
 use crate::identify::HammerFrf;
 use crate::identify::peaks::{Channel, Resonance, resonances};
 use crate::input::{load_measurement, load_tagged_controller, load_weights};
-use crate::pipeline::comparison::{Prediction, chatter_limit, discrete, predict, rival_settings};
+use crate::pipeline::compared::{Compared, Ground, compared};
+use crate::pipeline::comparison::rival_settings;
 use crate::pipeline::loop_stability::unstable_words;
-use crate::pipeline::worst::{WorstPrediction, worst_predictions};
-use crate::predict::chatter::{Engagement, Material, StabilityLimit};
+use crate::predict::chatter::{Engagement, Material};
 use crate::predict::sensitivity::Zone;
-use crate::report::comparison::{
-    certificate_json, figure_9_words, measured_json, measured_row, pid_json, ratio_json,
-    statements_json, statements_table,
-};
-use crate::report::comparison_figures::worst_figures;
-use crate::report::design_summary::speed_proof_json;
-use crate::report::plot::Curve;
+use crate::predict::stiffness::stiffness_words;
+use crate::report::compared::{Hammer, add_compared};
+use crate::report::comparison::{certificate_json, pid_json};
 use crate::report::plot::Role;
-use crate::report::plot::machining::chatter_lobes;
-use crate::report::results::ResultsFolder;
-use crate::report::run_figures::{Measured, predictions};
-use crate::report::run_summary::{modal_damping_json, verification_json};
-use crate::report::summary::{Summary, number};
-use crate::report::worst::worst_json;
-use crate::rotor::modes::PlanarModes;
+use crate::report::run_figures::Measured;
+use crate::report::summary::Summary;
+use crate::report::whole::Report;
+use crate::rotor::modes::{PlanarModes, RIGID};
 use crate::spindle::Machine;
 use serde_json::Value;
-use std::f64::consts::TAU;
 
-/// Speeds checked for stability, evenly spaced from zero to the top speed.
-const SPEEDS: usize = 11;
+/// Flexible modes whose damping is listed and at which stiffness is stated.
+const LISTED_MODES: usize = 3;
 
 /// Arguments of `muspin compare`.
 #[derive(clap::Args, Debug)]
@@ -84,8 +74,14 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.machine.weights)?;
     let (machine, mut controllers, used, remarks) = given(arguments)?;
-    let speeds = speeds(arguments, machine.spindle.max_rpm)?;
-    let uncertainty = mode_uncertainty(arguments, &weights)?;
+    let (material, cut) = cut(arguments)?;
+    let ground = Ground {
+        machine: &machine,
+        speeds_rpm: &speeds(arguments, machine.spindle.max_rpm)?,
+        mode_uncertainty: &mode_uncertainty(arguments, &weights)?,
+        material: &material,
+        cut: &cut,
+    };
     let hammers = match &arguments.measurement {
         Some(source) => load_measurement(source)?.hammers,
         None => vec![],
@@ -94,196 +90,114 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let read = read.map(String::as_str).chain(arguments.machine.files());
     claim(&arguments.out, &REPORT, read)?;
     let progress = Progress::start(console);
-    let mut result = Outcome::Done;
-    let mut summary = Summary::new();
-    summary.set("run", "compare");
-    summary.set("spindle", machine.spindle.name.as_str());
-    summary.set("tool", machine.tool.name.as_str());
+    let mut report = Report::of("compare", &machine);
     if let Some(used) = used {
-        summary.set("machine", used);
+        report.summary.set("machine", used);
     }
+    let mut met = true;
     if controllers.is_empty() {
-        let found = run_design(&machine, &weights, &progress)?;
-        if !found.meets_targets() {
-            result = Outcome::TargetMissed;
-        }
-        progress.stage("PID");
-        let effort = arguments.pid.settings(PidEffort::Thorough);
-        let effort = rival_settings(&machine, &found.delivery.controller, effort)?;
-        let pid = found_or_reason(tune(&machine, &effort, &mut |_, _| {}))?;
-        let plain = found_or_reason(textbook(&machine, &TuneSettings::quick()))?;
-        controllers = vec![(Role::Mu, found.delivery.controller)];
-        match pid {
-            Ok(pid) => {
-                summary.set("pid", pid_json(&pid, &effort));
-                controllers.push((Role::Pid, pid.controller));
-            }
-            Err(reason) => {
-                summary.set("pid.found", false);
-                summary.set("pid.sentence", format!("No PID was found ({reason})."));
-            }
-        }
-        if let Ok(plain) = plain {
-            summary.set("pid.textbook", certificate_json(&plain.certificate));
-            controllers.push((Role::TextbookPid, plain.controller));
-        }
+        (controllers, met) = own(
+            arguments,
+            &machine,
+            &weights,
+            &mut report.summary,
+            &progress,
+        )?;
     }
-    let flexible: Vec<f64> = PlanarModes::new(&machine.rotor()?)?
-        .omega_rad_s
-        .iter()
-        .skip(crate::rotor::modes::RIGID)
-        .take(3)
-        .copied()
-        .collect();
-    let period = machine.spindle.electronics.sample_period_s();
-    let flexible_hz: Vec<f64> = flexible.iter().map(|w| w / TAU).collect();
-    let mut runs: Vec<(Role, Prediction)> = vec![];
-    let mut first_words: Vec<String> = vec![];
-    let mut worst: Vec<(Role, String, Vec<WorstPrediction>)> = vec![];
-    let (material, cut) = cut(arguments)?;
-    let top = machine.spindle.max_rpm;
-    let lobe_speeds: Vec<f64> = (1..=LOBE_POINTS)
-        .map(|k| top * k as f64 / LOBE_POINTS as f64)
-        .collect();
-    let mut lobes: Vec<(Role, String, Vec<f64>)> = vec![];
+    let mut list: Vec<(Role, Compared)> = vec![];
     for (name, (role, controller)) in keys(&controllers).iter().zip(&controllers) {
         progress.stage(format!("predictions for {name}"));
-        let each = speeds
-            .iter()
-            .map(|rpm| predict(&machine, controller, *rpm))
-            .collect::<Result<Vec<_>, _>>()?;
-        let (Some(first), Some(last)) = (each.first(), each.last()) else {
-            continue;
-        };
-        add_predictions(&mut summary, name, first, last);
-        summary.set(
-            &format!("damping_ratio.{name}"),
-            modal_damping_json(first, &flexible),
-        );
-        let spoken = each
-            .iter()
-            .map(|p| statements_json(p, &flexible_hz, top / 60.0));
-        summary.set(
-            &format!("tool_plane.{name}"),
-            Value::Array(spoken.collect()),
-        );
-        let law = discrete(controller, period)?;
-        let checked = verify_with_proof(
-            &machine,
-            &law,
-            SPEEDS,
-            "full finite-element plant, exact delay, sampled",
-        )?;
-        let acceptable = |p: &Prediction| p.zone().is_some_and(|zone| zone < Zone::D);
-        // The textbook PID shows what is left without tuning: its zone is no target.
-        let zone_counts = *role != Role::TextbookPid;
-        if !checked.is_proven() || (zone_counts && !each.iter().all(acceptable)) {
-            result = Outcome::TargetMissed;
-        }
-        say_unstable(&mut first_words, name, &checked, &each);
-        summary.set(&format!("stability.{name}.stable"), checked.is_proven());
-        if let Some(proof) = &checked.proof {
-            summary.set(&format!("stability.{name}.proof"), speed_proof_json(proof));
-        }
-        if let Some(failure) = &checked.proof_failure {
-            let key = format!("stability.{name}.proof_failure");
-            summary.set(&key, failure.as_str());
-        }
-        progress.stage(format!("worst case of {name}"));
-        let reach = checked.proof.as_ref().map_or(0.0, |p| p.proven_to_rpm());
-        let over = worst_predictions(&machine, controller, &speeds, reach.min(top), &uncertainty)?;
-        summary.set(&format!("worst_case.{name}"), worst_json(&over));
-        worst.push((*role, name.clone(), over));
-        summary.set(
-            &format!("stability.{name}.certificates"),
-            verification_json(&checked),
-        );
-        let limit = chatter_limit(&machine, controller, top, &material, &cut)?;
-        let minimum = limit.as_ref().and_then(StabilityLimit::minimum);
-        summary.set(
-            &format!("chatter.{name}.minimum_depth_m"),
-            number(minimum.map_or(f64::NAN, |m| m.depth_m)),
-        );
-        summary.set(
-            &format!("chatter.{name}.frequency_hz"),
-            number(minimum.map_or(f64::NAN, |m| m.omega_rad_s / TAU)),
-        );
-        let angular: Vec<f64> = lobe_speeds.iter().map(|rpm| rpm * TAU / 60.0).collect();
-        lobes.extend(limit.map(|l| (*role, name.clone(), l.depths(&angular))));
-        runs.extend(each.into_iter().map(|mut p| {
-            p.name.clone_from(name);
-            (*role, p)
-        }));
+        list.push((*role, compared(&ground, name, controller)?));
     }
-    let measured: Vec<Measured> = hammers
-        .iter()
-        .map(|h| Measured {
-            name: format!("measured ({})", stem(&h.name)),
-            role: Role::Measured,
-            speed_rpm: h.frf.speed_rpm,
-            frequency_hz: h.frf.frequency_hz.clone(),
-            stiffness_n_per_m: h.frf.compliance.iter().map(|c| c.norm().recip()).collect(),
-        })
-        .collect();
-    for (m, hammer) in measured.iter().zip(&hammers) {
-        let key = format!(
-            "tool_plane.measured_{}",
-            stem(&hammer.name).replace(['.', ' '], "_")
-        );
-        let shown = lightly_damped(&hammer.frf);
-        summary.set(&key, measured_json(m, &shown, &flexible_hz, top / 60.0));
-    }
-    add_ratios(&mut summary, &runs);
-    let every: Vec<&Prediction> = runs.iter().map(|(_, p)| p).collect();
-    let words = figure_9_words(&every, &worst);
-    let mut statements = statements_table(&every, &worst, &flexible_hz, top / 60.0);
-    let rows = measured.iter();
-    statements.extend(rows.map(|m| measured_row(m, &flexible_hz, top / 60.0)));
-    summary.set("statements", Value::Array(statements));
-    summary.set("verdict.met", result == Outcome::Done);
-    let sentence = match result {
-        Outcome::Done => "every loop is proven stable at every speed",
-        Outcome::TargetMissed => {
+    let met = met && list.iter().all(|(role, c)| is_acceptable(*role, c));
+    let ended = match met {
+        true => Outcome::Done,
+        false => Outcome::TargetMissed,
+    };
+    let modes = PlanarModes::new(&machine.rotor()?)?;
+    let flexible = modes.omega_rad_s.iter().skip(RIGID).take(LISTED_MODES);
+    let flexible: Vec<f64> = flexible.copied().collect();
+    let hammers = hammers.iter().map(|h| hammer(&h.name, &h.frf)).collect();
+    add_compared(&mut report, &ground, &flexible, &list, hammers)?;
+    let sentence = match met {
+        true => "every loop is proven stable at every speed",
+        false => {
             "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
         }
     };
-    summary.set("verdict.sentence", sentence);
-    summary.set("plain_words", words);
-    summary.set("speeds_rpm", crate::report::summary::numbers(&speeds));
-    summary.set("top_speed_hz", number(machine.spindle.max_rpm / 60.0));
-    let mut folder = ResultsFolder::new();
-    let drawn: Vec<(Role, &Prediction)> = runs.iter().map(|(r, p)| (*r, p)).collect();
-    for (stem, figure) in predictions(&drawn, &measured, machine.spindle.max_rpm / 60.0) {
-        folder.add_plot(&stem, &figure)?;
-    }
-    for (stem, figure) in worst_figures(&worst) {
-        folder.add_plot(&stem, &figure)?;
-    }
-    let curves: Vec<Curve> = lobes
-        .iter()
-        .map(|(role, name, depth)| Curve {
-            name,
-            role: *role,
-            x: &lobe_speeds,
-            y: depth,
-        })
-        .collect();
-    if !curves.is_empty() {
-        let figure = chatter_lobes("Stable depth of cut", &curves, top);
-        folder.add_plot("chatter", &figure)?;
-    }
-    finish(&mut folder, &mut summary, &arguments.out)?;
+    report.summary.set("verdict.met", met);
+    report.summary.set("verdict.sentence", sentence);
+    report.write(&arguments.out)?;
     drop(progress);
-    first_words.iter().for_each(|line| eprintln!("{line}"));
+    for (_, each) in &list {
+        if let Some((growth, rpm)) = each.unstable() {
+            eprintln!("{}: {}", each.name, unstable_words(growth, rpm));
+        }
+    }
     drop(remarks);
-    console.json(&summary.to_json(), || {
-        shown(sentence, result, &runs, &arguments.out)
+    console.json(&report.summary.to_json(), || {
+        shown(sentence, ended, &list, &arguments.out)
     })?;
-    Ok(result)
+    Ok(ended)
 }
 
-/// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
-const LOBE_POINTS: usize = 1000;
+/// Proven stable at every speed, and in an acceptable zone. The textbook PID shows what is left without tuning: its
+/// zone is no target.
+fn is_acceptable(role: Role, each: &Compared) -> bool {
+    let mut zones = each.predictions.iter().map(|p| p.zone());
+    let zones_hold = role == Role::TextbookPid || zones.all(|z| z.is_some_and(|z| z < Zone::D));
+    each.verification.is_proven() && zones_hold
+}
+
+/// The μ design, the tuned and the textbook PID for the machine, and whether the design meets its targets.
+fn own(
+    arguments: &Arguments,
+    machine: &Machine,
+    weights: &Weights,
+    summary: &mut Summary,
+    progress: &Progress,
+) -> Result<(Vec<(Role, Controller)>, bool), Failure> {
+    let found = run_design(machine, weights, progress)?;
+    progress.stage("PID");
+    let effort = arguments.pid.settings(PidEffort::Thorough);
+    let effort = rival_settings(machine, &found.delivery.controller, effort)?;
+    let pid = found_or_reason(tune(machine, &effort, &mut |_, _| {}))?;
+    let plain = found_or_reason(textbook(machine, &TuneSettings::quick()))?;
+    let met = found.meets_targets();
+    let mut controllers = vec![(Role::Mu, found.delivery.controller)];
+    match pid {
+        Ok(pid) => {
+            summary.set("pid", pid_json(&pid, &effort));
+            controllers.push((Role::Pid, pid.controller));
+        }
+        Err(reason) => {
+            summary.set("pid.found", false);
+            let words = format!("No PID was found ({reason}).");
+            summary.set("pid.sentence", words);
+        }
+    }
+    if let Ok(plain) = plain {
+        summary.set("pid.textbook", certificate_json(&plain.certificate));
+        controllers.push((Role::TextbookPid, plain.controller));
+    }
+    Ok((controllers, met))
+}
+
+/// A hammer record as it is shown.
+fn hammer(file: &str, frf: &HammerFrf) -> Hammer {
+    let name = stem(file);
+    Hammer {
+        curve: Measured {
+            name: format!("measured ({name})"),
+            role: Role::Measured,
+            speed_rpm: frf.speed_rpm,
+            frequency_hz: frf.frequency_hz.clone(),
+            stiffness_n_per_m: frf.compliance.iter().map(|c| c.norm().recip()).collect(),
+        },
+        key: format!("tool_plane.measured_{}", name.replace(['.', ' '], "_")),
+        resonances: lightly_damped(frf),
+    }
+}
 
 /// The name of a record's file without folders and extension.
 fn stem(name: &str) -> &str {
@@ -305,7 +219,8 @@ fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {
 
 type Given = (Machine, Vec<(Role, Controller)>, Option<Value>, Remarks);
 
-/// The machine, the controllers of the command line, which machine was used for them, and what looks wrong in its files.
+/// The machine, the controllers of the command line, which machine was used for them, and what looks wrong in its
+/// files.
 fn given(arguments: &Arguments) -> Result<Given, Failure> {
     let files = &arguments.machine.machine;
     let Some((first, others)) = arguments.controller.split_first() else {
@@ -321,41 +236,6 @@ fn given(arguments: &Arguments) -> Result<Given, Failure> {
         controllers.push((Role::Other(controllers.len()), loaded.controller));
     }
     Ok((found.machine, controllers, Some(json), remarks))
-}
-
-/// What is said first about a loop that is unstable: at a speed that was asked for, else anywhere up to the top speed.
-fn say_unstable(words: &mut Vec<String>, name: &str, checked: &Verification, each: &[Prediction]) {
-    let asked = each.iter().find(|p| !p.is_stable());
-    let asked = asked.map(|p| (p.growth_rate_per_s, p.speed_rpm));
-    let anywhere = checked
-        .unstable()
-        .map(|c| (c.growth_rate_per_s, c.speed_rpm));
-    if let Some((growth, rpm)) = asked.or(anywhere) {
-        words.push(format!("{name}: {}", unstable_words(growth, rpm)));
-    }
-}
-
-/// Stiffness of the first controller over that of each other one, speed by speed.
-fn add_ratios(summary: &mut Summary, runs: &[(Role, Prediction)]) {
-    let Some(first) = runs.first().map(|(_, p)| p.name.clone()) else {
-        return;
-    };
-    let mut others: Vec<&str> = runs.iter().map(|(_, p)| p.name.as_str()).collect();
-    others.dedup();
-    for other in others.into_iter().filter(|name| **name != first) {
-        let of = |name: &str, rpm: f64| {
-            let mut all = runs.iter().map(|(_, p)| p);
-            all.find(|p| p.name == name && p.speed_rpm == rpm)
-        };
-        let ratios = runs
-            .iter()
-            .filter(|(_, p)| p.name == first)
-            .filter_map(|(_, p)| Some(ratio_json(p, of(other, p.speed_rpm)?)));
-        summary.set(
-            &format!("stiffness_ratio.{first}_over_{other}"),
-            Value::Array(ratios.collect()),
-        );
-    }
 }
 
 /// Relative uncertainty per mode: from the command line in percent, else from the weights.
@@ -438,19 +318,13 @@ fn speeds(arguments: &Arguments, top_rpm: f64) -> Result<Vec<f64>, Failure> {
     })
 }
 
-fn shown(sentence: &str, ended: Outcome, runs: &[(Role, Prediction)], out: &str) -> Shown {
-    let head = [
-        "controller",
-        "rpm",
-        "smallest stiffness, N/µm",
-        "at Hz",
-        "zone",
-    ];
-    let rows = runs.iter().map(|(_, p)| {
+fn shown(sentence: &str, ended: Outcome, list: &[(Role, Compared)], out: &str) -> Shown {
+    let head = ["controller", "rpm", "smallest stiffness", "at Hz", "zone"];
+    let rows = list.iter().flat_map(|(_, c)| &c.predictions).map(|p| {
         vec![
             p.name.clone(),
             format!("{:.0}", p.speed_rpm),
-            format!("{:.2}", 1e-6 * p.minimum.0),
+            stiffness_words(p.minimum.0),
             format!("{:.0}", p.minimum.1),
             p.zone_word().to_owned(),
         ]

@@ -1,5 +1,5 @@
-//! What a command says at its end: the machine-readable answer in a pipe or with `--json`, a few lines for a person on a terminal or
-//! with `--text`, nothing with `--quiet`.
+//! What a command says at its end: the machine-readable answer in a pipe or with `--json`, a few lines for a person on
+//! a terminal or with `--text`, nothing with `--quiet`.
 
 use super::{Failure, stdout};
 use serde_json::Value;

@@ -1,12 +1,12 @@
-//! The machine that a controller is closed with: what the command line says, else the files beside the controller, else those
-//! that the controller names, else the shipped reference. Whether it is the machine of the design is said.
+//! The machine that a controller is closed with: what the command line says, else the files beside the controller, else
+//! those that the controller names, else the shipped reference. Whether it is the machine of the design is said.
 
 use super::Failure;
 use super::machine::{Remarks, load_machine, load_with_remarks};
 use crate::controller::{Controller, MachineTag};
-use crate::input::{Warning, load_tagged_controller, spindle_yaml, tool_yaml};
-use crate::report::firmware::sha256_hex;
+use crate::input::{Warning, load_tagged_controller};
 use crate::report::summary::Summary;
+use crate::report::whole::machine_tag;
 use crate::spindle::Machine;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -26,11 +26,12 @@ pub struct ControlledMachine {
 /// Spindle and tool of the command line: a path or a shipped name each.
 #[derive(clap::Args, Debug, Clone, Default)]
 pub struct MachineArguments {
-    /// Spindle file, or the name of a shipped one; default: spindle.yaml beside the controller or in the folder above it, else the
-    /// reference
+    /// Spindle file, or the name of a shipped one; default: spindle.yaml beside the controller or in the folder above
+    /// it, else the reference
     #[arg(long)]
     pub spindle: Option<String>,
-    /// Tool file, or the name of a shipped one; default: tool.yaml beside the controller or in the folder above it, else the paper's
+    /// Tool file, or the name of a shipped one; default: tool.yaml beside the controller or in the folder above it,
+    /// else the paper's
     #[arg(long)]
     pub tool: Option<String>,
 }
@@ -41,8 +42,8 @@ pub const SPINDLE: &str = "reference";
 pub const TOOL: &str = "paper-tool";
 
 impl MachineArguments {
-    /// Reads the controller and its machine. The remarks say what looks wrong in the files, and when the machine is not that of
-    /// the design; drop them when the stability of the loop has been said.
+    /// Reads the controller and its machine. The remarks say what looks wrong in the files, and when the machine is not
+    /// that of the design; drop them when the stability of the loop has been said.
     ///
     /// # Errors
     /// [`Failure`] of whichever file is wrong.
@@ -120,17 +121,6 @@ pub fn other_machine(file: &str, tag: Option<&MachineTag>, used: &MachineTag) ->
             used.spindle, used.tool
         ),
     })
-}
-
-/// The tag of a machine whose files are found under these paths.
-pub fn machine_tag(machine: &Machine, spindle: &str, tool: &str) -> MachineTag {
-    let mut text = spindle_yaml(&machine.spindle);
-    text.push_str(&tool_yaml(&machine.tool));
-    MachineTag {
-        spindle: spindle.to_owned(),
-        tool: tool.to_owned(),
-        hash: sha256_hex(text.as_bytes()),
-    }
 }
 
 /// `usual` beside the controller file or in the folder above it, else the path that the file names.

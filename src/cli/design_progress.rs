@@ -26,8 +26,27 @@ pub(super) fn run_design_with(
 ) -> Result<Design, Failure> {
     progress.stage("design");
     progress.watch().skip();
-    let found = design(machine, weights, settings, &mut |event| match event {
+    let found = design(machine, weights, settings, &mut |event| {
+        told(progress, event);
+    })?;
+    if let Some(polish) = &found.polish {
+        progress.line(polish.sentence.clone());
+    }
+    if let Some(scale) = &found.specification_scale {
+        progress.line(scale.sentence());
+    }
+    Ok(found)
+}
+
+/// Tells an event: on a terminal, and to the watch of the stages.
+pub(super) fn told(progress: &Progress, event: Event) {
+    match event {
         Event::Stage(stage) => progress.watch().lap(stage),
+        Event::Begins(part) => {
+            progress.stage(part);
+            progress.watch().skip();
+        }
+        Event::Found(words) => progress.line(words),
         Event::Step(step) => progress.line(match &step.failure {
             Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),
             None => format!(
@@ -39,12 +58,5 @@ pub(super) fn run_design_with(
                 step.d_orders
             ),
         }),
-    })?;
-    if let Some(polish) = &found.polish {
-        progress.line(polish.sentence.clone());
     }
-    if let Some(scale) = &found.specification_scale {
-        progress.line(scale.sentence());
-    }
-    Ok(found)
 }

@@ -16,7 +16,8 @@ use crate::spindle::Machine;
 use serde_json::{Value, json};
 use std::str::FromStr;
 
-/// Order of the Padé approximant of an emulated design: its phase is exact to 0.1° up to half the sample rate at 1.5 samples.
+/// Order of the Padé approximant of an emulated design: its phase is exact to 0.1° up to half the sample rate at 1.5
+/// samples.
 const PADE_ORDER: usize = 4;
 
 /// `--route`.
@@ -63,9 +64,9 @@ impl FromStr for Tighten {
     }
 }
 
-/// The design with the tool's displacement limits divided by the factor asked for, and that factor. `auto` starts from the
-/// largest factor that the problem itself allows and steps back until the controller as it runs, reduced and rounded and
-/// stable itself, has µ ≤ 1 as well.
+/// The design with the tool's displacement limits divided by the factor asked for, and that factor. `auto` starts from
+/// the largest factor that the problem itself allows and steps back until the controller as it runs, reduced and
+/// rounded and stable itself, has µ ≤ 1 as well.
 pub fn tightened(
     machine: &Machine,
     weights: &Weights,
@@ -119,7 +120,9 @@ pub fn tightening_json(
     let gain = |now: f64, then: f64| number(now / then);
     let percent = |now: f64, then: f64| 100.0 * (now / then - 1.0);
     let sentence = format!(
-        "The tool's displacement limits divided by {factor:.2} give µ {}; against the design as written the softest point changes by {:+.0} % (now at {:.0} Hz), the stiffness at 10 Hz by {:+.0} %, at the frequency of the top speed by {:+.0} %.",
+        "The tool's displacement limits divided by {factor:.2} give µ {}; against the design as written the softest \
+         point changes by {:+.0} % (now at {:.0} Hz), the stiffness at 10 Hz by {:+.0} %, at the frequency of the top \
+         speed by {:+.0} %.",
         tightened.delivery.rounded.specification.words(),
         percent(rest.minimum.0, before_rest.minimum.0),
         rest.minimum.1,

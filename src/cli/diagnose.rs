@@ -2,7 +2,6 @@
 //! Writes the corrected spindle and tool, `summary.json`, the report and its pictures.
 
 use super::console::{Console, Shown};
-use super::design::finish;
 use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
@@ -22,6 +21,7 @@ use crate::report::diagnosis_words::sentence;
 use crate::report::identification::plausibility_json;
 use crate::report::results::ResultsFolder;
 use crate::report::summary::Summary;
+use crate::report::whole::Report;
 use serde_json::{Value, json};
 
 /// Arguments of `muspin diagnose`.
@@ -112,7 +112,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     if !found.record_faults.is_empty() {
         known.stage_records(&mut folder, &loaded, &found)?;
     }
-    finish(&mut folder, &mut summary, &arguments.out)?;
+    let mut report = Report { folder, summary };
+    report.write(&arguments.out)?;
     let ended = match found.verdict {
         // The rotor was levitated: a model that cannot be is no explanation.
         _ if !unstable.is_empty() => Outcome::TargetMissed,
@@ -120,7 +121,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         _ => Outcome::Done,
     };
     let out = arguments.out.as_str();
-    console.json(&(summary.to_json() + "\n"), || {
+    console.json(&(report.summary.to_json() + "\n"), || {
         Shown::met(
             ended == Outcome::Done,
             format!("verdict {}", found.verdict.name()),

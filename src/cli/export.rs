@@ -20,7 +20,7 @@ use crate::report::firmware_c::{c_identifier, is_prefix, stability_words};
 use crate::report::firmware_table::controller_table;
 use crate::report::results::ResultsFolder;
 use crate::report::simulation::anti_windup_json;
-use crate::spindle::{Machine, ModelDetail, Plant, Side};
+use crate::spindle::{Machine, ModelDetail, Plant};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -207,7 +207,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     })
 }
 
-/// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is refused.
+/// Loads, samples, realises and verifies one controller; nothing, with the reason on standard error, when it is
+/// refused.
 fn prepare(
     arguments: &Arguments,
     file: &str,
@@ -228,7 +229,7 @@ fn prepare(
         FormArgument::Modal => modal_form(law)?,
         FormArgument::Sections => second_order_sections(law)?,
     };
-    let unlimited = scaled(&realisation, signal_limits(machine))?;
+    let unlimited = scaled(&realisation, SignalLimits::of(machine))?;
     let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
     let verification = checked(machine, &rows, arguments.force_unverified)?;
     if !verification.is_proven() && !arguments.force_unverified {
@@ -333,22 +334,6 @@ pub(super) fn ready(
     Ok((sampled, Some(loaded.clone())))
 }
 
-/// Full scales: the backup clearance, and the current that keeps both coils of the weaker bearing in their range.
-pub fn signal_limits(machine: &Machine) -> SignalLimits {
-    let current = Side::BOTH
-        .into_iter()
-        .map(|side| {
-            let bearing = machine.spindle.bearing(side);
-            let range = bearing.max_current_a - bearing.bias_current_a;
-            bearing.bias_current_a.min(range)
-        })
-        .fold(f64::INFINITY, f64::min);
-    SignalLimits {
-        input_m: machine.spindle.backup_clearance_m,
-        output_a: current,
-    }
-}
-
 /// Proof of stability with float32 coefficients, and with Q31 ones: whichever is worse.
 fn checked(
     machine: &Machine,
@@ -379,7 +364,8 @@ fn checked(
 
 /// Why nothing is written: the growth rate first.
 fn refusal(verification: &Verification) -> String {
-    let advice = "nothing was written; check that spindle and tool are those of the design; --force-unverified exports it all the same and says so in the files";
+    let advice = "nothing was written; check that spindle and tool are those of the design; --force-unverified \
+        exports it all the same and says so in the files";
     match verification.unstable() {
         Some(bad) => format!(
             "unstable: the closed loop grows by {:.2} 1/s at {} rpm ({})\n{advice}",

@@ -1,5 +1,6 @@
-//! `muspin frf`: open-loop frequency responses u → y and F_t → x_t, or with a controller the closed-loop tool compliance,
-//! as CSV; an unstable loop has none. Without a controller the tool compliance is that of the rotor on its magnets, currents zero.
+//! `muspin frf`: open-loop frequency responses u → y and F_t → x_t, or with a controller the closed-loop tool
+//! compliance, as CSV; an unstable loop has none. Without a controller the tool compliance is that of the rotor on its
+//! magnets, currents zero.
 
 use super::console::{Console, Shown};
 use super::controlled_machine::MachineArguments;

@@ -1,5 +1,5 @@
-//! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances of the
-//! free-free rotor (JSON).
+//! `muspin identify`: are the records plausible; measured sweeps to FRFs with covariance, resonances and antiresonances
+//! of the free-free rotor (JSON).
 
 use super::console::{Console, Shown};
 use super::machine::of_measurement;
@@ -69,7 +69,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
             "{}: no record of kind sweep or hammer",
             arguments.measurement
         ))
-        .with_hint("identification needs a sweep; frequencies that are known already go straight into `muspin update`"));
+        .with_hint("identification needs a sweep; frequencies that are known already go straight into `muspin \
+            update`"));
     }
     let mut answer = serde_json::Map::new();
     let mut found = None;

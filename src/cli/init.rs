@@ -1,5 +1,5 @@
-//! `muspin init DIR`: a commented spindle, tool, weights and measurement that run as they are. `muspin example NAME`: the files
-//! of a worked case, with the guide that goes through it.
+//! `muspin init DIR`: a commented spindle, tool, weights and measurement that run as they are. `muspin example NAME`:
+//! the files of a worked case, with the guide that goes through it.
 
 use super::console::{Console, Shown};
 use super::output::claim;

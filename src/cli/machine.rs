@@ -6,8 +6,8 @@ use crate::input::{self, Measurement, Warning};
 use crate::spindle::Machine;
 use crate::spindle::mesh_quality::coarse_mesh;
 
-/// Warnings that are held back until it is known whether the loop is stable, because that is said in the first line. They go
-/// to standard error when the value is dropped, so that none is lost on the way to an error.
+/// Warnings that are held back until it is known whether the loop is stable, because that is said in the first line.
+/// They go to standard error when the value is dropped, so that none is lost on the way to an error.
 #[derive(Debug, Default)]
 pub struct Remarks(pub Vec<Warning>);
 

@@ -5,10 +5,12 @@ pub mod failure;
 pub mod progress;
 
 mod batch;
+mod batch_arguments;
+mod batch_plan;
+mod batch_variants;
 mod check;
 mod compare;
 pub mod console;
-mod contact;
 mod controlled_machine;
 mod design;
 mod design_arguments;
@@ -90,7 +92,7 @@ enum Command {
     /// Find the missing effect, name it, add it to the model
     Diagnose(diagnose::Arguments),
     /// A design per tool and a table over all
-    Batch(batch::Arguments),
+    Batch(batch_arguments::Arguments),
     /// Validate files, run nothing
     Check(check::Arguments),
     /// Write a commented spindle, tool, weights and measurement that run as they are

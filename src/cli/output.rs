@@ -1,7 +1,9 @@
-//! The output folder of a command: claimed before anything is computed, so that a run of minutes is not refused at its end.
+//! The output folder of a command: claimed before anything is computed, so that a run of minutes is not refused at its
+//! end.
 
 use super::Failure;
 use crate::report::results::{self, ResultsError};
+use crate::report::whole::ReportError;
 use std::path::Path;
 
 /// Files that every command with a report writes.
@@ -24,7 +26,8 @@ impl From<ResultsError> for Failure {
     fn from(error: ResultsError) -> Self {
         let hint = match &error {
             ResultsError::Foreign { .. } | ResultsError::Edited { .. } => {
-                "muspin replaces only unchanged files that its muspin-manifest.json lists: move the file away, delete it, \
+                "muspin replaces only unchanged files that its muspin-manifest.json lists: move the file away, delete \
+                 it, \
                  or choose another folder with --out"
             }
             ResultsError::Manifest { .. } => {
@@ -33,5 +36,16 @@ impl From<ResultsError> for Failure {
             _ => "choose another folder with --out",
         };
         Self::new(error.to_string()).with_hint(hint)
+    }
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        match error {
+            ReportError::Results(inner) => inner.into(),
+            ReportError::Pipeline(inner) => inner.into(),
+            ReportError::Machine(inner) => inner.into(),
+            other => Self::new(other.to_string()),
+        }
     }
 }

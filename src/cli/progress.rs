@@ -7,12 +7,13 @@ use super::timings::Stopwatch;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Progress of one command.
 pub struct Progress {
     bar: ProgressBar,
     watch: Mutex<Stopwatch>,
+    start: Instant,
 }
 
 impl Progress {
@@ -24,7 +25,7 @@ impl Progress {
         } else {
             ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden())
         };
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} {elapsed}") {
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix}{msg} {elapsed}") {
             bar.set_style(style);
         }
         if visible {
@@ -33,6 +34,7 @@ impl Progress {
         Self {
             bar,
             watch: Mutex::new(Stopwatch::start()),
+            start: Instant::now(),
         }
     }
 
@@ -46,9 +48,30 @@ impl Progress {
         self.bar.set_message(what.into());
     }
 
+    /// How many of several equal parts are done; the time that the rest will take is estimated from them.
+    pub fn share(&self, done: usize, of: usize) {
+        let left = match done {
+            0 => String::new(),
+            _ => {
+                let each_s = self.start.elapsed().as_secs_f64() / done as f64;
+                format!(", about {} left", minutes(each_s * (of - done) as f64))
+            }
+        };
+        self.bar.set_prefix(format!("[{done} of {of}{left}] "));
+    }
+
     /// A finished step stays on the terminal as a line: one D-K iteration, the result of a stage.
     pub fn line(&self, text: impl AsRef<str>) {
         self.bar.println(text);
+    }
+}
+
+/// A time in minutes and seconds.
+fn minutes(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..60 => format!("{whole} s"),
+        _ => format!("{} min {} s", whole / 60, whole % 60),
     }
 }
 

@@ -1,5 +1,5 @@
-//! `muspin rehearse`: a measurement folder as the rig would give it, computed from a model with the noise of its sensors, so that
-//! identification, updating and diagnosis can be tried before anything is measured.
+//! `muspin rehearse`: a measurement folder as the rig would give it, computed from a model with the noise of its
+//! sensors, so that identification, updating and diagnosis can be tried before anything is measured.
 
 use super::console::{Console, Shown};
 use super::machine::load_machine;
@@ -163,7 +163,8 @@ fn levitating(machine: &Machine) -> Result<Controller, Failure> {
 /// Kind, file and speed of a record.
 pub type Listed = (&'static str, String, f64);
 
-/// A sweep and a hammer test at every speed and the controller `pid.json`, added below `prefix` (empty, or ending in `/`).
+/// A sweep and a hammer test at every speed and the controller `pid.json`, added below `prefix` (empty, or ending in
+/// `/`).
 ///
 /// # Errors
 /// [`Failure`] when the loop is unstable, because no such measurement can be taken.

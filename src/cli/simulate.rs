@@ -1,27 +1,25 @@
-//! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on standard
-//! output, response and orbits as CSV and SVG in the folder.
+//! `muspin simulate`: time response of the levitated rotor with force law, limits and clearance; figures as JSON on
+//! standard output, response and orbits as CSV and SVG in the folder.
 
 use super::console::{Console, Shown};
 use super::controlled_machine::MachineArguments;
-use super::design::finish;
-use super::export::{ready, signal_limits};
+use super::export::ready;
 use super::output::{REPORT, claim};
 use super::{Failure, Outcome};
 use crate::controller::ControlLaw;
 use crate::controller::anti_windup::with_anti_windup;
 use crate::controller::arithmetic::float32;
 use crate::controller::realise::modal_form;
-use crate::controller::scaling::scaled;
+use crate::controller::scaling::{SignalLimits, scaled};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::predict::recovery::{Recovery, touching_force_n};
 use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
 use crate::predict::time_cases::{Case, figures, run_case};
-use crate::report::plot::motion::{TimePanel, orbits, time_responses};
-use crate::report::plot::{Curve, Role};
-use crate::report::results::{ResultsError, ResultsFolder};
+use crate::report::plot::animation::animate;
 use crate::report::simulation::{Limits, anti_windup_json, motion, recovery_json, simulation_json};
-use crate::report::summary::{Summary, number};
-use crate::report::tables::Table;
+use crate::report::summary::number;
+use crate::report::time_response::add_response;
+use crate::report::whole::Report;
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -40,7 +38,8 @@ pub struct Arguments {
     /// Balance grade in mm/s, for unbalance
     #[arg(long, default_value_t = 0.4)]
     grade: f64,
-    /// Force at the tool, N (impulse 50, step 40 unless given; contact: what no controller can hold within the clearance)
+    /// Force at the tool, N (impulse 50, step 40 unless given; contact: what no controller can hold within the
+    /// clearance)
     #[arg(long)]
     force: Option<f64>,
     /// Duration, s
@@ -101,7 +100,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let ControlLaw::Discrete(law) = &discrete.law else {
         return Err(Failure::new("the controller could not be sampled"));
     };
-    let unlimited = scaled(&modal_form(law)?, signal_limits(machine))?;
+    let unlimited = scaled(&modal_form(law)?, SignalLimits::of(machine))?;
     let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
     let program = float32(&rows)?;
     let (case, name, speed_rpm, duration_s) = scenario(arguments, machine)?;
@@ -124,18 +123,16 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let response = run_case(machine, &program, case, speed, duration_s, &settings)?;
     let found = figures(machine, &response);
     let limits = Limits {
-        current_a: signal_limits(machine).output_a,
+        current_a: SignalLimits::of(machine).output_a,
         voltage_v: settings.bus_voltage_v,
     };
-    let mut summary = Summary::new();
-    summary.set("run", "simulate");
-    summary.set("spindle", machine.spindle.name.as_str());
-    summary.set("tool", machine.tool.name.as_str());
+    let mut report = Report::of("simulate", machine);
+    let summary = &mut report.summary;
     summary.set("controller", discrete.name.as_str());
     summary.set("case", name);
     summary.set("speed_rpm", number(speed_rpm));
     summary.set("duration_s", number(duration_s));
-    given.add_to(&mut summary);
+    given.add_to(summary);
     summary.set("stability.stable", stable);
     summary.set("stability.growth_rate_per_s", number(growth));
     if let Case::Impulse { force_n, .. } | Case::Step { force_n } = case {
@@ -159,19 +156,14 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     };
     summary.set("verdict.met", met);
     summary.set("verdict.sentence", end.as_str());
-    let mut folder = staged(machine, &response, name, &limits)?;
-    let moved = motion(
-        machine,
-        &response,
-        &format!("Shaft in motion, {name}"),
-        speed,
-    )?;
-    let (picture, frames) = crate::report::plot::animation::animate(&moved);
-    folder.add("plots/animation.svg", picture)?;
-    folder.add("plots/animation.csv", frames)?;
-    finish(&mut folder, &mut summary, &arguments.out)?;
+    add_response(&mut report, machine, &response, name, &limits)?;
+    let title = format!("Shaft in motion, {name}");
+    let (picture, frames) = animate(&motion(machine, &response, &title, speed)?);
+    report.folder.add("plots/animation.svg", picture)?;
+    report.folder.add("plots/animation.csv", frames)?;
+    report.write(&arguments.out)?;
     let out = arguments.out.as_str();
-    console.json(&summary.to_json(), || {
+    console.json(&report.summary.to_json(), || {
         Shown::met(met, format!("{name} at {speed_rpm:.0} rpm: {end}"))
             .file(format!("{out}/report.html"))
     })?;
@@ -182,8 +174,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     })
 }
 
-/// Whether the case went well, and the sentence about it. A push is over: the rotor may touch if it recovers. A load that
-/// stays must not touch at all, and lift-off must end free.
+/// Whether the case went well, and the sentence about it. A push is over: the rotor may touch if it recovers. A load
+/// that stays must not touch at all, and lift-off must end free.
 fn verdict(case: CaseArgument, response: &TimeResponse, recovery: Recovery) -> (bool, String) {
     if response.diverged {
         return (false, "the rotor left every reasonable range".to_owned());
@@ -240,7 +232,7 @@ fn scenario(
             0.1,
         ),
         CaseArgument::Contact => {
-            let limit = signal_limits(machine).output_a;
+            let limit = SignalLimits::of(machine).output_a;
             let force_n = match force {
                 Some(given) => given,
                 None => touching_force_n(machine, limit, PUSH_S)?,
@@ -275,127 +267,4 @@ fn scenario(
         )));
     }
     Ok((case, name, speed, duration.unwrap_or(length)))
-}
-
-/// Everything that goes into the folder.
-fn staged(
-    machine: &Machine,
-    response: &TimeResponse,
-    name: &str,
-    limits: &Limits,
-) -> Result<ResultsFolder, ResultsError> {
-    let axes = ["front_x", "front_y", "rear_x", "rear_y"];
-    let places = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "rear_y"];
-    let mut header = vec!["time_s".to_owned()];
-    header.extend(axes.map(|a| format!("sensor_{a}_m")));
-    header.extend(places.map(|p| format!("displacement_{p}_m")));
-    header.extend(axes.map(|a| format!("current_{a}_a")));
-    header.extend(axes.map(|a| format!("voltage_{a}_v")));
-    header.extend(axes.map(|a| format!("force_{a}_n")));
-    header.extend(axes.map(|a| format!("contact_{a}_n")));
-    let mut table = Table::new(header);
-    for s in &response.samples {
-        let row: Vec<f64> = std::iter::once(s.time_s)
-            .chain(s.sensors_m)
-            .chain(s.displacements_m)
-            .chain(s.currents_a)
-            .chain(s.voltages_v)
-            .chain(s.forces_n)
-            .chain(s.contact_n)
-            .collect();
-        table.push_numbers(&row);
-    }
-    let time: Vec<f64> = response.samples.iter().map(|s| s.time_s).collect();
-    let column = |k: usize| -> Vec<f64> {
-        response
-            .samples
-            .iter()
-            .map(|s| s.displacements_m[k])
-            .collect()
-    };
-    let [tx, ty, fx, fy, rx, ry] = [0, 1, 2, 3, 4, 5].map(column);
-    let micro = |v: &[f64]| v.iter().map(|m| 1e6 * m).collect::<Vec<f64>>();
-    let shown = [micro(&tx), micro(&fx), micro(&rx)];
-    let current =
-        |k: usize| -> Vec<f64> { response.samples.iter().map(|s| s.currents_a[k]).collect() };
-    let currents = [current(0), current(2)];
-    let voltage =
-        |k: usize| -> Vec<f64> { response.samples.iter().map(|s| s.voltages_v[k]).collect() };
-    let voltages = [voltage(0), voltage(2)];
-    let force = |k: usize| -> Vec<f64> { response.samples.iter().map(|s| s.forces_n[k]).collect() };
-    let forces = [force(0), force(2)];
-    let (front_n, rear_n) = (
-        machine.spindle.front.max_force_n,
-        machine.spindle.rear.max_force_n,
-    );
-    let clearance = 1e6 * machine.spindle.backup_clearance_m;
-    let (limit, bus) = (limits.current_a, limits.voltage_v);
-    let panels = [
-        TimePanel {
-            title: "Displacement x",
-            label: "x",
-            unit: "µm",
-            curves: curves(&time, &["tool", "front", "rear"], &shown),
-            limits: vec![
-                (clearance, "backup bearing"),
-                (-clearance, "backup bearing"),
-            ],
-        },
-        TimePanel {
-            title: "Control current x",
-            label: "i",
-            unit: "A",
-            curves: curves(&time, &["front", "rear"], &currents),
-            limits: vec![(limit, "limit"), (-limit, "limit")],
-        },
-        TimePanel {
-            title: "Coil voltage x",
-            label: "u",
-            unit: "V",
-            curves: curves(&time, &["front", "rear"], &voltages),
-            limits: vec![(bus, "bus"), (-bus, "bus")],
-        },
-        TimePanel {
-            title: "Magnetic force x",
-            label: "F",
-            unit: "N",
-            curves: curves(&time, &["front", "rear"], &forces),
-            limits: vec![(front_n, "front capacity"), (rear_n, "rear capacity")],
-        },
-    ];
-    let mut folder = ResultsFolder::new();
-    folder.add_table("response.csv", &table)?;
-    folder.add_plot(
-        "response",
-        &time_responses(&format!("Response to {name}"), &panels),
-    )?;
-    let planes = [
-        ("tool", tx.as_slice(), ty.as_slice()),
-        ("front actuator", &fx, &fy),
-        ("rear actuator", &rx, &ry),
-    ];
-    folder.add_plot(
-        "orbits",
-        &orbits(
-            &format!("Orbits, {name}"),
-            &planes,
-            machine.spindle.backup_clearance_m,
-        ),
-    )?;
-    Ok(folder)
-}
-
-/// Curves over one time axis, told apart by number.
-fn curves<'a>(time: &'a [f64], names: &[&'a str], values: &'a [Vec<f64>]) -> Vec<Curve<'a>> {
-    names
-        .iter()
-        .zip(values)
-        .enumerate()
-        .map(|(k, (name, y))| Curve {
-            name,
-            x: time,
-            y,
-            role: Role::Other(k),
-        })
-        .collect()
 }

@@ -1,4 +1,5 @@
-//! Standard output: data, through one locked buffer. A reader that has gone away (`| head`) is a quiet end, not an error.
+//! Standard output: data, through one locked buffer. A reader that has gone away (`| head`) is a quiet end, not an
+//! error.
 
 use super::Failure;
 use std::io::{BufWriter, ErrorKind, Write};

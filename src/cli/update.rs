@@ -134,19 +134,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         Some(only) => vec![("resonances_only", &only.fit), ("full", &full.fit)],
         None => vec![("updated", &full.fit)],
     };
-    let mut updating = updating_json(&delivered.fit);
-    if let Value::Object(map) = &mut updating {
-        map.insert("resonances_only".into(), json!(resonances_only.is_some()));
-        if resonances_only.is_some() {
-            map.insert("full_update".into(), updating_json(&full.fit));
-        }
-    }
     let hammers = hammer_errors(&measurement, &machine, &delivered.machine)?;
-    if let Value::Object(map) = &mut updating
-        && !hammers.is_empty()
-    {
-        map.insert("held_out_tool_frf".into(), json!(hammers));
-    }
+    let only = resonances_only.is_some().then_some(&full.fit);
     let mut summary = serde_json::Map::new();
     if let Some(found) = &identification {
         summary.insert("identification".into(), identification_json(found));
@@ -154,7 +143,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     if !records.reports.is_empty() {
         summary.insert("plausibility".into(), plausibility_json(&records.reports));
     }
-    summary.insert("updating".into(), updating);
+    summary.insert("updating".into(), answer(&delivered.fit, only, &hammers));
     let text = serde_json::to_string_pretty(&Value::Object(summary))
         .map_err(|e| Failure::new(e.to_string()))?
         + "\n";
@@ -192,6 +181,21 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     } else {
         Outcome::TargetMissed
     })
+}
+
+/// The `updating` object; `full` is the fit with antiresonances where the delivered one goes without them.
+fn answer(delivered: &Updated, full: Option<&Updated>, hammers: &[Value]) -> Value {
+    let mut updating = updating_json(delivered);
+    if let Value::Object(map) = &mut updating {
+        map.insert("resonances_only".into(), json!(full.is_some()));
+        if let Some(full) = full {
+            map.insert("full_update".into(), updating_json(full));
+        }
+        if !hammers.is_empty() {
+            map.insert("held_out_tool_frf".into(), json!(hammers));
+        }
+    }
+    updating
 }
 
 /// Codes of the FRFs, output and input axis, in the order of the targets.
@@ -236,8 +240,8 @@ fn settings(arguments: &Arguments) -> Result<UpdateSettings, Failure> {
     })
 }
 
-/// What to fit: the standstill sweep where there is one, else frequencies that were read off. The crossed FRFs of a sweep are
-/// held out.
+/// What to fit: the standstill sweep where there is one, else frequencies that were read off. The crossed FRFs of a
+/// sweep are held out.
 pub(super) fn targets(
     measurement: &Measurement,
     records: &Records,

@@ -1,7 +1,7 @@
 //! What `muspin --version` says: version, commit where the build was told it, kind of build, system.
 
-/// Version, commit and build. The commit is the variable `MUSPIN_COMMIT` of the build, which a release sets: cargo would
-/// compile the whole crate anew after each commit if it were read from the repository.
+/// Version, commit and build. The commit is the variable `MUSPIN_COMMIT` of the build, which a release sets: cargo
+/// would compile the whole crate anew after each commit if it were read from the repository.
 pub fn text() -> String {
     let commit = option_env!("MUSPIN_COMMIT").unwrap_or("not recorded");
     let build = match cfg!(debug_assertions) {

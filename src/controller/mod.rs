@@ -57,7 +57,8 @@ pub enum ControllerError {
     },
     /// The controller mixes axes, but the form needs independent axes.
     #[error(
-        "second-order sections need a decentralised controller: output {output} depends on input {input}; use the modal form"
+        "second-order sections need a decentralised controller: output {output} depends on input {input}; use the \
+         modal form"
     )]
     NotDecentralised {
         /// Output channel, from 0.

@@ -10,6 +10,8 @@ use super::ControllerError;
 use super::realise::{Realisation, Row, Term};
 use crate::linalg::Mat;
 use crate::lti::{Discrete, StateSpace};
+use crate::spindle::Machine;
+use crate::spindle::machine::Side;
 use std::f64::consts::TAU;
 
 /// A real pole below this frequency winds up under saturation and is held to the output authority.
@@ -26,6 +28,25 @@ pub struct SignalLimits {
     pub input_m: f64,
     /// Largest |u|, A: the output clamp; full scale of fixed point.
     pub output_a: f64,
+}
+
+impl SignalLimits {
+    /// Full scales of a machine: the backup clearance, and the current that keeps both coils of the weaker bearing in
+    /// their range.
+    pub fn of(machine: &Machine) -> Self {
+        let current = Side::BOTH
+            .into_iter()
+            .map(|side| {
+                let bearing = machine.spindle.bearing(side);
+                let range = bearing.max_current_a - bearing.bias_current_a;
+                bearing.bias_current_a.min(range)
+            })
+            .fold(f64::INFINITY, f64::min);
+        Self {
+            input_m: machine.spindle.backup_clearance_m,
+            output_a: current,
+        }
+    }
 }
 
 /// A realisation whose states and signals stay within ±1, with the scales that did it.

@@ -1,5 +1,5 @@
-//! Guides: how a job is done and how files look. Each page is plain Markdown in `src/guide/` as well; `muspin example` writes
-//! the files that a guide works with.
+//! Guides: how a job is done and how files look. Each page is plain Markdown in `src/guide/` as well; `muspin example`
+//! writes the files that a guide works with.
 
 #[doc = include_str!("start.md")]
 pub mod start {}

@@ -39,7 +39,8 @@ pub enum IdentifyError {
     },
     /// Experiments that do not tell the axes apart.
     #[error(
-        "{name}: at {frequency_hz} Hz the four experiments are linearly dependent (condition number of U {condition:.1e}): G = Y U⁻¹ does not exist"
+        "{name}: at {frequency_hz} Hz the four experiments are linearly dependent (condition number of U \
+         {condition:.1e}): G = Y U⁻¹ does not exist"
     )]
     Singular {
         /// The record.
@@ -51,7 +52,8 @@ pub enum IdentifyError {
     },
     /// Whirl splits every peak at speed.
     #[error(
-        "the sweep was taken at {speed_rpm} rpm: resonances and antiresonances of the rotor at rest need a sweep at 0 rpm"
+        "the sweep was taken at {speed_rpm} rpm: resonances and antiresonances of the rotor at rest need a sweep at 0 \
+         rpm"
     )]
     NotAtRest {
         /// Speed, rpm.

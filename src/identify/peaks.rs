@@ -351,7 +351,8 @@ pub fn antiresonances(
             let hint = lost.iter().find(|(f, _)| *f > lo && *f < hi);
             let reason = match hint {
                 Some((f, why)) => format!("near {f:.0} Hz {why}"),
-                None => "no minimum between the two resonances, whose residues have equal sign: too shallow, or too close to one of them".to_owned(),
+                None => "no minimum between the two resonances, whose residues have equal sign: too shallow, or too \
+                    close to one of them".to_owned(),
             };
             list.push(Antiresonance::NotIdentified {
                 from_hz: lo,

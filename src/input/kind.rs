@@ -112,8 +112,14 @@ impl FileKind {
         ];
         let told = known.iter().find(|(column, _)| header.contains(column));
         told.map(|(_, kind)| *kind).ok_or_else(|| {
-            InputError::new(source, "is no table that muspin knows: no column experiment, coherence or amplitude")
-                .with_hint("the first line of a record names its columns, for example frequency_hz,h_re,h_im,coherence,averages")
+            InputError::new(
+                source,
+                "is no table that muspin knows: no column experiment, coherence or amplitude",
+            )
+            .with_hint(
+                "the first line of a record names its columns, for example \
+                    frequency_hz,h_re,h_im,coherence,averages",
+            )
         })
     }
 

@@ -51,7 +51,8 @@ impl Matrix {
 pub fn matrices(file: &str, bytes: &[u8]) -> Result<Vec<Matrix>, InputError> {
     let fail = |at: usize, rule: &str| {
         InputError::new(file, format!("byte {at}: {rule}"))
-            .with_hint("a controller has A, B, C, D and Ts: save them with MATLAB's `save` (not -v7.3) or SciPy's `savemat`")
+            .with_hint("a controller has A, B, C, D and Ts: save them with MATLAB's `save` (not -v7.3) or SciPy's \
+                `savemat`")
     };
     let little = match bytes.get(HEADER - 2..HEADER) {
         Some(b"IM") => true,

@@ -132,9 +132,11 @@ fn add_key(schema: &mut Value, key: &Key) {
 /// The page of all keys in Markdown: one table for every group of keys, from the schemas.
 pub fn page() -> String {
     let mut text = String::from(
-        "# Keys of all files\n\nEvery key with its unit, whether it may be left out and what it is then, the range that real \
+        "# Keys of all files\n\nEvery key with its unit, whether it may be left out and what it is then, the range \
+         that real \
          machines keep to (outside it muspin warns) and the range outside which a value is refused. This page is \
-         generated from the readers: `muspin schema --page`. [File formats](super::formats) has examples and meaning.\n",
+         generated from the readers: `muspin schema --page`. [File formats](super::formats) has examples and \
+         meaning.\n",
     );
     for kind in SchemaKind::ALL {
         let schema = schema(kind);
@@ -160,7 +162,8 @@ fn object(schema: &Value, path: &str, text: &mut String) {
     let place = if path.is_empty() { "the top" } else { path };
     let code = if path.is_empty() { "" } else { "`" };
     text.push_str(&format!(
-        "\nAt {code}{place}{code}:\n\n| key | unit | if left out | plausible | possible | meaning |\n|---|---|---|---|---|---|\n"
+        "\nAt {code}{place}{code}:\n\n| key | unit | if left out | plausible | possible | meaning \
+         |\n|---|---|---|---|---|---|\n"
     ));
     let required = |key: &str| {
         let list = schema["required"].as_array();

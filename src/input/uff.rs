@@ -362,7 +362,8 @@ fn binary_values(
     };
     let Some(x_size) = widths.iter().copied().find(fits) else {
         return Err(format!(
-            "{count} values of {size} bytes are not followed by the end of the dataset: damaged, or another number format"
+            "{count} values of {size} bytes are not followed by the end of the dataset: damaged, or another number \
+             format"
         ));
     };
     let mut at = start;

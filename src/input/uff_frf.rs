@@ -71,7 +71,8 @@ pub fn frfs(file: &str, functions: &[UffFunction]) -> Result<Vec<UffFrf>, InputE
         };
         return Err(
             InputError::new(file, format!("no frequency response to use: {why}")).with_hint(
-                "needed is a complex frequency response (function type 4) of displacement, velocity or acceleration over force",
+                "needed is a complex frequency response (function type 4) of displacement, velocity or acceleration \
+                 over force",
             ),
         );
     }

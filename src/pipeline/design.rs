@@ -86,7 +86,8 @@ impl Design {
         let polished = self.polish.as_ref().is_some_and(|p| p.delivered.is_some());
         match polished {
             true => format!(
-                "The controller itself is stable: the polish keeps its poles inside the circle, the slowest decays at {:.3} 1/s.",
+                "The controller itself is stable: the polish keeps its poles inside the circle, the slowest decays at \
+                 {:.3} 1/s.",
                 -self.delivery.controller_growth_rate_per_s
             ),
             false => self.own_stability.sentence(),

@@ -68,6 +68,7 @@ pub fn growth_rate_at(
 /// The first line about a loop that is not stable.
 pub fn unstable_words(growth_rate_per_s: f64, speed_rpm: f64) -> String {
     format!(
-        "unstable: the closed loop grows by {growth_rate_per_s:.2} 1/s at {speed_rpm} rpm; it has no stiffness, no zone and no response that lasts"
+        "unstable: the closed loop grows by {growth_rate_per_s:.2} 1/s at {speed_rpm} rpm; it has no stiffness, no \
+         zone and no response that lasts"
     )
 }

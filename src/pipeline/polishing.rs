@@ -112,8 +112,8 @@ struct Goal<'a> {
     widening: Widening,
 }
 
-/// Largest widening of a limit with which the polish is still held to the specification as written. Chosen, not derived:
-/// a polish may lower μ by that much; further out the rows as written would only hold the worst of them.
+/// Largest widening of a limit with which the polish is still held to the specification as written. Chosen, not
+/// derived: a polish may lower μ by that much; further out the rows as written would only hold the worst of them.
 const WITHIN_REACH: f64 = 2.0;
 
 impl<'a> Goal<'a> {
@@ -384,7 +384,8 @@ fn sentence(outcome: &PolishOutcome) -> String {
     };
     let figures = |attempt: &PolishAttempt, judged: &Judged| {
         format!(
-            "The polish from the {} has a smallest tool stiffness of {} at rest and {} at top speed (D-K iteration: {} and {}), \
+            "The polish from the {} has a smallest tool stiffness of {} at rest and {} at top speed (D-K iteration: \
+             {} and {}), \
              µ of the specification at most {} from rest to 1.2 times the top speed",
             attempt.start,
             words(judged.stiffness_n_per_m[0]),

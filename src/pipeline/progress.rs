@@ -2,9 +2,13 @@
 
 use crate::robust::dk::DkStep;
 
-/// Something that has just ended.
+/// Something that has just ended or begins.
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
+    /// A part of a run begins; its stages follow.
+    Begins(&'static str),
+    /// What a part of a run found, in a sentence.
+    Found(&'a str),
     /// A step of the D-K iteration.
     Step(&'a DkStep),
     /// A stage of the design; one that is repeated ends more than once.

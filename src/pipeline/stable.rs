@@ -72,17 +72,20 @@ impl OwnStability {
             self.cheapest(),
         ) {
             (Some(a), _) => format!(
-                "The controller with the lowest µ is unstable itself ({rate:.1} 1/s); the stable one delivered ({}) costs {:.1} % in µ.",
+                "The controller with the lowest µ is unstable itself ({rate:.1} 1/s); the stable one delivered ({}) \
+                 costs {:.1} % in µ.",
                 a.lever,
                 percent(a.mu)
             ),
             (None, Some(a)) => format!(
-                "The controller is unstable itself ({rate:.1} 1/s): the cheapest stable one found ({}) costs {:.1} % in µ, more than {price:.0} %. It needs another controller to lift off.",
+                "The controller is unstable itself ({rate:.1} 1/s): the cheapest stable one found ({}) costs {:.1} % \
+                 in µ, more than {price:.0} %. It needs another controller to lift off.",
                 a.lever,
                 percent(a.mu)
             ),
             (None, None) => format!(
-                "The controller is unstable itself ({rate:.1} 1/s), and none of {} syntheses for a stable one gave one. It needs another controller to lift off.",
+                "The controller is unstable itself ({rate:.1} 1/s), and none of {} syntheses for a stable one gave \
+                 one. It needs another controller to lift off.",
                 self.alternatives.len()
             ),
         }

@@ -1,9 +1,10 @@
 //! How a set of files takes the place of an earlier one: staged beside it first, then put in place by renames.
 //!
-//! A folder that does not exist yet appears by one rename. One that holds nothing but files of the run before is exchanged with the
-//! staged folder, where the system can exchange two names at once. A folder with other files in it keeps its place and its files are
-//! replaced one by one: each replacement is one rename, the manifest lists the hashes of both runs meanwhile, and any failure puts
-//! the earlier files back. A full disk shows while files are staged, before anything is replaced.
+//! A folder that does not exist yet appears by one rename. One that holds nothing but files of the run before is
+//! exchanged with the staged folder, where the system can exchange two names at once. A folder with other files in it
+//! keeps its place and its files are replaced one by one: each replacement is one rename, the manifest lists the hashes
+//! of both runs meanwhile, and any failure puts the earlier files back. A full disk shows while files are staged,
+//! before anything is replaced.
 
 use super::manifest::{MANIFEST, Manifest};
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,4 +1,5 @@
-//! Figures of a comparison as JSON: the statements of the paper's figure 9 as numbers, measured hammer records, and the figures of a PID's certificate beside its limits.
+//! Figures of a comparison as JSON: the statements of the paper's figure 9 as numbers, measured hammer records, and the
+//! figures of a PID's certificate beside its limits.
 
 use super::run_summary::verification_json;
 use super::summary::{number, numbers};
@@ -37,7 +38,8 @@ fn dip_json(dip: &Dip) -> Value {
     })
 }
 
-/// The statements of figure 9 for one controller at one speed; `flexible_hz` are the natural frequencies of the free rotor.
+/// The statements of figure 9 for one controller at one speed; `flexible_hz` are the natural frequencies of the free
+/// rotor.
 pub fn statements_json(prediction: &Prediction, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
     let axes: Map<String, Value> = ["x", "y"]
         .into_iter()
@@ -326,8 +328,8 @@ fn unstable_sentence(runs: &[&Prediction]) -> Option<String> {
     (!each.is_empty()).then(|| format!("Unstable: {}.", each.join(", ")))
 }
 
-/// The `pid` object: the tuned PID's figures beside their limits, which [`crate::pipeline::comparison::rival_settings`] took
-/// from the delivered controller.
+/// The `pid` object: the tuned PID's figures beside their limits, which [`crate::pipeline::comparison::rival_settings`]
+/// took from the delivered controller.
 pub fn pid_json(pid: &TunedPid, settings: &TuneSettings) -> Value {
     let c = &pid.certificate;
     let mut object = certificate_json(c);
@@ -351,7 +353,13 @@ pub fn pid_json(pid: &TunedPid, settings: &TuneSettings) -> Value {
 
 /// Figures of a PID on the full plant.
 pub fn certificate_json(c: &PidCertificate) -> Value {
-    let peak = |p: &PeakSensitivity| json!({ "attained_db": number(p.db), "not_above_db": number(p.upper_db), "frequency_hz": number(p.frequency_hz) });
+    let peak = |p: &PeakSensitivity| {
+        json!({
+            "attained_db": number(p.db),
+            "not_above_db": number(p.upper_db),
+            "frequency_hz": number(p.frequency_hz),
+        })
+    };
     let both = |p: &[PeakSensitivity; 2]| json!({ "front": peak(&p[0]), "rear": peak(&p[1]) });
     json!({
         "stable": c.is_stable(),

@@ -1,5 +1,5 @@
-//! Controller JSON: `{name, inputs, outputs, sample_time_s, machine, A, B, C, D}`, row-major, sample time 0 for continuous
-//! time, `machine` only where it is known.
+//! Controller JSON: `{name, inputs, outputs, sample_time_s, machine, A, B, C, D}`, row-major, sample time 0 for
+//! continuous time, `machine` only where it is known.
 //! Numbers by shortest round trip: reading the file back gives the same bits.
 
 use crate::controller::{ControlLaw, Controller, MachineTag};

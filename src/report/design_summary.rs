@@ -1,4 +1,5 @@
-//! What a design proves and what it was compared with, as JSON: speeds, stability of the controller, arithmetics, variants.
+//! What a design proves and what it was compared with, as JSON: speeds, stability of the controller, arithmetics,
+//! variants.
 
 use super::prediction_summary::{sensitivity_json, stiffness_json};
 use super::summary::number;
@@ -33,7 +34,9 @@ pub fn speed_sentence(proof: &SpeedProof) -> String {
     let (to, centres) = (proof.proven_to_rpm(), proof.intervals.len());
     if proof.is_complete() {
         return format!(
-            "Stable at every speed from rest to {to:.0} rpm: computed at {centres} speeds, and proven between them by a small gain from a change of speed back to itself (sampled loop, full finite-element plant, exact delay, rounded coefficients)."
+            "Stable at every speed from rest to {to:.0} rpm: computed at {centres} speeds, and proven between them by \
+             a small gain from a change of speed back to itself (sampled loop, full finite-element plant, exact \
+             delay, rounded coefficients)."
         );
     }
     match proof.slowest() {
@@ -42,7 +45,8 @@ pub fn speed_sentence(proof: &SpeedProof) -> String {
             worst.centre_rpm, worst.growth_rate_per_s
         ),
         _ => format!(
-            "Stability is proven from rest to {to:.0} rpm; beyond, the loop is stable at the speeds computed, with no proof between them."
+            "Stability is proven from rest to {to:.0} rpm; beyond, the loop is stable at the speeds computed, with no \
+             proof between them."
         ),
     }
 }
@@ -73,7 +77,11 @@ pub fn mu_model_json(design: &Design) -> Value {
     });
     json!({
         "sentence": format!(
-            "µ is of the whole machine: {} flexible modes below half the sample rate and the static flexibility of the others, sampled with hold and exact delay, weights of true frequency, loads and modal forces not held. The upper bound is certified over all frequencies for the rational realisation of this model, and is not below any line of the exact frequency responses at rest; over speed it is the largest of the exact responses on a grid.",
+            "µ is of the whole machine: {} flexible modes below half the sample rate and the static flexibility of \
+             the others, sampled with hold and exact delay, weights of true frequency, loads and modal forces not \
+             held. The upper bound is certified over all frequencies for the rational realisation of this model, and \
+             is not below any line of the exact frequency responses at rest; over speed it is the largest of the \
+             exact responses on a grid.",
             problems.machine_modes
         ),
         "covered": format!(
@@ -152,7 +160,8 @@ pub fn limit_json(limit: &StiffnessLimit, reached_n_per_m: f64) -> Value {
         "taps": limit.taps,
         "lines": limit.lines,
         "share_reached": number(reached_n_per_m / limit.stiffness_n_per_m),
-        "model": "rotor at rest, whole plant with hold and delay at lines of frequency, zone A, limits of gain and noise \
+        "model": "rotor at rest, whole plant with hold and delay at lines of frequency, zone A, limits of gain and \
+         noise \
                   current; over the stabilising sampled linear controllers whose Youla parameter has these taps: more \
                   taps can only raise it",
     })
@@ -232,7 +241,8 @@ pub fn route_word(route: Route) -> &'static str {
     }
 }
 
-/// μ and tool stiffness at rest with the coefficients of each arithmetic; `predictions` in the order of the design's list.
+/// μ and tool stiffness at rest with the coefficients of each arithmetic; `predictions` in the order of the design's
+/// list.
 pub fn arithmetic_json(design: &Design, predictions: &[Prediction]) -> Value {
     let rows = design
         .delivery

@@ -1,5 +1,5 @@
-//! Tables of a diagnosis in the report, from its part of `summary.json`: the gap, the parameters with their intervals, the hypotheses,
-//! the places, the smallest sizes that the data could show.
+//! Tables of a diagnosis in the report, from its part of `summary.json`: the gap, the parameters with their intervals,
+//! the hypotheses, the places, the smallest sizes that the data could show.
 
 use super::readable::{Grid, four_digits, text, words};
 use serde_json::Value;

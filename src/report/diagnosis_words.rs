@@ -16,7 +16,8 @@ pub fn sentence(d: &Diagnosis) -> String {
     );
     match d.verdict {
         Verdict::Adequate => format!(
-            "The model describes the measurement: no discrepancy is detectable beyond nuisance parameters (force constants, sensor \
+            "The model describes the measurement: no discrepancy is detectable beyond nuisance parameters (force \
+             constants, sensor \
              gains, moduli, damping).{} {gap}",
             smallest(d)
         ),
@@ -75,8 +76,10 @@ pub fn sentence(d: &Diagnosis) -> String {
             let correction = d.correction.as_ref().map_or(String::new(), |_| {
                 let ((ub, ua), (hb, ha)) = (d.gaps(false), d.gaps(true));
                 format!(
-                    " With the law recovered there as a correction without a name the gap falls from {ub:.2} σ to {ua:.2} σ on the \
-                     records it was taken from, and from {hb:.2} σ to {ha:.2} σ on held-out data ({}): use correction.csv for predictions, \
+                    " With the law recovered there as a correction without a name the gap falls from {ub:.2} σ to \
+                     {ua:.2} σ on the \
+                     records it was taken from, and from {hb:.2} σ to {ha:.2} σ on held-out data ({}): use \
+                     correction.csv for predictions, \
                      and look for the cause before a design.",
                     d.held_out
                 )
@@ -113,7 +116,8 @@ fn tried(d: &Diagnosis) -> String {
 fn unsafe_prediction(d: &Diagnosis) -> String {
     let (from, to) = d.misfit.band_hz;
     format!(
-        " No correction improves the held-out data ({}): no prediction of this machine is safe, least of all from {from:.0} to \
+        " No correction improves the held-out data ({}): no prediction of this machine is safe, least of all from \
+         {from:.0} to \
          {to:.0} Hz from {} to {}.",
         d.held_out,
         AXIS_NAMES[d.misfit.input % 4],

@@ -113,7 +113,8 @@ pub fn header(
     }
     if conditioned {
         anti_windup.push_str(
-            "\n * Anti-windup: while an output is limited, the slow states are corrected by a gain times what the limit took away.",
+            "\n * Anti-windup: while an output is limited, the slow states are corrected by a gain times what the \
+             limit took away.",
         );
     }
     let excess = if conditioned {
@@ -256,7 +257,8 @@ pub fn stability_words(verification: &Verification) -> String {
         verification.worst_growth_rate_per_s(),
     ) {
         (None, Some(worst)) if proven => format!(
-            "verified, closed loop proven stable at every speed from 0 to {} rpm and computed at {}; slowest decay {:.2} 1/s{mu}",
+            "verified, closed loop proven stable at every speed from 0 to {} rpm and computed at {}; slowest decay \
+             {:.2} 1/s{mu}",
             verification.top_rpm,
             range(),
             -worst

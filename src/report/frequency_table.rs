@@ -1,4 +1,5 @@
-//! The table of Table 1 of the paper from `updating`: every resonance and antiresonance measured, before and after updating.
+//! The table of Table 1 of the paper from `updating`: every resonance and antiresonance measured, before and after
+//! updating.
 
 use super::readable::{Grid, four_digits};
 use serde_json::Value;

@@ -1,8 +1,10 @@
 //! `report.html`: one self-contained page from the summary and the pictures of a run.
 //!
-//! Everything comes from `summary.json` and `plots/*.svg`, so that the page can be rebuilt from a results folder. Verdict
-//! first, then plain words, key figures, a section a stage (absent stages are left out), certificates, all figures.
-//! No script, no font, no style from elsewhere; the own script shows values at the pointer and zooms, and the page is whole without it.
+//! Everything comes from `summary.json` and `plots/*.svg`, so that the page can be rebuilt from a results folder.
+//! Verdict first, then plain words, key figures, a section a stage (absent stages are left out), certificates, all
+//! figures.
+//! No script, no font, no style from elsewhere; the own script shows values at the pointer and zooms, and the page is
+//! whole without it.
 
 use super::diagnosis_tables;
 use super::frequency_table;
@@ -306,7 +308,8 @@ fn plain_words(summary: &Value) -> Vec<String> {
             readable::four_digits(pid * 1e-6),
         );
         sentences.push(format!(
-            "At its softest the tool plane has {softest} N/µm with the µ controller and {rival} N/µm with the PID, a factor of {:.2}.",
+            "At its softest the tool plane has {softest} N/µm with the µ controller and {rival} N/µm with the PID, a \
+             factor of {:.2}.",
             mu / pid
         ));
     }

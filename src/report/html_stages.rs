@@ -63,7 +63,8 @@ pub(super) const STAGES: [Stage; 15] = [
     Stage {
         key: "statements",
         title: "At the tool plane",
-        lead: "The statements of the paper's figure 9 as numbers; worst: not undercut by any rotor within the uncertainty.",
+        lead: "The statements of the paper's figure 9 as numbers; worst: not undercut by any rotor within the \
+            uncertainty.",
         stems: &[],
     },
     Stage {
@@ -75,7 +76,8 @@ pub(super) const STAGES: [Stage; 15] = [
     Stage {
         key: "routes",
         title: "Sampled design and emulation",
-        lead: "Both routes, each judged on the sampled loop: synthesis on the sampled plant, and continuous synthesis with a Padé delay followed by Tustin's rule.",
+        lead: "Both routes, each judged on the sampled loop: synthesis on the sampled plant, and continuous synthesis \
+            with a Padé delay followed by Tustin's rule.",
         stems: &[],
     },
     Stage {

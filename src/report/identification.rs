@@ -129,14 +129,18 @@ pub fn identification_json(found: &Identification) -> Value {
         "antiresonances_hz": {"front": hz(&found.front), "rear": hz(&found.rear)},
         "antiresonances_standard_deviation_hz": {"front": sd(&found.front), "rear": sd(&found.rear)},
         "cross_antiresonances_hz": {"13": hz(&found.front_over_rear), "31": hz(&found.rear_over_front)},
-        "cross_antiresonances_standard_deviation_hz": {"13": sd(&found.front_over_rear), "31": sd(&found.rear_over_front)},
+        "cross_antiresonances_standard_deviation_hz": {
+            "13": sd(&found.front_over_rear),
+            "31": sd(&found.rear_over_front),
+        },
         "not_identified": {"front": why(&found.front), "rear": why(&found.rear)},
         "magnet_shift_removed_hz": {
             "resonances": shift(&found.resonances),
             "front": shift(&found.front),
             "rear": shift(&found.rear),
         },
-        "refers_to": "free-free rotor at rest: levitation loop, amplifier, delay, sensor and negative stiffness removed",
+        "refers_to": "free-free rotor at rest: levitation loop, amplifier, delay, sensor and negative stiffness \
+         removed",
     })
 }
 

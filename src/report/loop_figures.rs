@@ -1,5 +1,5 @@
-//! The pictures that control engineers know: Bode diagram of the controller, Nyquist diagram, closed-loop poles, Campbell diagram,
-//! unbalance response over speed.
+//! The pictures that control engineers know: Bode diagram of the controller, Nyquist diagram, closed-loop poles,
+//! Campbell diagram, unbalance response over speed.
 
 use super::plot::figure::{Axis, Figure, Mark, Panel, Series};
 use super::plot::loops::{ResponseCurve, bode, nyquist};
@@ -92,8 +92,8 @@ pub fn loop_figures(
     Ok((figures, Some(margin)))
 }
 
-/// The lines of the predictions, dense round the poles of the closed loop, with more round those of the open one: ratios from a
-/// tenth of a damping width to a tenth of the frequency.
+/// The lines of the predictions, dense round the poles of the closed loop, with more round those of the open one:
+/// ratios from a tenth of a damping width to a tenth of the frequency.
 fn lines(plant: &Plant, closed: &[f64]) -> Vec<f64> {
     let mut all = closed.to_vec();
     let (Some(low), Some(high)) = (closed.first().copied(), closed.last().copied()) else {
@@ -230,7 +230,8 @@ fn unbalance(
     }
     Ok(Figure::new(
         "Unbalance response over speed",
-        "Amplitude of the circular motion that an unbalance of 1 g mm at the tool plane causes, closed loop of the full model.",
+        "Amplitude of the circular motion that an unbalance of 1 g mm at the tool plane causes, closed loop of the \
+         full model.",
         vec![panel],
     ))
 }

@@ -1,7 +1,7 @@
 //! The manifest of an output folder: path and SHA-256 of every file that muspin wrote there.
 //!
-//! A file is replaced or removed only when the manifest lists it and its hash is still that of the list: whatever else is in the
-//! folder belongs to the user. The manifest holds no clock, machine or user: same files, same bytes.
+//! A file is replaced or removed only when the manifest lists it and its hash is still that of the list: whatever else
+//! is in the folder belongs to the user. The manifest holds no clock, machine or user: same files, same bytes.
 
 use super::firmware::sha256_hex;
 use serde::{Deserialize, Serialize};
@@ -21,8 +21,8 @@ pub struct Manifest {
     about: String,
     /// Relative path with `/` → SHA-256 in hexadecimal digits.
     pub files: BTreeMap<String, String>,
-    /// Hashes of the run before while its files are being replaced one by one; empty otherwise. A run that was interrupted
-    /// leaves them here, so that the next one recognises the files of either.
+    /// Hashes of the run before while its files are being replaced one by one; empty otherwise. A run that was
+    /// interrupted leaves them here, so that the next one recognises the files of either.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub replacing: BTreeMap<String, String>,
 }

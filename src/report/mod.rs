@@ -1,8 +1,11 @@
 //! Files out: results folder, tables, plots, HTML. Gets finished results, never computes.
 
 pub mod atomic;
+pub mod batch;
+pub mod compared;
 pub mod comparison;
 pub mod comparison_figures;
+pub mod contact;
 pub mod controller_json;
 pub mod corrected_records;
 pub mod design_summary;
@@ -27,12 +30,15 @@ pub mod prediction_summary;
 pub mod readable;
 pub mod records;
 pub mod results;
+pub mod run;
 pub mod run_figures;
 pub mod run_summary;
 pub mod simulation;
 pub mod summary;
 pub mod tables;
+pub mod time_response;
 pub mod uff;
 pub mod updating;
+pub mod whole;
 pub mod worst;
 pub mod writing;

@@ -1,9 +1,9 @@
 //! The output folder of a run, staged in memory and written whole or not at all.
 //!
-//! Rules: a file that exists is replaced only if the folder's manifest lists it and it is unchanged since; files of the run before
-//! that this run does not write are removed; everything else in the folder stays. A link given as folder is followed. A folder with a
-//! measurement in it is never an output folder. Files come in the order of their paths and hold no clock, machine or thread count:
-//! same run, same bytes.
+//! Rules: a file that exists is replaced only if the folder's manifest lists it and it is unchanged since; files of the
+//! run before that this run does not write are removed; everything else in the folder stays. A link given as folder is
+//! followed. A folder with a measurement in it is never an output folder. Files come in the order of their paths and
+//! hold no clock, machine or thread count: same run, same bytes.
 
 use super::atomic::Replacement;
 use super::manifest::{MANIFEST, Manifest, is_inside};
@@ -152,7 +152,8 @@ impl ResultsFolder {
     /// Writes all files and their manifest to `target`.
     ///
     /// # Errors
-    /// [`ResultsError`] with the file or folder that must not be touched, or that the file system refused. The target is as it was.
+    /// [`ResultsError`] with the file or folder that must not be touched, or that the file system refused. The target
+    /// is as it was.
     pub fn write(&self, target: &Path) -> Result<(), ResultsError> {
         let target = resolved(target)?;
         let earlier = manifest(&target)?;
@@ -212,8 +213,8 @@ impl ResultsFolder {
     }
 }
 
-/// Checks before a run starts that its output folder can be written: `names` are files that it is sure to write, `inputs` the files
-/// and folders that it reads (names of shipped files and paths that do not exist are passed over).
+/// Checks before a run starts that its output folder can be written: `names` are files that it is sure to write,
+/// `inputs` the files and folders that it reads (names of shipped files and paths that do not exist are passed over).
 ///
 /// # Errors
 /// [`ResultsError`] with what must not be touched.

@@ -193,6 +193,36 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
             fit: &d.used,
         })
         .collect();
+    let [stability, mu_speed] = over_speed(design);
+    vec![
+        (
+            "d_scales".to_owned(),
+            d_fits("D-scales of the uncertain modes", &fits),
+        ),
+        (
+            "mu".to_owned(),
+            mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
+        ),
+        stability,
+        mu_speed,
+        (
+            "mu_iterations".to_owned(),
+            mu_per_iteration("D-K iteration", &gamma, &peak),
+        ),
+        (
+            "mu_order".to_owned(),
+            mu_against_order(
+                "µ against the order of the controller",
+                &[tried],
+                design.reduction_limit,
+                chosen,
+            ),
+        ),
+    ]
+}
+
+/// Pictures over speed: stability with its proof, and μ.
+fn over_speed(design: &Design) -> [(String, Figure); 2] {
     let centres: Vec<Proven> = design
         .delivery
         .speed_proof
@@ -211,15 +241,7 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
         .map(|s| s.speed_rpm)
         .collect();
     let at_speed: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.mu).collect();
-    vec![
-        (
-            "d_scales".to_owned(),
-            d_fits("D-scales of the uncertain modes", &fits),
-        ),
-        (
-            "mu".to_owned(),
-            mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
-        ),
+    [
         (
             "speed_stability".to_owned(),
             stability_over_speed(
@@ -231,19 +253,6 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
         (
             "mu_speed".to_owned(),
             mu_over_speed("µ of the specification over speed", &speeds, &at_speed),
-        ),
-        (
-            "mu_iterations".to_owned(),
-            mu_per_iteration("D-K iteration", &gamma, &peak),
-        ),
-        (
-            "mu_order".to_owned(),
-            mu_against_order(
-                "µ against the order of the controller",
-                &[tried],
-                design.reduction_limit,
-                chosen,
-            ),
         ),
     ]
 }
@@ -276,8 +285,8 @@ impl Measured {
     }
 }
 
-/// Dynamic stiffness at the tool and sensitivity, at every speed given: (stem, figure). A picture without a stable loop or a
-/// record is left out.
+/// Dynamic stiffness at the tool and sensitivity, at every speed given: (stem, figure). A picture without a stable loop
+/// or a record is left out.
 pub fn predictions(
     runs: &[(Role, &Prediction)],
     measured: &[Measured],

@@ -1,4 +1,5 @@
-//! Figures of a run as JSON: design with its certificates, stiffness, sensitivity. Keys as the format contract names them.
+//! Figures of a run as JSON: design with its certificates, stiffness, sensitivity. Keys as the format contract names
+//! them.
 
 use super::design_summary::{
     alternatives_json, emulation_json, mu_model_json, polish_json, route_word, scale_json,
@@ -125,7 +126,13 @@ fn step_json(step: &crate::robust::dk::DkStep) -> Value {
 }
 
 fn stage_json(stage: &Stage) -> Value {
-    let peak = |p: &PeakFigures| json!({ "upper": number(p.upper), "lower": number(p.lower), "frequency_hz": number(p.frequency_hz) });
+    let peak = |p: &PeakFigures| {
+        json!({
+            "upper": number(p.upper),
+            "lower": number(p.lower),
+            "frequency_hz": number(p.frequency_hz),
+        })
+    };
     json!({
         "order_per_plane": stage.order,
         "table_as_written": peak(&stage.specification),

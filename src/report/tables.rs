@@ -53,7 +53,8 @@ impl Table {
         &self.rows
     }
 
-    /// The table as CSV text. Rows shorter than the header are filled, longer ones cut, so that every line has its columns.
+    /// The table as CSV text. Rows shorter than the header are filled, longer ones cut, so that every line has its
+    /// columns.
     pub fn to_csv(&self) -> String {
         let mut writer = csv::WriterBuilder::new()
             .flexible(true)

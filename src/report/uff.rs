@@ -1,5 +1,5 @@
-//! FRFs as universal files, dataset 58, ASCII, complex double precision, uneven abscissa in full precision where the spacing is uneven.
-//! Columns follow the I-DEAS documentation, so that pyuff and the usual modal programs read them.
+//! FRFs as universal files, dataset 58, ASCII, complex double precision, uneven abscissa in full precision where the
+//! spacing is uneven. Columns follow the I-DEAS documentation, so that pyuff and the usual modal programs read them.
 
 use crate::linalg::c64;
 use std::fmt::Write as _;

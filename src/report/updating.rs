@@ -166,8 +166,8 @@ pub fn error_table(models: &[(&str, &Updated)]) -> Table {
     table
 }
 
-/// Figures of an updating with their stems: factors, determinability, errors, mode shapes. `models` names the fits, the delivered
-/// one first.
+/// Figures of an updating with their stems: factors, determinability, errors, mode shapes. `models` names the fits, the
+/// delivered one first.
 pub fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(&'static str, Figure)> {
     let Some((name, fit)) = models.first() else {
         return vec![];

@@ -74,7 +74,11 @@ fn one_worst_json(worst: &WorstPrediction) -> Value {
     let stiffness = |curve: &WorstCurve| {
         let low = |hz: f64| {
             curve.near(hz).map_or(Value::Null, |e| {
-                json!({ "nominal_n_per_m": number(1.0 / e.nominal), "not_below_n_per_m": number(1.0 / e.upper), "attained_n_per_m": number(1.0 / e.lower) })
+                json!({
+                    "nominal_n_per_m": number(1.0 / e.nominal),
+                    "not_below_n_per_m": number(1.0 / e.upper),
+                    "attained_n_per_m": number(1.0 / e.lower),
+                })
             })
         };
         let minimum = curve.peak().map_or(Value::Null, |(hz, e)| {
@@ -106,7 +110,12 @@ fn one_worst_json(worst: &WorstPrediction) -> Value {
         "stable_at_corners": worst.is_stable(),
         "corner_growth_rate_per_s": number(worst.corner_growth_rate_per_s),
         "stiffness": { "x": stiffness(x), "y": stiffness(y) },
-        "sensitivity": { "front_x": sensitivity(fx), "front_y": sensitivity(fy), "rear_x": sensitivity(rx), "rear_y": sensitivity(ry) },
+        "sensitivity": {
+            "front_x": sensitivity(fx),
+            "front_y": sensitivity(fy),
+            "rear_x": sensitivity(rx),
+            "rear_y": sensitivity(ry),
+        },
     })
 }
 
@@ -131,7 +140,8 @@ pub(super) fn worst_sentence(worst: &[NamedWorst]) -> Option<String> {
         .collect::<Option<_>>()?;
     (!each.is_empty()).then(|| {
         format!(
-            "No rotor within the uncertainty of the natural frequencies, gyroscopic moments exact, has less tool stiffness than (N/µm): {}.",
+            "No rotor within the uncertainty of the natural frequencies, gyroscopic moments exact, has less tool \
+             stiffness than (N/µm): {}.",
             each.join(", ")
         )
     })

@@ -12,7 +12,8 @@ use thiserror::Error;
 pub enum DkError {
     /// The blocks do not fit the plant.
     #[error(
-        "the blocks have {rows} inputs and {cols} outputs, the plant has {disturbances} disturbances and {errors} errors"
+        "the blocks have {rows} inputs and {cols} outputs, the plant has {disturbances} disturbances and {errors} \
+         errors"
     )]
     Blocks {
         /// Σ rows of the blocks.

@@ -16,7 +16,8 @@ pub enum Condition {
     },
     /// The Hamiltonian of X has an eigenvalue on the axis: a frequency where no control brings the gain below γ.
     #[error(
-        "the control Hamiltonian has an eigenvalue on the axis at {omega_rad_s:.6e} rad/s (no level below {bound:.6e} exists there)"
+        "the control Hamiltonian has an eigenvalue on the axis at {omega_rad_s:.6e} rad/s (no level below {bound:.6e} \
+         exists there)"
     )]
     ControlAxis {
         /// Smallest level of that condition.
@@ -26,7 +27,8 @@ pub enum Condition {
     },
     /// The Hamiltonian of Y has an eigenvalue on the axis.
     #[error(
-        "the filter Hamiltonian has an eigenvalue on the axis at {omega_rad_s:.6e} rad/s (no level below {bound:.6e} exists there)"
+        "the filter Hamiltonian has an eigenvalue on the axis at {omega_rad_s:.6e} rad/s (no level below {bound:.6e} \
+         exists there)"
     )]
     FilterAxis {
         /// Smallest level of that condition.
@@ -107,7 +109,8 @@ pub enum SynthesisError {
     },
     /// A synthesis failed, and D12 or D21 is almost without rank beside the rest of the plant.
     #[error(
-        "{which} ({rows} x {cols}) is almost rank deficient: smallest singular value {smallest:.3e}, {relative:.1e} of the gain that its channels reach over frequency; with it: {source}"
+        "{which} ({rows} x {cols}) is almost rank deficient: smallest singular value {smallest:.3e}, {relative:.1e} \
+         of the gain that its channels reach over frequency; with it: {source}"
     )]
     WeakFeedthrough {
         /// "D12" or "D21".
@@ -157,7 +160,8 @@ pub enum SynthesisError {
     },
     /// A controller was formed, but an independent check refutes it.
     #[error(
-        "controller at gamma = {gamma:.6e} fails its check: closed-loop norm {norm:.6e}, growth rate {growth_rate:.3e} 1/s"
+        "controller at gamma = {gamma:.6e} fails its check: closed-loop norm {norm:.6e}, growth rate \
+         {growth_rate:.3e} 1/s"
     )]
     Refuted {
         /// Level.
@@ -193,13 +197,16 @@ impl SynthesisError {
                 "add noise to every measurement: each y needs its own disturbance w with a direct term"
             }
             Self::WeakFeedthrough { which: "D12", .. } => {
-                "raise the weight on the control inputs: each u needs an error z with a direct term that counts beside the others"
+                "raise the weight on the control inputs: each u needs an error z with a direct term that counts \
+                 beside the others"
             }
             Self::WeakFeedthrough { .. } => {
-                "raise the noise on the measurements: each y needs a disturbance w with a direct term that counts beside the others"
+                "raise the noise on the measurements: each y needs a disturbance w with a direct term that counts \
+                 beside the others"
             }
             Self::AxisZero { .. } => {
-                "shift the zero off the axis: a small stable weight instead of an integrator, a little damping, or a small extra channel"
+                "shift the zero off the axis: a small stable weight instead of an integrator, a little damping, or a \
+                 small extra channel"
             }
             Self::Infeasible { .. } => "ask for a larger gamma, or let the search find the optimum",
             Self::Regulator { .. } | Self::NoLevel { .. } | Self::Refuted { .. } => {

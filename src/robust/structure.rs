@@ -22,7 +22,8 @@ pub enum MuError {
     },
     /// The matrix does not fit the blocks.
     #[error(
-        "the blocks need a matrix with {rows} rows (sum of cols) and {cols} columns (sum of rows), found {found_rows}×{found_cols}"
+        "the blocks need a matrix with {rows} rows (sum of cols) and {cols} columns (sum of rows), found \
+         {found_rows}×{found_cols}"
     )]
     Shape {
         /// Rows needed.

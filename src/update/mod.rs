@@ -48,7 +48,8 @@ pub enum UpdateError {
     },
     /// The model has no peak that could be the measured ones.
     #[error(
-        "only {matched} of {measured} measured peaks have a partner in the model at the start; the model is too far from the data"
+        "only {matched} of {measured} measured peaks have a partner in the model at the start; the model is too far \
+         from the data"
     )]
     NoMatch {
         /// Peaks with a partner.

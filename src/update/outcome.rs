@@ -120,24 +120,28 @@ impl Explanation {
             .find(|(_, x)| x.abs() > PLAUSIBLE_FACTOR.ln());
         let (explained, statement) = if missing > 0 {
             let s = format!(
-                "{missing} of the measured peaks have no counterpart in the model whatever the moduli: the moduli cannot explain the data"
+                "{missing} of the measured peaks have no counterpart in the model whatever the moduli: the moduli \
+                 cannot explain the data"
             );
             (false, s)
         } else if let Some((region, x)) = extreme {
             let s = format!(
-                "the data ask for modulus factor {:.3} in region {}, which no modulus has: the moduli cannot explain the data",
+                "the data ask for modulus factor {:.3} in region {}, which no modulus has: the moduli cannot explain \
+                 the data",
                 x.exp(),
                 region.name
             );
             (false, s)
         } else if noise_estimated && largest > READING_ERROR_PERCENT {
             let s = format!(
-                "the best moduli leave errors up to {largest:.2} %, more than readings scatter ({READING_ERROR_PERCENT} %): the moduli cannot explain the data"
+                "the best moduli leave errors up to {largest:.2} %, more than readings scatter \
+                 ({READING_ERROR_PERCENT} %): the moduli cannot explain the data"
             );
             (false, s)
         } else if !noise_estimated && statistic > limit {
             let s = format!(
-                "the best moduli leave χ² = {statistic:.1} against {limit:.1} (99 % for {data} data): the moduli cannot explain the data within their noise"
+                "the best moduli leave χ² = {statistic:.1} against {limit:.1} (99 % for {data} data): the moduli \
+                 cannot explain the data within their noise"
             );
             (false, s)
         } else {

@@ -44,7 +44,8 @@ fn conditioned(law: &StateSpace<Discrete>) -> ScaledRealisation {
     with_anti_windup(rows, &machine()).unwrap().0
 }
 
-/// Four times the same axis: a slow pole that decays at 80 1/s beside a fast one, u = (c₁/(z − a₁) + c₂/(z − a₂) + d) y.
+/// Four times the same axis: a slow pole that decays at 80 1/s beside a fast one, u = (c₁/(z − a₁) + c₂/(z − a₂) + d)
+/// y.
 fn lag() -> StateSpace<Discrete> {
     let period_s = 5e-5;
     let (slow, fast) = (f64::exp(-80.0 * period_s), 0.3);
@@ -216,8 +217,8 @@ fn pushed(program: &Float32Program, force_n: f64, rpm: f64) -> Recovery {
     pushed_on(&machine(), program, &TimeSettings::default(), force_n, rpm)
 }
 
-/// A spindle whose sensors stand far from its magnets, and the controllers of a run; the μ controller has unstable modes of its own
-/// (a pair that grows by 584 1/s).
+/// A spindle whose sensors stand far from its magnets, and the controllers of a run; the μ controller has unstable
+/// modes of its own (a pair that grows by 584 1/s).
 fn other_machine() -> (Machine, impl Fn(&str) -> StateSpace<Discrete>) {
     let data = |name: &str| format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
     let spindle = data("spindles/s04-noncollocated.yaml");
@@ -314,8 +315,8 @@ fn the_rotor_of_another_machine_comes_back_with_either_controller() {
     let (machine, other) = other_machine();
     let top = machine.spindle.max_rpm;
     let touching = touching_force_n(&machine, 3.0, 5e-4).unwrap();
-    // While it is limited, the μ controller with unstable modes of its own swings at 1.4 kHz from limit to limit. Coils at 300 V
-    // cannot follow that, and the rotor stays lost; at 1000 V they can.
+    // While it is limited, the μ controller with unstable modes of its own swings at 1.4 kHz from limit to limit. Coils
+    // at 300 V cannot follow that, and the rotor stays lost; at 1000 V they can.
     for (name, bus_voltage_v) in [("mu.json", 1000.0), ("pid.json", 300.0)] {
         let program = float32(&other_conditioned(&machine, &other(name))).unwrap();
         let settings = TimeSettings {

@@ -370,7 +370,8 @@ fn nobody_but_cli_and_main_uses_cli() {
 
 #[test]
 fn the_reader_of_sources_sees_code_and_only_code() {
-    let text = "use crate::{lti::x, report::{a, cli}};\n// crate::cli in a comment\nlet s = \"crate::cli \\\" \"; let c = '\"'; let r = r#\"a \" faer::x\"#;\nfaer::mat();\nfn f<'a>(x: &'a str) {}\n";
+    let text = "use crate::{lti::x, report::{a, cli}};\n// crate::cli in a comment\nlet s = \"crate::cli \\\" \"; let \
+        c = '\"'; let r = r#\"a \" faer::x\"#;\nfaer::mat();\nfn f<'a>(x: &'a str) {}\n";
     let source = Source {
         path: "linalg/x.rs".to_owned(),
         text: text.to_owned(),

@@ -45,7 +45,8 @@ fn orthogonal_minimum_is_two_k_zeta_one_plus_zeta_over_ks() {
     assert!((least.omega_rad_s / OMEGA - (1.0 + 2.0 * ZETA).sqrt()).abs() < 1e-3);
 }
 
-/// Growth of x over the second half of 400 periods of m ẍ + c ẋ + k x = −K_s b (x(t) − x(t − T)), by semi-implicit steps.
+/// Growth of x over the second half of 400 periods of m ẍ + c ẋ + k x = −K_s b (x(t) − x(t − T)), by semi-implicit
+/// steps.
 fn growth(depth: f64, ks: f64, period: f64) -> f64 {
     let steps = (period * OMEGA / TAU * 400.0).ceil() as usize;
     let dt = period / steps as f64;

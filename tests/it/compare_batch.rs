@@ -49,7 +49,8 @@ fn compare_shows_what_the_reference_run_found() {
             .pointer(&format!("/chatter/{name}/minimum_depth_m"))
             .unwrap();
         assert!(depth.as_f64().unwrap() > 0.0);
-        // Worst cases: rest, quarters and the top speed, then the least of them; bounds in order, the nominal value above them.
+        // Worst cases: rest, quarters and the top speed, then the least of them; bounds in order, the nominal value
+        // above them.
         let cases = found.pointer(&format!("/worst_case/{name}")).unwrap();
         let (over_speed, cases) = cases.as_array().unwrap().split_last().unwrap();
         assert_eq!(cases.len(), 5);

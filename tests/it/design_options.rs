@@ -1,4 +1,5 @@
-//! What a design can be asked for besides Table 2: bounds on T, roll-off, integral action, a stable controller, two routes.
+//! What a design can be asked for besides Table 2: bounds on T, roll-off, integral action, a stable controller, two
+//! routes.
 
 use crate::support::controller::Law;
 use crate::support::figures::Loop;
@@ -79,7 +80,8 @@ fn a_bound_on_the_complementary_sensitivity_is_kept_by_the_loop() {
             })
             .fold(0.0, f64::max)
     };
-    // The response is that of the plant with its exact hold on a continuous signal: the sampled loop to a per cent in band.
+    // The response is that of the plant with its exact hold on a continuous signal: the sampled loop to a per cent in
+    // band.
     let kept = largest(&law);
     assert!(kept <= 1.02 * gamma * limit, "{kept}");
     assert!(largest(&free.2) > kept, "the bound does something");
@@ -204,8 +206,8 @@ fn both_routes_are_judged_on_the_sampled_loop() {
     assert!(
         emulated.delivery.rounded.specification.upper > direct.delivery.rounded.specification.upper
     );
-    // Both are proven over speed. The certified μ is above that of the exact responses at rest, and by no more than the fits:
-    // weights at both ends of the loop and the inverse hold.
+    // Both are proven over speed. The certified μ is above that of the exact responses at rest, and by no more than the
+    // fits: weights at both ends of the loop and the inverse hold.
     for d in [&direct, &emulated] {
         assert!(d.delivery.speed_proof.is_complete());
         let rest = d.delivery.speed_mu[0];

@@ -237,7 +237,8 @@ fn axes_in_a_picture_give_the_values_of_its_points() {
     }
 }
 
-/// det(I − G K) is the product of 1 + λ over the characteristic loci, and the disc margin the inverse of the largest gain of S.
+/// det(I − G K) is the product of 1 + λ over the characteristic loci, and the disc margin the inverse of the largest
+/// gain of S.
 #[test]
 fn characteristic_loci_and_disc_margin_belong_to_the_loop() {
     let machine = load_machine(SPINDLE, TOOL).unwrap();

@@ -1,7 +1,7 @@
 //! No circle of files: what a file imports does not import the file, over any number of steps.
 //!
-//! A path resolves to the file of its longest prefix that is a module, through the re-exports of `mod.rs`. Files named `mod.rs` list their
-//! modules and hold what these share: they import nobody here.
+//! A path resolves to the file of its longest prefix that is a module, through the re-exports of `mod.rs`. Files named
+//! `mod.rs` list their modules and hold what these share: they import nobody here.
 
 use super::architecture::{Source, none, sources};
 use std::collections::{BTreeMap, BTreeSet};

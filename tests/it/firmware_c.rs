@@ -1,4 +1,5 @@
-//! The exported C, compiled and run: bit for bit, after invalid samples, two controllers in a program, change at run time.
+//! The exported C, compiled and run: bit for bit, after invalid samples, two controllers in a program, change at run
+//! time.
 
 use crate::firmware::{LIMITS, TIME, hidden, pair, pid_like, real, typical};
 use muspin::controller::hand_over::hand_over;
@@ -234,9 +235,11 @@ fn two_controllers_link_and_generic_names_are_withdrawn() {
     Case::modal(typical(), "first").write(&folder.path().join("first"));
     Case::modal(pid_like(), "second").write(&folder.path().join("second"));
     let sources = ["first/controller.c", "second/controller.c"];
-    let includes = "#include \"first/controller.h\"\n#include \"second/controller.h\"\n#include \"first/controller.h\"\n";
+    let includes = "#include \"first/controller.h\"\n#include \"second/controller.h\"\n#include \
+        \"first/controller.h\"\n";
     let main = format!(
-        "{includes}#include <stdio.h>\nint main(void)\n{{\n    first_f32 a;\n    second_q31 b;\n    first_f32_init(&a);\n    \
+        "{includes}#include <stdio.h>\nint main(void)\n{{\n    first_f32 a;\n    second_q31 b;\n    \
+         first_f32_init(&a);\n    \
          second_q31_init(&b);\n    printf(\"%d %d\\n\", FIRST_STATES, SECOND_STATES);\n    return 0;\n}}\n"
     );
     assert_eq!(main_prints(folder.path(), &main, &sources), "16 24");
@@ -362,10 +365,12 @@ fn a_change_of_controller_continues_the_currents_and_the_loop_settles() {
     assert_eq!(printed.lines().count(), 2);
     for line in printed.lines() {
         let values: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
-        // Rounding: 1e5 A/m on displacements of 4e-5 m held to 6e-8 of themselves. A start from zero states jumps by 3 A.
+        // Rounding: 1e5 A/m on displacements of 4e-5 m held to 6e-8 of themselves. A start from zero states jumps by 3
+        // A.
         assert!(values[0] < 1e-4, "the current jumps by {} A", values[0]);
-        // The integrator starts at the resting current and moves on by 60 A/m times 4e-5 m a sample. The way back is to a
-        // controller whose only memory is a derivative filter with the pole 0.5: it continues the current for one sample.
+        // The integrator starts at the resting current and moves on by 60 A/m times 4e-5 m a sample. The way back is to
+        // a controller whose only memory is a derivative filter with the pole 0.5: it continues the current for one
+        // sample.
         assert!(
             values[1] < 5e-2,
             "the current moves by {} A in a sample",

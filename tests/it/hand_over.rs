@@ -1,5 +1,5 @@
-//! Change of the controller at run time on the full machine: the exported C of a PID, of the μ controllers of two tools and of
-//! a PD, in a loop with the sampled model of all modes (tests/firmware/hand_over.c).
+//! Change of the controller at run time on the full machine: the exported C of a PID, of the μ controllers of two tools
+//! and of a PD, in a loop with the sampled model of all modes (tests/firmware/hand_over.c).
 
 use crate::firmware_c::{Case, main_prints};
 use muspin::controller::ControlLaw;

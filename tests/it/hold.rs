@@ -1,6 +1,6 @@
-//! The hold of a sampled controller in closed-loop responses: against the integral that defines it, against the loop in the time
-//! domain of its definition (signals at the samples, currents constant between them), on the reference machine and on one
-//! that samples at half the rate, where leaving it out is a quarter of the gain at 4 kHz.
+//! The hold of a sampled controller in closed-loop responses: against the integral that defines it, against the loop in
+//! the time domain of its definition (signals at the samples, currents constant between them), on the reference machine
+//! and on one that samples at half the rate, where leaving it out is a quarter of the gain at 4 kHz.
 
 use muspin::controller::ControlLaw;
 use muspin::controller::pid_certificate::softest;
@@ -67,7 +67,8 @@ fn a_sampled_controller_acts_with_the_magnitude_of_its_hold_and_a_continuous_one
     assert_eq!(lag.at(2e4)[(0, 0)], lag.held_at(2e4)[(0, 0)]);
 }
 
-/// One mass on a magnet, its current late by `delay_s` and behind an amplifier: command and force to signal and displacement.
+/// One mass on a magnet, its current late by `delay_s` and behind an amplifier: command and force to signal and
+/// displacement.
 struct Mass {
     delay_s: f64,
 }
@@ -183,9 +184,10 @@ fn the_certified_stiffness_is_that_of_the_held_loop_at_two_sample_rates() {
 
 #[test]
 fn the_sensitivity_is_that_of_the_sampled_loop() {
-    // Second road: the sampled plant, hold and delay by exponentials, images of the spectrum included. The prediction has the
-    // fundamental alone. Tolerance: five times less than what leaving out the hold costs (0.018 and 0.033 at the worst line),
-    // above what the images add here. At 10 kHz this loop nearly oscillates at 2 kHz (|S| = 7), where images count: not a line.
+    // Second road: the sampled plant, hold and delay by exponentials, images of the spectrum included. The prediction
+    // has the fundamental alone. Tolerance: five times less than what leaving out the hold costs (0.018 and 0.033 at
+    // the worst line), above what the images add here. At 10 kHz this loop nearly oscillates at 2 kHz (|S| = 7), where
+    // images count: not a line.
     let lines = [10.0, 100.0, 500.0, 833.0, 1200.0, 3000.0, 3500.0];
     for (rate, tolerance) in [(20_000.0, 0.0035), (10_000.0, 0.0085)] {
         let machine = reference_at(rate);

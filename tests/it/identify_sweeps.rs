@@ -119,7 +119,8 @@ fn peaks_of_the_free_free_rotor_come_back_within_their_standard_deviations() {
         "mean chi2 {mean:.2}, worst {:.1} sd",
         chi.iter().copied().fold(0.0, f64::max).sqrt()
     );
-    // The share for the magnets' stiffness is generous here, where ks is exact: below one is right, above two would be bias.
+    // The share for the magnets' stiffness is generous here, where ks is exact: below one is right, above two would be
+    // bias.
     assert!(mean < 2.0, "{mean}");
 }
 

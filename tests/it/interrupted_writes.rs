@@ -1,5 +1,5 @@
-//! What is left when a command is killed while it writes, and when the disk is full: the results of the run before or the new
-//! ones, every file whole.
+//! What is left when a command is killed while it writes, and when the disk is full: the results of the run before or
+//! the new ones, every file whole.
 
 use super::program::muspin;
 use serde_json::Value;

@@ -2,6 +2,7 @@
 mod anti_windup;
 mod architecture;
 mod augment;
+mod batch_plan;
 mod chatter;
 mod compare_batch;
 mod connections;

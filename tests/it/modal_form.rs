@@ -15,8 +15,8 @@ fn pole(frequency_hz: f64, damping: f64) -> c64 {
 /// Coupling of the two oscillators.
 const COUPLING: f64 = 0.02;
 
-/// Two oscillators in series, ξ₁⁺ = p₁ξ₁ + gξ₂ and ξ₂⁺ = p₂ξ₂ + v with ξ = x₁ − jx₂ of each: a Jordan block when p₁ = p₂. The
-/// output is Re ξ₁ and the input drives Re ξ₂. A decaying pole stands beside them.
+/// Two oscillators in series, ξ₁⁺ = p₁ξ₁ + gξ₂ and ξ₂⁺ = p₂ξ₂ + v with ξ = x₁ − jx₂ of each: a Jordan block when p₁ =
+/// p₂. The output is Re ξ₁ and the input drives Re ξ₂. A decaying pole stands beside them.
 fn series(relative_distance: f64) -> StateSpace<muspin::lti::Discrete> {
     let (first, second) = (
         pair(700.0, 0.02),

@@ -231,7 +231,8 @@ fn a_scale_is_proven_optimal_to_a_tenth_of_a_percent_and_no_other_reaches_below_
 }
 
 #[test]
-#[ignore = "open: with channel sizes over six decades rounding ends the method of centres with a lower bound up to 2e-4 below the upper one"]
+#[ignore = "open: with channel sizes over six decades rounding ends the method of centres with a lower bound up to \
+    2e-4 below the upper one"]
 fn a_scale_is_proven_optimal_to_a_hundredth_of_what_a_bound_may_be_off_by() {
     certificates_are_within(1e-5);
 }

@@ -72,7 +72,8 @@ fn damaged_files_are_read_or_refused_with_the_name_of_the_file() {
 }
 
 #[test]
-#[ignore = "runs MUTANTS (default 100 000) damaged files of each format, or of FORMAT, with the seed SEED; see tests/fuzz/README.md"]
+#[ignore = "runs MUTANTS (default 100 000) damaged files of each format, or of FORMAT, with the seed SEED; see \
+    tests/fuzz/README.md"]
 fn many() {
     let number = |name: &str, default: u64| {
         let given = std::env::var(name).ok();

@@ -141,7 +141,8 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
 
 fn show(c: &PidCertificate, clock: std::time::Instant) {
     eprintln!(
-        "{:.2} N/um at {:.0} Hz, at speed {:.2}; S {:.2?} dB at {:.0?} Hz, at speed {:.2?}; noise {:.4} A; gain {:.3e} A/m; growth {:.1?} {:.1?} {:.1?}, shifted {:.1} of {} loops at {:?}; {} evaluations, {:.1} s",
+        "{:.2} N/um at {:.0} Hz, at speed {:.2}; S {:.2?} dB at {:.0?} Hz, at speed {:.2?}; noise {:.4} A; gain \
+         {:.3e} A/m; growth {:.1?} {:.1?} {:.1?}, shifted {:.1} of {} loops at {:?}; {} evaluations, {:.1} s",
         c.stiffness_n_per_m * 1e-6,
         c.stiffness_hz,
         c.stiffness_at_speed_n_per_m * 1e-6,

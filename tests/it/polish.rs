@@ -89,7 +89,8 @@ fn derivatives_of_every_limit_are_central_differences() {
         limits: limits(&machine),
     };
     let errors = derivative_errors(&machine, &task, &start(&machine)).unwrap();
-    // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp resonances.
+    // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp
+    // resonances.
     for (group, error) in errors.iter().enumerate() {
         assert!(*error < 1e-4, "group {group}: {error:.1e} of {errors:?}");
     }
@@ -156,8 +157,8 @@ fn a_peak_of_the_certificate_becomes_lines_of_the_loss() {
     let after = polisher.round(0).unwrap();
     // Lines of a pole beside them show the same and go.
     assert!(after.lines > before.lines && after.lines <= before.lines + 5);
-    // The controller is the same, so its largest bound is, up to lines that went: a line a quarter of the half-width beside a
-    // resonance shows 3 % less.
+    // The controller is the same, so its largest bound is, up to lines that went: a line a quarter of the half-width
+    // beside a resonance shows 3 % less.
     let now = after.over_limit[3] * polisher.limits().mu;
     assert!((now / largest - 1.0).abs() < 3e-2, "{now} {largest}");
 }

@@ -311,7 +311,8 @@ fn the_summary_keeps_order_digits_and_says_null_for_what_is_no_number() {
     s.number("a.first", f64::INFINITY);
     s.numbers("z.list", &[1.0, f64::NAN, 1e-300]);
     s.set("z.count", 3);
-    let expected = "{\n  \"z\": {\n    \"last_hz\": 0.30000000000000004,\n    \"list\": [1.0, null, 1e-300],\n    \"count\": 3\n  },\n  \"a\": {\n    \"first\": null\n  }\n}\n";
+    let expected = "{\n  \"z\": {\n    \"last_hz\": 0.30000000000000004,\n    \"list\": [1.0, null, 1e-300],\n    \
+        \"count\": 3\n  },\n  \"a\": {\n    \"first\": null\n  }\n}\n";
     assert_eq!(s.to_json(), expected);
     let back: serde_json::Value = serde_json::from_str(&s.to_json()).unwrap();
     assert_eq!(back, s.value());

@@ -286,8 +286,8 @@ fn a_clamped_beam_converges_to_exact_theory() {
     let case = beam("eb_clamped-free");
     let sections = uniform(&case["section"], 60);
     let l = sections[0].length_m;
-    // Clamped: two stiff supports a hundredth of an element apart would spoil the mesh; double the beam instead and take
-    // the symmetric modes of a beam held in the middle — its halves are clamped there by symmetry.
+    // Clamped: two stiff supports a hundredth of an element apart would spoil the mesh; double the beam instead and
+    // take the symmetric modes of a beam held in the middle — its halves are clamped there by symmetry.
     let doubled = [sections.clone(), sections].concat();
     let rotor = Rotor::new(0.0, doubled, &[]).unwrap();
     let middle = 60.0 * l;

@@ -193,7 +193,8 @@ fn small_signals_follow_the_linear_prediction() {
         quantum_m: 0.0,
         ..TimeSettings::default()
     };
-    // Linear prediction from a plant whose force constant is that of the file times a factor: the error relative to the peak.
+    // Linear prediction from a plant whose force constant is that of the file times a factor: the error relative to the
+    // peak.
     let distance = |speed: f64, factor: f64| -> (f64, f64) {
         let case = Case::Step { force_n: force };
         let found = run_case(&machine, &program(&law), case, speed, 0.05, &settings).unwrap();

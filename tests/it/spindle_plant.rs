@@ -17,8 +17,8 @@ pub fn krpm(x: f64) -> f64 {
     x * 1000.0 * TAU / 60.0
 }
 
-/// Largest difference of two matrices, relative to the largest entry of each 2×2 block of `expected`: channels differ by
-/// orders of magnitude, and the x–y entries of a block vanish at rest.
+/// Largest difference of two matrices, relative to the largest entry of each 2×2 block of `expected`: channels differ
+/// by orders of magnitude, and the x–y entries of a block vanish at rest.
 pub fn block_error(found: &Mat<c64>, expected: &Mat<c64>) -> f64 {
     let mut worst = 0.0f64;
     for i in (0..expected.nrows()).step_by(2) {

@@ -426,7 +426,8 @@ fn a_rehearsed_sweep_is_the_plant_within_its_noise() {
         }
     }
     let mean = sum / f64::from(count);
-    // 640 squares with the mean one; the variance is estimated from 12 degrees of freedom a line, averaged over five lines.
+    // 640 squares with the mean one; the variance is estimated from 12 degrees of freedom a line, averaged over five
+    // lines.
     assert!((0.8..1.25).contains(&mean), "{mean}");
     let same = rehearsal
         .sweep(&machine, &controller, 0.0, "sweep")

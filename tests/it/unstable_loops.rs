@@ -1,5 +1,5 @@
-//! A loop that is unstable is said to be, by every command that closes it, with the rate at which it grows and without a figure
-//! that has no meaning; and a controller finds the machine that it was designed for.
+//! A loop that is unstable is said to be, by every command that closes it, with the rate at which it grows and without
+//! a figure that has no meaning; and a controller finds the machine that it was designed for.
 
 use super::program::muspin;
 use muspin::controller::{ControlLaw, Controller, MachineTag};

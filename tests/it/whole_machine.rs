@@ -339,7 +339,8 @@ fn mu_of_the_specification_is_that_of_the_whole_machine() {
             let plane = connected_part(&sampled.select(&[0, 2], &[0, 2]));
             let plane = scale_controller(&inverse_tustin(&plane).unwrap());
             let certified = peak("test", &plant, &plane).unwrap();
-            // Weights are fitted from above, and the uncertainty acts through the inverse hold: never below, at most 10 % above.
+            // Weights are fitted from above, and the uncertainty acts through the inverse hold: never below, at most 10
+            // % above.
             if !(certified.upper > own.mu * 0.998 && certified.upper < own.mu * 1.1) {
                 wrong.push(format!(
                     "{} {which}: {} certified, {own:?}",

@@ -1,5 +1,5 @@
-//! Weights of true frequency in the w plane, and μ of the whole machine against a second road of its own: exact frequency
-//! responses of the full model, hold and delay and weights in closed form, the loop closed by hand.
+//! Weights of true frequency in the w plane, and μ of the whole machine against a second road of its own: exact
+//! frequency responses of the full model, hold and delay and weights in closed form, the loop closed by hand.
 
 use muspin::augment::Block;
 use muspin::augment::assembly::{UncertainMode, generalized_plane, unscale_controller};
@@ -46,7 +46,8 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
             let of = |plane: WeightPlane| plane.realise(&section).unwrap();
             let fit = of(WeightPlane::Analysis { period_s });
             assert!(fit.largest_excess <= 0.005, "{section:?} {rate_hz}");
-            // The synthesis reads the section at the frequencies of the w plane and says by how much that is more than written.
+            // The synthesis reads the section at the frequencies of the w plane and says by how much that is more than
+            // written.
             let read = of(WeightPlane::Synthesis { period_s });
             for share in shares() {
                 let written = section.magnitude(share * PI * rate_hz);

@@ -1,7 +1,7 @@
 //! Every figure of a finished run, read from its `summary.json`, against the second road of [`crate::support`].
 //!
-//! The committed reference run is held in every test run. The polished design of the reference spindle is made anew and held,
-//! and the spindles of `tests/data/spindles` are run and held, by
+//! The committed reference run is held in every test run. The polished design of the reference spindle is made anew and
+//! held, and the spindles of `tests/data/spindles` are run and held, by
 //!
 //! ```text
 //! cargo test --release --test it whole_machine_run -- --ignored --nocapture

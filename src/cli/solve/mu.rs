@@ -1,4 +1,5 @@
-//! `muspin solve mu`: bounds of the structured singular value of a complex matrix, and the perturbation of the lower one.
+//! `muspin solve mu`: bounds of the structured singular value of a complex matrix, and the perturbation of the lower
+//! one.
 
 use super::answer::complex_matrix;
 use super::{Answer, Failure, Problem};

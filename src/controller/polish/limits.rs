@@ -27,8 +27,15 @@ pub struct LoopLimits {
 pub(super) const AT_TOP_SPEED: f64 = 0.96;
 pub(super) const SHIFTED: f64 = 0.92;
 
-/// Parts of the magnets' force with which the loop at rest keeps a margin: a current at its limit acts on the loop like
-/// a lower gain, and a rotor thrown into its backup bearings comes back when the loop bears that.
-pub(super) const WEAK_MAGNETS: [f64; 2] = [0.7, 0.5];
+/// Parts of the force of the front and the rear magnets with which the loop at rest keeps a margin: a current at its
+/// limit acts on the loop like a lower gain, in one bearing or in both, and a rotor thrown into its backup bearings
+/// comes back when the loop bears that.
+pub(super) const WEAK_MAGNETS: [[f64; 2]; 5] = [
+    [0.7, 0.7],
+    [0.5, 0.5],
+    [0.35, 0.35],
+    [1.0, 0.35],
+    [0.35, 1.0],
+];
 /// Largest |S_jj| with those: the margin at which zone C of ISO 14839-3 ends, that of the anti-windup.
 pub(super) const WEAK_SENSITIVITY: f64 = 5.0;

@@ -75,7 +75,7 @@ pub(crate) struct Plants {
     period_s: f64,
     list: Vec<(Role, Plant)>,
     /// Parts of their force that the magnets of further rotors give.
-    weak: Vec<f64>,
+    weak: Vec<[f64; 2]>,
 }
 
 impl Plants {
@@ -111,7 +111,7 @@ impl Plants {
 
     /// With the machine at rest once more for each part of their force that its magnets give.
     #[must_use]
-    pub fn with_weak_magnets(self, parts: &[f64]) -> Self {
+    pub fn with_weak_magnets(self, parts: &[[f64; 2]]) -> Self {
         Self {
             weak: parts.to_vec(),
             ..self
@@ -163,8 +163,8 @@ impl Plants {
         let weak = self.weak.iter().zip(rest.iter().cycle());
         rotors.extend(weak.map(|(part, directions)| {
             let weaker = |g: &LoopResponse| LoopResponse {
-                loops: g.loops.map(|row| row.map(|v| v * *part)),
-                drive: g.drive.map(|v| v * *part),
+                loops: g.loops.map(|row| [row[0] * part[0], row[1] * part[1]]),
+                drive: [g.drive[0] * part[0], g.drive[1] * part[1]],
                 ..*g
             };
             Rotor {

@@ -125,7 +125,8 @@ impl<'a> Polisher<'a> {
             let own = start.growth_rate().map_err(in_step("poles of the start"))?;
             let reason = match own >= 0.0 {
                 true => {
-                    "the start is unstable itself, and with its poles moved inside the circle it does not levitate the machine at rest"
+                    "the start is unstable itself, and with its poles moved inside the circle it does not levitate \
+                     the machine at rest"
                 }
                 false => "the start does not levitate the machine at rest",
             };

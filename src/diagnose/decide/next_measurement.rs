@@ -101,7 +101,8 @@ fn menu(case: &Case, members: &[&Candidate]) -> Vec<Experiment> {
             ..sweep(String::new(), 0.0, vec![])
         },
         Experiment {
-            text: "hammer at the tool, read at the tool and by the bearing sensors: the command path drops out, the sensors stay".into(),
+            text: "hammer at the tool, read at the tool and by the bearing sensors: the command path drops out, the \
+                sensors stay".into(),
             kind: Kind::Hammer,
             ..sweep(String::new(), 0.0, vec![])
         },

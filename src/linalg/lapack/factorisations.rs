@@ -167,33 +167,31 @@ pub unsafe extern "C" fn dsyevr_(
     }
 }
 
-/// Singular value decomposition for both LAPACK entry points; `job` is `S`, `A` or `N` for both sides.
+/// A matrix of a LAPACK caller and its leading dimension.
+type Columns<T> = (T, usize);
+
+/// Singular value decomposition for both LAPACK entry points; `job` is `S`, `A` or `N` for both sides; the answer is
+/// LAPACK's `info`.
 unsafe fn decompose(
     job: u8,
     (m, n): (usize, usize),
-    (a, lda): (*const f64, usize),
+    (a, lda): Columns<*const f64>,
     s: *mut f64,
-    (u, ldu): (*mut f64, usize),
-    (vt, ldvt): (*mut f64, usize),
+    [(u, ldu), (vt, ldvt)]: [Columns<*mut f64>; 2],
     (work, lwork): (*mut f64, c_int),
-    info: *mut c_int,
-) {
+) -> c_int {
     unsafe {
-        *info = 0;
         let k = m.min(n);
         let (wanted, left, right) = match job {
             b'S' => (ComputeSvdVectors::Thin, k, k),
             b'A' => (ComputeSvdVectors::Full, m, n),
             b'N' => (ComputeSvdVectors::No, 0, 0),
-            _ => {
-                *info = -1;
-                return;
-            }
+            _ => return -1,
         };
         let params = Spec::new(<svd::SvdParams as faer::Auto<f64>>::auto());
         if lwork == -1 {
             *work = words(svd::svd_scratch::<f64>(m, n, wanted, wanted, PAR, params)) as f64;
-            return;
+            return 0;
         }
         let values = DiagMut::from_slice_mut(core::slice::from_raw_parts_mut(s, k));
         let (u, v) = if job == b'N' {
@@ -203,9 +201,8 @@ unsafe fn decompose(
             (Some(view_mut(u, m, left, ldu)), Some(v))
         };
         let stack = workspace(work, usize::try_from(lwork).unwrap_or(0));
-        if svd::svd(view(a, m, n, lda), values, u, v, PAR, stack, params).is_err() {
-            *info = 1;
-        }
+        let found = svd::svd(view(a, m, n, lda), values, u, v, PAR, stack, params);
+        c_int::from(found.is_err())
     }
 }
 
@@ -227,15 +224,13 @@ pub unsafe extern "C" fn dgesdd_(
     info: *mut c_int,
 ) {
     unsafe {
-        decompose(
+        *info = decompose(
             letter(jobz),
             (size(m), size(n)),
             (a, size(lda)),
             s,
-            (u, size(ldu)),
-            (vt, size(ldvt)),
+            [(u, size(ldu)), (vt, size(ldvt))],
             (work, *lwork),
-            info,
         );
     }
 }
@@ -262,15 +257,13 @@ pub unsafe extern "C" fn dgesvd_(
             *info = -2;
             return;
         }
-        decompose(
+        *info = decompose(
             letter(jobu),
             (size(m), size(n)),
             (a, size(lda)),
             s,
-            (u, size(ldu)),
-            (vt, size(ldvt)),
+            [(u, size(ldu)), (vt, size(ldvt))],
             (work, *lwork),
-            info,
         );
     }
 }

@@ -1,7 +1,8 @@
 //! The shaft in motion as an SVG that moves by itself: frames as SMIL animations, so that the report needs no script.
 //!
-//! Left: the shaft from the side, x upwards and y into the picture, displacements enlarged, with the circles of the backup bearings
-//! and the orbits at tool, front and rear actuator. Right: the orbits seen along the axis within the backup clearance.
+//! Left: the shaft from the side, x upwards and y into the picture, displacements enlarged, with the circles of the
+//! backup bearings and the orbits at tool, front and rear actuator. Right: the orbits seen along the axis within the
+//! backup clearance.
 //! Readers who ask their system for less motion see the picture at rest. Same frames, same bytes.
 
 use std::fmt::Write;
@@ -67,13 +68,15 @@ fn header(m: &Motion) -> String {
     line(
         w,
         &format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" stroke-linejoin=\"round\">"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 \
+             0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" stroke-linejoin=\"round\">"
         ),
     );
     line(w, &format!("<title>{}</title>", escape(&m.title)));
     line(
         w,
-        "<desc>The shaft in motion, slowed down: from the side with enlarged displacements, and its orbits along the axis.</desc>",
+        "<desc>The shaft in motion, slowed down: from the side with enlarged displacements, and its orbits along the \
+         axis.</desc>",
     );
     line(
         w,
@@ -258,7 +261,9 @@ fn moving_line(w: &mut String, frames: &[Vec<(f64, f64)>], seconds: f64) {
     line(
         w,
         &format!(
-            "<polyline class=\"muspin-moving\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"4\" stroke-linecap=\"round\" points=\"{}\"><animate attributeName=\"points\" dur=\"{}s\" repeatCount=\"indefinite\" values=\"{}\"/></polyline>",
+            "<polyline class=\"muspin-moving\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"4\" \
+             stroke-linecap=\"round\" points=\"{}\"><animate attributeName=\"points\" dur=\"{}s\" \
+             repeatCount=\"indefinite\" values=\"{}\"/></polyline>",
             points(first),
             short(seconds),
             values.join(";")

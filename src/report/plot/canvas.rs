@@ -1,8 +1,8 @@
 //! The drawing surface: plotters' SVG backend behind lines, areas and text in pixels at report size.
 //!
-//! plotters rounds to whole pixels, which shows as stairs in a curve; the surface is therefore [`FINE`] times larger than the
-//! picture and the SVG header scales it back. The backend knows no dash pattern: a dashed line is written with an opacity
-//! reserved for its pattern, and [`finish`] replaces that opacity by the pattern.
+//! plotters rounds to whole pixels, which shows as stairs in a curve; the surface is therefore [`FINE`] times larger
+//! than the picture and the SVG header scales it back. The backend knows no dash pattern: a dashed line is written with
+//! an opacity reserved for its pattern, and [`finish`] replaces that opacity by the pattern.
 
 use super::PlotError;
 use super::style::{Color, Dash, Marker};

@@ -1,4 +1,5 @@
-//! Pictures of diagnosis: residual in standard deviations, localisation map, recovered impedance, ranking of hypotheses.
+//! Pictures of diagnosis: residual in standard deviations, localisation map, recovered impedance, ranking of
+//! hypotheses.
 
 use super::Curve;
 use super::figure::{Axis, Figure, HeatMap, Level, Panel, Series, Shape};
@@ -76,12 +77,14 @@ pub fn channel(
     sigma.height_px = 190;
     Figure::new(
         title,
-        "Measured response with the model before and after the correction, magnitude and phase, and the residuals in standard deviations.",
+        "Measured response with the model before and after the correction, magnitude and phase, and the residuals in \
+         standard deviations.",
         vec![magnitude, phase, sigma],
     )
 }
 
-/// Localisation map of what remains: dark is unexplained, light is explained. Rows from the top, the machine without a law first.
+/// Localisation map of what remains: dark is unexplained, light is explained. Rows from the top, the machine without a
+/// law first.
 pub fn localisation_left(
     title: &str,
     ports: &[String],

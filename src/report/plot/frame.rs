@@ -251,8 +251,8 @@ fn extent(panel: &Panel, direction: Direction, axis: &Axis) -> (f64, f64) {
         })
 }
 
-/// Positions nearest to `wanted` (least squares) at which items of these `sizes` do not overlap, within `[low, high]` if they fit.
-/// The order of `wanted`, which must ascend, is kept.
+/// Positions nearest to `wanted` (least squares) at which items of these `sizes` do not overlap, within `[low, high]`
+/// if they fit. The order of `wanted`, which must ascend, is kept.
 pub fn spread(wanted: &[f64], sizes: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
     // With the summed sizes taken off, "no overlap" is "not descending": pool adjacent violators.
     let mut offset = 0.0;

@@ -155,7 +155,8 @@ pub(super) fn zone_limits() -> Vec<Level> {
     limits.into_iter().map(level).collect()
 }
 
-/// Sensitivity of each axis in dB with the zone limits of ISO 14839-3. `panels`: axis name and curves of |S| (plain ratio) over Hz.
+/// Sensitivity of each axis in dB with the zone limits of ISO 14839-3. `panels`: axis name and curves of |S| (plain
+/// ratio) over Hz.
 pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
     let lowest = panels
         .iter()
@@ -195,8 +196,8 @@ pub fn sensitivity(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
     .with_columns(columns)
 }
 
-/// Nyquist curves of open loops L (the critical point is −1: pass L of the negative-feedback loop), with the circle of the
-/// largest admissible sensitivity round it.
+/// Nyquist curves of open loops L (the critical point is −1: pass L of the negative-feedback loop), with the circle of
+/// the largest admissible sensitivity round it.
 pub fn nyquist(title: &str, loops: &[ResponseCurve], largest_sensitivity: f64) -> Figure {
     let range = 3.0;
     let mut panel = Panel::new(

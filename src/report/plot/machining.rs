@@ -94,8 +94,8 @@ pub fn tools(title: &str, tools: &[String], quantities: &[ToolQuantity]) -> Figu
     figure
 }
 
-/// A range that shows most bars well when one of them is out of all proportion (it then ends at the frame; the table has
-/// its value); `None` when all of them fit.
+/// A range that shows most bars well when one of them is out of all proportion (it then ends at the frame; the table
+/// has its value); `None` when all of them fit.
 fn outlier_free(q: &ToolQuantity) -> Option<[f64; 2]> {
     let bars = q.bars.iter().flat_map(|(_, values)| values.iter().copied());
     let lines = q.references.iter().map(|(value, _)| *value);
@@ -112,7 +112,8 @@ fn outlier_free(q: &ToolQuantity) -> Option<[f64; 2]> {
 
 /// Dynamic stiffness of every tool (N/m over Hz, drawn in N/µm), one panel a controller: heading and curves.
 pub fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: f64) -> Figure {
-    // One range for both, round the softest points of the tools: far above them, and far below the usual, nothing is decided.
+    // One range for both, round the softest points of the tools: far above them, and far below the usual, nothing is
+    // decided.
     let softest = panels.iter().flat_map(|(_, curves)| curves).map(|c| {
         let finite = c.y.iter().copied().filter(|y| *y > 0.0);
         1e-6 * finite.fold(f64::INFINITY, f64::min)

@@ -1,6 +1,7 @@
 //! Pictures: builders turn finished results into a [`Figure`], one renderer draws it, one table writes the same series.
 //!
-//! `builder(values) -> Figure`, then [`picture`] gives the SVG and the CSV of the same stem. plotters is used here only.
+//! `builder(values) -> Figure`, then [`picture`] gives the SVG and the CSV of the same stem. plotters is used here
+//! only.
 
 mod canvas;
 mod draw;

@@ -1,8 +1,8 @@
 //! The one renderer: any [`Figure`] to an SVG text. Same figure, same bytes.
 //!
-//! Title, one legend for all panels, then the panels in a grid. What could overlap is spread apart: labels of vertical marks
-//! in a strip above the panel, labels of levels in the right margin. Text is measured with the embedded DejaVu font, wider
-//! than what viewers usually put in its place.
+//! Title, one legend for all panels, then the panels in a grid. What could overlap is spread apart: labels of vertical
+//! marks in a strip above the panel, labels of levels in the right margin. Text is measured with the embedded DejaVu
+//! font, wider than what viewers usually put in its place.
 
 use super::PlotError;
 use super::canvas::{Anchor, Canvas, FINE, Ink, Type, escape, finish};

@@ -1,7 +1,8 @@
-//! How series look: a palette that colour-blind readers can tell apart, dashes and markers that carry the meaning as well.
+//! How series look: a palette that colour-blind readers can tell apart, dashes and markers that carry the meaning as
+//! well.
 //!
-//! Colours are those of Okabe and Ito (2008). A [`Role`] gives the same thing the same look in every picture of a report;
-//! no two roles that meet in one picture differ in colour alone.
+//! Colours are those of Okabe and Ito (2008). A [`Role`] gives the same thing the same look in every picture of a
+//! report; no two roles that meet in one picture differ in colour alone.
 
 /// A colour of the palette.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,7 +169,8 @@ impl Role {
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
         let pick = |n: usize| k.checked_rem(n).unwrap_or(0);
         let color = COLORS.get(pick(COLORS.len())).copied();
-        // The dash advances with every series, and slips by one after each round of the palette, so that pairs do not repeat.
+        // The dash advances with every series, and slips by one after each round of the palette, so that pairs do not
+        // repeat.
         let dash = DASHES.get((k + k / 12) % DASHES.len()).copied();
         Look::line(color.unwrap_or(Color::Black), dash.unwrap_or(Dash::Solid))
     }

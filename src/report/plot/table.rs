@@ -1,7 +1,8 @@
 //! The CSV of a figure: exactly the series that are drawn, numbers in shortest round-trip form.
 //!
-//! Two layouts, told apart by the first column. *Wide*, when all series share one x quantity and each ascends in it: that
-//! quantity, then one column a series; a row for every abscissa that occurs, an empty cell where a series has no value.
+//! Two layouts, told apart by the first column. *Wide*, when all series share one x quantity and each ascends in it:
+//! that quantity, then one column a series; a row for every abscissa that occurs, an empty cell where a series has no
+//! value.
 //! *Long* otherwise (orbits, Nyquist curves, bars, maps): `panel,series,x,y`. Column names carry the unit.
 //! A band has its lower edge in a further column or series `… lower`, error bars in `… standard deviation`.
 

@@ -1,8 +1,8 @@
 //! Where an axis has its labelled ticks and its minor grid, and how numbers are written there.
 //!
-//! Linear: steps of 1, 2, 2.5, 5 × 10ⁿ. Logarithmic: decades, with 2 and 5 where there is room, minor lines at every digit;
-//! less than half a decade is ticked like a linear axis. The decades are found with a tolerance, so that a range that starts
-//! or ends exactly on a power of ten has its label there.
+//! Linear: steps of 1, 2, 2.5, 5 × 10ⁿ. Logarithmic: decades, with 2 and 5 where there is room, minor lines at every
+//! digit; less than half a decade is ticked like a linear axis. The decades are found with a tolerance, so that a range
+//! that starts or ends exactly on a power of ten has its label there.
 
 use super::figure::Scale;
 

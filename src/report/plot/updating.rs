@@ -90,7 +90,8 @@ pub fn determinability(
     )
 }
 
-/// Errors of the frequencies in percent, one group of bars a frequency, one bar a model (nominal, resonances only, all).
+/// Errors of the frequencies in percent, one group of bars a frequency, one bar a model (nominal, resonances only,
+/// all).
 pub fn frequency_errors(title: &str, frequencies: &[String], models: &[(&str, &[f64])]) -> Figure {
     const COLORS: [Color; 4] = [Color::Grey, Color::Vermillion, Color::Blue, Color::Green];
     let mut panel = Panel::new(

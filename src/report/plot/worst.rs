@@ -32,7 +32,8 @@ pub fn worst_stiffness(title: &str, panels: &[WorstPanel]) -> Figure {
     });
     Figure::new(
         title,
-        "Dynamic stiffness at the tool: nominal line, and the band down to the smallest that any rotor within the uncertainty has.",
+        "Dynamic stiffness at the tool: nominal line, and the band down to the smallest that any rotor within the \
+         uncertainty has.",
         drawn.collect(),
     )
 }

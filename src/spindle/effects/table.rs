@@ -1,9 +1,9 @@
 //! The table of effects: one entry describes one effect for files, plant, diagnosis and report.
 //!
 //! To add an effect: a variant of [`EffectKind`] with its entry in [`TABLE`], its action in [`super::action`], and a
-//! derivative in [`crate::spindle::response`] where differences are not good enough. Sources of the physics: G. Schweitzer, E. H.
-//! Maslen (eds.), *Magnetic Bearings*, Springer 2009, chapters 2, 4 and 12; M. I. Friswell et al., *Dynamics of
-//! Rotating Machines*, Cambridge 2010, chapter 7.
+//! derivative in [`crate::spindle::response`] where differences are not good enough. Sources of the physics: G.
+//! Schweitzer, E. H. Maslen (eds.), *Magnetic Bearings*, Springer 2009, chapters 2, 4 and 12; M. I. Friswell et al.,
+//! *Dynamics of Rotating Machines*, Cambridge 2010, chapter 7.
 
 use super::coordinate::Coordinate;
 use super::entry::{Domain, Entry, Nominal, Parameter, Shown, Site, Starts, positive, signed};
@@ -279,7 +279,8 @@ pub const TABLE: &[Entry] = &[
         // 2000 N/m.
         matters: |size, _, _| size.abs() > 0.02,
         sentence: "a circulatory stiffness of {0} acts at {at}",
-        advice: "repeat with motor and coolant off to find its source, and verify stability at speed with the corrected file",
+        advice: "repeat with motor and coolant off to find its source, and verify stability at speed with the \
+            corrected file",
         ..COMMON
     },
     Entry {
@@ -330,7 +331,8 @@ pub const TABLE: &[Entry] = &[
         // 2·10¹⁰ N/m and 2·10⁷ N m/rad: as stiff as solid steel.
         matters: |size, t, _| size.abs() > 0.05 || t.get(1).is_some_and(|turning| *turning > 0.05),
         sentence: "the tool sits in a flexible joint of {0} and {1}",
-        advice: "clean and re-clamp the taper, check the drawbar force, and repeat; if it stays, design with the corrected file",
+        advice: "clean and re-clamp the taper, check the drawbar force, and repeat; if it stays, design with the \
+            corrected file",
         ..COMMON
     },
     Entry {
@@ -399,7 +401,8 @@ pub const TABLE: &[Entry] = &[
         // 5 t.
         matters: |size, _, _| size.abs() > 0.02,
         sentence: "the housing, {0}, resonates at {1} with a damping ratio of {2}",
-        advice: "confirm with an accelerometer on the housing and the mount clamped, and design with the corrected file",
+        advice: "confirm with an accelerometer on the housing and the mount clamped, and design with the corrected \
+            file",
         ..COMMON
     },
     Entry {
@@ -449,7 +452,8 @@ pub const TABLE: &[Entry] = &[
         // 2000 N m/rad: a thrust disc of 100 mm that pulls with 1 N/µm at its rim has about that.
         matters: |size, _, _| size.abs() > 0.2,
         sentence: "a tilting stiffness of {0} acts at {at}",
-        advice: "repeat with the axial bearing at another bias (magnetic tilting is negative and grows with its square), and design \
+        advice: "repeat with the axial bearing at another bias (magnetic tilting is negative and grows with its \
+            square), and design \
                  with the corrected file",
         ..COMMON
     },

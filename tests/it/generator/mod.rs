@@ -1,5 +1,6 @@
-//! An independent simulator of sweeps and hammer tests, for hidden effects: own element matrices, a mesh three times as fine as the
-//! file's, all modes of it, exact delay, the loop closed with the PID, noise and small errors drawn from a seed.
+//! An independent simulator of sweeps and hammer tests, for hidden effects: own element matrices, a mesh three times as
+//! fine as the file's, all modes of it, exact delay, the loop closed with the PID, noise and small errors drawn from a
+//! seed.
 //! It shares with the program only the domain values of the machine and the dense eigensolver.
 
 use muspin::controller::Controller;
@@ -354,7 +355,8 @@ pub fn simulate(
         }));
     }
     let housing = of(EffectKind::HousingMode).next().map(|e| e.values.clone());
-    // Receptance with the magnets closed; x and y may differ in ks, so the magnets are closed in real coordinates only when they do.
+    // Receptance with the magnets closed; x and y may differ in ks, so the magnets are closed in real coordinates only
+    // when they do.
     let planar = |w: f64, ks: &[f64]| -> Mat<c64> {
         let p = ports.len();
         let diagonal = |c: usize| {
@@ -480,7 +482,8 @@ pub fn simulate(
         }
         outputs * f * inputs
     };
-    // Four injections, three repeats: y = G u + n, u = K y + r, sensor noise 0.7 nm, an axis gain of 0.1 % at every levitation.
+    // Four injections, three repeats: y = G u + n, u = K y + r, sensor noise 0.7 nm, an axis gain of 0.1 % at every
+    // levitation.
     let (lines, repeats) = (frequency_hz.len(), 3);
     let zero = c64::new(0.0, 0.0);
     let mut current = Array4::from_elem((lines, 4, repeats, 4), zero);

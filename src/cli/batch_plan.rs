@@ -1,0 +1,155 @@
+//! A batch on many machines: one folder a variant with its files, a list of commands, a Slurm job array; and the rows
+//! of the finished folders back together.
+
+use super::batch_arguments::Arguments;
+use super::batch_variants::Variant;
+use super::console::{Console, Shown};
+use super::output::claim;
+use super::{Failure, Outcome};
+use crate::input::shipped::{WEIGHTS, text};
+use crate::input::{spindle_yaml, tool_yaml};
+use crate::report::batch::{ROW_FILE, Row};
+use crate::report::results::ResultsFolder;
+use crate::spindle::Machine;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// List of commands, one a line, to be run in the folder of the plan.
+const COMMANDS: &str = "commands.txt";
+/// Names of the variants, in the order of the commands.
+const VARIANTS: &str = "variants.json";
+/// Folder of the finished variants.
+const RESULTS: &str = "results";
+
+/// Writes the plan.
+pub(super) fn plan(
+    arguments: &Arguments,
+    out: &str,
+    variants: &[Variant],
+    console: &Console,
+) -> Result<Outcome, Failure> {
+    let files = [&arguments.spindle, &arguments.weights];
+    let read = arguments.tools.iter().chain(files).map(String::as_str);
+    claim(out, &[COMMANDS, VARIANTS], read)?;
+    let mut folder = ResultsFolder::new();
+    let mut commands = String::new();
+    for Variant { name, machine } in variants {
+        let mut tool = machine.tool.clone();
+        tool.name.clone_from(name);
+        let own = Machine {
+            tool,
+            ..machine.clone()
+        };
+        folder.add(
+            &format!("variants/{name}/spindle.yaml"),
+            spindle_yaml(&own.spindle),
+        )?;
+        folder.add(&format!("variants/{name}/tool.yaml"), tool_yaml(&own.tool))?;
+        commands.push_str(&command(arguments, name));
+    }
+    folder.add(
+        "weights.yaml",
+        text(&arguments.weights, "weights", WEIGHTS)?,
+    )?;
+    folder.add(COMMANDS, commands)?;
+    let names: Vec<&str> = variants.iter().map(|v| v.name.as_str()).collect();
+    let list = json!({ "variants": names });
+    folder.add(VARIANTS, format!("{list:#}\n"))?;
+    folder.add("slurm.sh", slurm(variants.len()))?;
+    folder.write(Path::new(out))?;
+    let sentence = format!("{} variants are planned", variants.len());
+    let answer = json!({ "run": "batch", "plan": out, "variants": names });
+    console.other(
+        || format!("{sentence} in {out}\n"),
+        || answer.clone(),
+        || {
+            Shown::met(true, sentence.as_str())
+                .file(format!("{out}/{COMMANDS}"))
+                .file(format!("{out}/slurm.sh"))
+                .next(format!("cd {out} && parallel --jobs 2 < {COMMANDS}"))
+                .next(format!("cd {out} && sbatch slurm.sh"))
+                .next(format!("muspin batch --collect {out} --out {out}-table"))
+        },
+    )?;
+    Ok(Outcome::Done)
+}
+
+/// The command of one variant, to be run in the folder of the plan.
+fn command(arguments: &Arguments, name: &str) -> String {
+    let quick = if arguments.quick { " --quick" } else { "" };
+    format!(
+        "muspin --threads 1 batch --spindle 'variants/{name}/spindle.yaml' --tools 'variants/{name}/tool.yaml' \
+         --weights weights.yaml --out {RESULTS} --no-table{quick}\n"
+    )
+}
+
+/// A Slurm job array over the commands. A job that is killed leaves no folder and is put back into the queue.
+fn slurm(count: usize) -> String {
+    format!(
+        "#!/bin/sh\n\
+         #SBATCH --job-name=muspin\n\
+         #SBATCH --array=1-{count}\n\
+         #SBATCH --cpus-per-task=1\n\
+         #SBATCH --requeue\n\
+         #SBATCH --output=log-%a.txt\n\
+         # Exit 1 says that a specification is missed: the variant is finished all the same.\n\
+         sh -c \"$(sed -n \"${{SLURM_ARRAY_TASK_ID}}p\" {COMMANDS})\" || [ $? -eq 1 ]\n"
+    )
+}
+
+/// Rows of the finished variants of a plan, or of any folder of finished tools.
+pub(super) fn collected(folder: &str) -> Result<Vec<Row>, Failure> {
+    let place = Path::new(folder);
+    let planned = std::fs::read_to_string(place.join(VARIANTS)).ok();
+    let results = match planned {
+        Some(_) => place.join(RESULTS),
+        None => place.to_owned(),
+    };
+    let names = match &planned {
+        Some(text) => names(text).ok_or_else(|| {
+            Failure::new(format!(
+                "{folder}/{VARIANTS}: expected a list `variants` of names"
+            ))
+            .with_hint("write the plan again with `muspin batch --plan`")
+        })?,
+        None => finished(&results)?,
+    };
+    let rows: Vec<Row> = names
+        .iter()
+        .map(|name| {
+            read_row(&results.join(name).join(ROW_FILE))
+                .unwrap_or_else(|| Row::failed(name, "", "not finished".to_owned()))
+        })
+        .collect();
+    if rows.iter().all(|r| r.figures.is_none()) {
+        return Err(Failure::new(format!(
+            "{folder}: no finished variant ({ROW_FILE}) is in it"
+        ))
+        .with_hint("give the folder of a plan whose commands were run, or of a batch"));
+    }
+    Ok(rows)
+}
+
+/// A row that was written before; none when there is no such file, or it is of another version.
+pub(super) fn read_row(file: &Path) -> Option<Row> {
+    serde_json::from_str(&std::fs::read_to_string(file).ok()?).ok()
+}
+
+fn names(text: &str) -> Option<Vec<String>> {
+    let list: Value = serde_json::from_str(text).ok()?;
+    let names = list.get("variants")?.as_array()?.iter();
+    names.map(|n| n.as_str().map(str::to_owned)).collect()
+}
+
+/// Names of the folders that hold a row, in alphabetical order.
+fn finished(folder: &Path) -> Result<Vec<String>, Failure> {
+    let entries = std::fs::read_dir(folder)
+        .map_err(|e| Failure::new(format!("{}: {e}", folder.display())))?;
+    let mut names: Vec<String> = entries
+        .filter_map(|e| Some(e.ok()?.path()))
+        .filter(|p| p.join(ROW_FILE).is_file())
+        .filter_map(|p| Some(p.file_name()?.to_str()?.to_owned()))
+        .collect();
+    names.sort();
+    Ok(names)
+}

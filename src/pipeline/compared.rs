@@ -1,0 +1,94 @@
+//! Everything that a controller is compared by: its loop at each speed, the proof over all speeds, the worst case over
+//! uncertain modes, and the cut that it bears.
+
+use super::PipelineError;
+use super::comparison::{Prediction, chatter_limit, discrete, predict};
+use super::worst::{WorstPrediction, worst_predictions};
+use crate::controller::Controller;
+use crate::controller::verification::{Verification, verify_with_proof};
+use crate::predict::chatter::{Engagement, Material, StabilityLimit};
+use crate::spindle::Machine;
+
+/// Speeds checked for stability, evenly spaced from zero to the top speed.
+const SPEEDS: usize = 11;
+
+/// What controllers are compared on.
+#[derive(Clone, Copy, Debug)]
+pub struct Ground<'a> {
+    /// Spindle with tool.
+    pub machine: &'a Machine,
+    /// Speeds of the predictions, rpm.
+    pub speeds_rpm: &'a [f64],
+    /// Relative uncertainty of the natural frequencies, mode by mode.
+    pub mode_uncertainty: &'a [f64],
+    /// The workpiece.
+    pub material: &'a Material,
+    /// The cut.
+    pub cut: &'a Engagement,
+}
+
+/// A controller with what it is compared by.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// Key of the controller.
+    pub name: String,
+    /// Its loop at each speed.
+    pub predictions: Vec<Prediction>,
+    /// Stability over speed.
+    pub verification: Verification,
+    /// Worst cases at those speeds and over all that are proven stable.
+    pub worst: Vec<WorstPrediction>,
+    /// Stability lobes at the top speed; none of a loop that is unstable without a cut.
+    pub lobes: Option<StabilityLimit>,
+}
+
+impl Compared {
+    /// Growth rate and speed of a loop that is unstable: at a speed that was asked for, else anywhere up to the top
+    /// speed.
+    pub fn unstable(&self) -> Option<(f64, f64)> {
+        let asked = self.predictions.iter().find(|p| !p.is_stable());
+        let asked = asked.map(|p| (p.growth_rate_per_s, p.speed_rpm));
+        let anywhere = self.verification.unstable();
+        asked.or(anywhere.map(|c| (c.growth_rate_per_s, c.speed_rpm)))
+    }
+}
+
+/// Compares one controller under a key.
+///
+/// # Errors
+/// [`PipelineError`] when a plant or a loop cannot be built, or the cut is out of range.
+pub fn compared(
+    ground: &Ground<'_>,
+    name: &str,
+    controller: &Controller,
+) -> Result<Compared, PipelineError> {
+    let machine = ground.machine;
+    let top_rpm = machine.spindle.max_rpm;
+    let mut predictions = vec![];
+    for rpm in ground.speeds_rpm {
+        predictions.push(Prediction {
+            name: name.to_owned(),
+            ..predict(machine, controller, *rpm)?
+        });
+    }
+    let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
+    let conditions = "full finite-element plant, exact delay, sampled";
+    let verification = verify_with_proof(machine, &law, SPEEDS, conditions)?;
+    let proven_rpm = verification
+        .proof
+        .as_ref()
+        .map_or(0.0, |p| p.proven_to_rpm());
+    Ok(Compared {
+        name: name.to_owned(),
+        worst: worst_predictions(
+            machine,
+            controller,
+            ground.speeds_rpm,
+            proven_rpm.min(top_rpm),
+            ground.mode_uncertainty,
+        )?,
+        lobes: chatter_limit(machine, controller, top_rpm, ground.material, ground.cut)?,
+        predictions,
+        verification,
+    })
+}

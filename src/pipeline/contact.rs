@@ -1,0 +1,82 @@
+//! The rotor thrown into its backup bearings: one push at the tool, at the top speed, for two controllers.
+
+use super::PipelineError;
+use crate::controller::anti_windup::with_anti_windup;
+use crate::controller::arithmetic::float32;
+use crate::controller::realise::modal_form;
+use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
+use crate::controller::{ControlLaw, Controller};
+use crate::predict::recovery::touching_force_n;
+use crate::predict::time::{TimeResponse, TimeSettings};
+use crate::predict::time_cases::{Case, run_case};
+use crate::spindle::Machine;
+use std::f64::consts::TAU;
+
+/// Length of the push and of what is computed of it, s.
+const PUSH_S: f64 = 5e-4;
+const SHOWN_S: f64 = 0.1;
+
+/// What the push did.
+#[derive(Clone, Debug)]
+pub struct Contact {
+    /// Peak of the half-sine force: what throws a rotor held with the largest current into the bearings, N.
+    pub force_n: f64,
+    /// Length of the push, s.
+    pub length_s: f64,
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Largest current that the firmware commands, A.
+    pub current_limit_a: f64,
+    /// Bus voltage of the amplifiers, V.
+    pub voltage_limit_v: f64,
+    /// Response with the delivered controller.
+    pub delivered: TimeResponse,
+    /// Response with the PID, if there is one.
+    pub pid: Option<TimeResponse>,
+}
+
+/// Pushes the tool with the delivered rows and with a sampled PID, both in float32 and with anti-windup.
+///
+/// # Errors
+/// [`PipelineError`] when the rows of the PID cannot be scaled, or the simulation fails.
+pub fn contact(
+    machine: &Machine,
+    delivered: &ScaledRealisation,
+    pid: Option<&Controller>,
+) -> Result<Contact, PipelineError> {
+    let limits = SignalLimits::of(machine);
+    let force_n = touching_force_n(machine, limits.output_a, PUSH_S)?;
+    let pid = match pid.map(|p| &p.law) {
+        Some(ControlLaw::Discrete(law)) => {
+            let (rows, _) = with_anti_windup(scaled(&modal_form(law)?, limits)?, machine)?;
+            Some(pushed(machine, &rows, force_n)?)
+        }
+        _ => None,
+    };
+    Ok(Contact {
+        force_n,
+        length_s: PUSH_S,
+        speed_rpm: machine.spindle.max_rpm,
+        current_limit_a: limits.output_a,
+        voltage_limit_v: TimeSettings::default().bus_voltage_v,
+        delivered: pushed(machine, delivered, force_n)?,
+        pid,
+    })
+}
+
+fn pushed(
+    machine: &Machine,
+    rows: &ScaledRealisation,
+    force_n: f64,
+) -> Result<TimeResponse, PipelineError> {
+    let case = Case::Impulse {
+        force_n,
+        length_s: PUSH_S,
+    };
+    let speed = machine.spindle.max_rpm * TAU / 60.0;
+    let settings = TimeSettings::default();
+    let program = float32(rows)?;
+    Ok(run_case(
+        machine, &program, case, speed, SHOWN_S, &settings,
+    )?)
+}

@@ -1,0 +1,248 @@
+//! The whole chain for one tool, as in the paper: the moduli are moved until the model has the measured resonances and
+//! antiresonances; the μ controller is designed on the updated machine; a PID is tuned within the same amplifier
+//! limits; both loops are predicted on the full plant, and the rotor is thrown into its backup bearings.
+
+use super::PipelineError;
+use super::certificates::mu_words;
+use super::comparison::{Prediction, better_in_every_figure, predict, rival_settings};
+use super::contact::{Contact, contact};
+use super::design::{Design, design};
+use super::progress::{Event, Listener};
+use super::settings::DesignSettings;
+use crate::augment::weights::Weights;
+use crate::controller::Controller;
+use crate::controller::pid_certificate::TunedPid;
+use crate::controller::pid_settings::TuneSettings;
+use crate::controller::pid_tune::{found_or_reason, textbook, tune};
+use crate::controller::verification_error::VerificationError;
+use crate::spindle::Machine;
+use crate::update::{Targets, UpdateSettings, UpdatedMachine, gauss_newton, nelder_mead};
+
+/// What a run is given.
+#[derive(Clone, Copy, Debug)]
+pub struct Task<'a> {
+    /// The machine as drawn.
+    pub nominal: &'a Machine,
+    /// Measured frequencies; none: the model stays as drawn.
+    pub targets: Option<&'a Targets>,
+    /// The specification.
+    pub weights: &'a Weights,
+    /// How the controller is designed.
+    pub settings: &'a DesignSettings,
+    /// How the PID is sought, before it is held to the amplifier limits of the design.
+    pub pid: TuneSettings,
+    /// What is computed beside the controller and its proofs.
+    pub extent: Extent,
+}
+
+/// How much a run computes; the controller and its certificates are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Everything: Nelder–Mead beside Gauss–Newton, PIDs, the push into the backup bearings.
+    Everything,
+    /// The controller, its proofs and predictions.
+    Controller,
+}
+
+/// A finished run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The machine as drawn.
+    pub nominal: Machine,
+    /// The machine that the controller is designed on.
+    pub machine: Machine,
+    /// What was measured.
+    pub targets: Option<Targets>,
+    /// What updating gave.
+    pub updating: Option<Updating>,
+    /// The μ controller.
+    pub design: Design,
+    /// Its loop at rest and at top speed.
+    pub delivered: [Prediction; 2],
+    /// The loop of the D-K iteration's controller, where a polished one is delivered.
+    pub unpolished: Option<[Prediction; 2]>,
+    /// The loop at rest with the coefficients of each arithmetic.
+    pub arithmetic: Vec<Prediction>,
+    /// The PIDs.
+    pub rivals: Option<Rivals>,
+    /// The push into the backup bearings.
+    pub contact: Option<Contact>,
+}
+
+/// The model moved to the measurement.
+#[derive(Clone, Debug)]
+pub struct Updating {
+    /// By sensitivities, with prior and noise: what is used.
+    pub gauss_newton: UpdatedMachine,
+    /// By the search of the paper, to compare.
+    pub nelder_mead: Option<UpdatedMachine>,
+}
+
+/// PIDs within the amplifier limits of the delivered controller.
+#[derive(Clone, Debug)]
+pub struct Rivals {
+    /// What the search was held to.
+    pub effort: TuneSettings,
+    /// The tuned PID.
+    pub tuned: Rival,
+    /// The textbook PID.
+    pub textbook: Rival,
+}
+
+/// A PID with its loop at rest and at top speed, or the reason why none was found.
+pub type Rival = Result<(TunedPid, [Prediction; 2]), String>;
+
+impl Run {
+    /// True when the tuned PID is better than the delivered controller in every figure.
+    pub fn pid_is_better(&self) -> bool {
+        let tuned = self.rivals.as_ref().and_then(|r| r.tuned.as_ref().ok());
+        tuned.is_some_and(|(_, pid)| better_in_every_figure(pid, &self.delivered))
+    }
+
+    /// The tuned PID.
+    pub fn pid(&self) -> Option<&TunedPid> {
+        let tuned = &self.rivals.as_ref()?.tuned;
+        tuned.as_ref().ok().map(|(pid, _)| pid)
+    }
+}
+
+/// Runs the chain.
+///
+/// # Errors
+/// [`PipelineError`] of the step that failed. A PID that is not found is no error.
+pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineError> {
+    let updating = match task.targets {
+        Some(targets) => {
+            listen(Event::Begins("model updating"));
+            let found = update(task.nominal, targets, task.extent)?;
+            listen(Event::Found(&updating_words(&found)));
+            Some(found)
+        }
+        None => None,
+    };
+    let machine = match &updating {
+        Some(found) => found.gauss_newton.machine.clone(),
+        None => task.nominal.clone(),
+    };
+    listen(Event::Begins("design"));
+    let design = design(&machine, task.weights, task.settings, listen)?;
+    listen(Event::Found(&format!(
+        "controller: μ {} as specified at rest, {} over speed, order {}",
+        design.delivery.rounded.specification.words(),
+        mu_words(design.largest_mu()),
+        2 * design.delivery.rounded.order
+    )));
+    let rivals = match task.extent {
+        Extent::Everything => {
+            listen(Event::Begins("PID"));
+            Some(rivals(&machine, &design, task.pid)?)
+        }
+        Extent::Controller => None,
+    };
+    listen(Event::Begins("predictions"));
+    let delivered = at_rest_and_top_speed(&machine, &design.delivery.controller)?;
+    let unpolished = unpolished(&machine, &design)?;
+    let arithmetic = by_arithmetic(&machine, &design)?;
+    let mut run = Run {
+        nominal: task.nominal.clone(),
+        targets: task.targets.cloned(),
+        machine,
+        updating,
+        design,
+        delivered,
+        unpolished,
+        arithmetic,
+        rivals,
+        contact: None,
+    };
+    if task.extent == Extent::Everything {
+        let pid = run.pid().map(|p| &p.controller);
+        run.contact = Some(contact(
+            &run.machine,
+            &run.design.delivery.realisation,
+            pid,
+        )?);
+    }
+    Ok(run)
+}
+
+fn updating_words(found: &Updating) -> String {
+    let each = |name: &str, by: &UpdatedMachine| {
+        format!(
+            "{:.4} % ({name}, {} evaluations)",
+            by.fit.largest_error_percent(),
+            by.fit.evaluations
+        )
+    };
+    let own = each("Gauss–Newton", &found.gauss_newton);
+    let other = found.nelder_mead.as_ref();
+    let other = other.map_or(String::new(), |by| format!(", {}", each("Nelder–Mead", by)));
+    format!("model updating: largest error {own}{other}")
+}
+
+/// Moves the moduli of `nominal` to the measured frequencies.
+fn update(nominal: &Machine, targets: &Targets, extent: Extent) -> Result<Updating, PipelineError> {
+    let settings = UpdateSettings::default();
+    Ok(Updating {
+        gauss_newton: gauss_newton(nominal, targets, &settings)?,
+        nelder_mead: match extent {
+            Extent::Everything => Some(nelder_mead(nominal, targets, &settings)?),
+            Extent::Controller => None,
+        },
+    })
+}
+
+/// The loop of a controller at rest and at top speed.
+///
+/// # Errors
+/// [`PipelineError`] when the plant or the loop cannot be built.
+pub fn at_rest_and_top_speed(
+    machine: &Machine,
+    controller: &Controller,
+) -> Result<[Prediction; 2], PipelineError> {
+    let at = |rpm: f64| predict(machine, controller, rpm);
+    Ok([at(0.0)?, at(machine.spindle.max_rpm)?])
+}
+
+/// Predictions at rest and top speed with the controller of the D-K iteration, where a polished one is delivered.
+///
+/// # Errors
+/// As [`at_rest_and_top_speed`].
+pub fn unpolished(
+    machine: &Machine,
+    design: &Design,
+) -> Result<Option<[Prediction; 2]>, PipelineError> {
+    let polish = design.polish.as_ref().filter(|p| p.delivered.is_some());
+    polish
+        .map(|p| at_rest_and_top_speed(machine, &p.dk.controller))
+        .transpose()
+}
+
+/// The loop at rest with the coefficients of each arithmetic of a design.
+///
+/// # Errors
+/// As [`at_rest_and_top_speed`].
+pub fn by_arithmetic(machine: &Machine, design: &Design) -> Result<Vec<Prediction>, PipelineError> {
+    let each = design.delivery.arithmetic.iter();
+    each.map(|a| predict(machine, &a.controller, 0.0)).collect()
+}
+
+/// The tuned and the textbook PID for a machine, within the amplifier limits of a design.
+fn rivals(machine: &Machine, design: &Design, pid: TuneSettings) -> Result<Rivals, PipelineError> {
+    let delivered = &design.delivery.controller;
+    let effort = rival_settings(machine, delivered, pid)?;
+    let rival = |found: Result<TunedPid, VerificationError>| -> Result<Rival, PipelineError> {
+        Ok(match found_or_reason(found)? {
+            Ok(pid) => {
+                let predictions = at_rest_and_top_speed(machine, &pid.controller)?;
+                Ok((pid, predictions))
+            }
+            Err(reason) => Err(reason),
+        })
+    };
+    Ok(Rivals {
+        tuned: rival(tune(machine, &effort, &mut |_, _| {}))?,
+        textbook: rival(textbook(machine, &effort))?,
+        effort,
+    })
+}

@@ -1,0 +1,409 @@
+//! A batch as table, sentences and pictures: one row a tool or variant, made from what a run found, or read back from
+//! the folder of a tool that was finished before.
+
+use super::plot::machining::{ToolQuantity, tool_stiffness, tools};
+use super::plot::{Curve, Figure, Role};
+use super::summary::number;
+use super::tables::Table;
+use super::worst::least_over_speed;
+use crate::pipeline::batch::Finished;
+use crate::pipeline::comparison::Prediction;
+use crate::pipeline::worst::WorstPrediction;
+use crate::predict::stiffness::stiffness_words;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+/// File of a row in the folder of its tool.
+pub const ROW_FILE: &str = "row.json";
+
+/// One line of the table.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Tool, with what a variant differs in; the name of its folder.
+    pub tool: String,
+    /// Hash of all that the row was computed from.
+    pub inputs_sha256: String,
+    /// Why there are no figures, when the run failed.
+    pub failure: Option<String>,
+    /// Figures.
+    pub figures: Option<Figures>,
+}
+
+/// Figures of a tool.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Figures {
+    /// Certified µ of the specification as written at rest.
+    pub mu_as_specified: Option<f64>,
+    /// The same with the gyroscopic split covered, of what the synthesis aimed at.
+    pub mu_with_gyroscopic_cover: Option<f64>,
+    /// Largest µ of the specification from rest to 1.2 times the top speed.
+    pub largest_mu: Option<f64>,
+    /// Order of the controller over both planes.
+    pub order: usize,
+    /// Stability is proven from rest to this speed, rpm.
+    pub stable_to_rpm: f64,
+    /// The design meets its targets, and its loop at rest is better than zone D.
+    pub meets_specification: bool,
+    /// Largest factor on the tool's specification; absent where it was not sought.
+    pub largest_tool_tightening: Option<f64>,
+    /// The µ controller.
+    pub mu: LoopFigures,
+    /// The tuned PID; absent where none was found.
+    pub pid: Option<LoopFigures>,
+}
+
+/// Figures of one controller's loop at rest.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoopFigures {
+    /// Smallest tool stiffness, N/m; absent for an unstable loop.
+    pub minimum_stiffness_n_per_m: Option<f64>,
+    /// The same in the worst case over uncertain modes at the speeds computed, N/m.
+    pub worst_stiffness_n_per_m: Option<f64>,
+    /// Largest sensitivity over the axes, dB.
+    pub sensitivity_db: Option<f64>,
+    /// Zone of ISO 14839-3.
+    pub zone: String,
+    /// Curve of the tool stiffness in x: frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// And values, N/m.
+    pub stiffness_n_per_m: Vec<f64>,
+}
+
+impl Row {
+    /// The row of a finished tool.
+    pub fn of(tool: &str, inputs_sha256: &str, found: &Finished) -> Self {
+        let design = &found.run.design;
+        let pid = found.run.rivals.as_ref();
+        let pid = pid.and_then(|r| r.tuned.as_ref().ok());
+        Self {
+            tool: tool.to_owned(),
+            inputs_sha256: inputs_sha256.to_owned(),
+            failure: None,
+            figures: Some(Figures {
+                mu_as_specified: finite(design.delivery.rounded.specification.upper),
+                mu_with_gyroscopic_cover: finite(design.delivery.rounded.covered.upper),
+                largest_mu: finite(design.largest_mu()),
+                order: 2 * design.delivery.rounded.order,
+                stable_to_rpm: design.delivery.speed_proof.proven_to_rpm(),
+                meets_specification: found.met,
+                largest_tool_tightening: found.tightening,
+                mu: LoopFigures::of(&found.run.delivered[0], found.worst.first()),
+                pid: pid.map(|(_, [rest, _])| LoopFigures::of(rest, found.worst.get(1))),
+            }),
+        }
+    }
+
+    /// The row of a tool whose run failed.
+    pub fn failed(tool: &str, inputs_sha256: &str, failure: String) -> Self {
+        Self {
+            tool: tool.to_owned(),
+            inputs_sha256: inputs_sha256.to_owned(),
+            failure: Some(failure),
+            figures: None,
+        }
+    }
+
+    /// True when the specification is met.
+    pub fn met(&self) -> bool {
+        self.figures.as_ref().is_some_and(|f| f.meets_specification)
+    }
+
+    /// µ controller, PID.
+    fn loop_of(&self, k: usize) -> Option<&LoopFigures> {
+        let figures = self.figures.as_ref()?;
+        if k == 0 {
+            Some(&figures.mu)
+        } else {
+            figures.pid.as_ref()
+        }
+    }
+
+    /// A figure of a loop; NaN where there is none.
+    fn figure(&self, k: usize, of: impl Fn(&LoopFigures) -> Option<f64>) -> f64 {
+        self.loop_of(k).and_then(of).unwrap_or(f64::NAN)
+    }
+
+    fn minimum(&self, k: usize) -> f64 {
+        self.figure(k, |l| l.minimum_stiffness_n_per_m)
+    }
+
+    fn worst(&self, k: usize) -> f64 {
+        self.figure(k, |l| l.worst_stiffness_n_per_m)
+    }
+
+    fn zone(&self, k: usize) -> &str {
+        self.loop_of(k).map_or("-", |l| &l.zone)
+    }
+
+    fn mu(&self) -> f64 {
+        let figures = self.figures.as_ref();
+        figures.and_then(|f| f.mu_as_specified).unwrap_or(f64::NAN)
+    }
+
+    fn tightening(&self) -> Option<f64> {
+        self.figures.as_ref()?.largest_tool_tightening
+    }
+}
+
+impl LoopFigures {
+    fn of(rest: &Prediction, worst: Option<&Vec<WorstPrediction>>) -> Self {
+        let peaks = (0..4).map(|axis| rest.sensitivity.peak(axis).0);
+        let db = 20.0 * peaks.fold(0.0, f64::max).log10();
+        let worst = worst.and_then(|w| least_over_speed(w).ok());
+        Self {
+            minimum_stiffness_n_per_m: finite(rest.minimum.0),
+            worst_stiffness_n_per_m: worst.and_then(|l| finite(l.n_per_m)),
+            sensitivity_db: rest.is_stable().then_some(db).and_then(finite),
+            zone: rest.zone_word().to_owned(),
+            frequency_hz: rest.stiffness[0].frequency_hz.clone(),
+            stiffness_n_per_m: rest.stiffness[0].magnitude_n_per_m.clone(),
+        }
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// How a batch ended, in a sentence.
+pub fn verdict(rows: &[Row]) -> String {
+    let met = rows.iter().filter(|r| r.met()).count();
+    let failed = rows.iter().filter(|r| r.failure.is_some()).count();
+    let words = format!("{met} of {} tools meet the specification", rows.len());
+    match failed {
+        0 => words,
+        _ => format!("{words}; {failed} failed"),
+    }
+}
+
+/// The batch in sentences.
+pub fn sentences(rows: &[Row]) -> Value {
+    let mut words = vec![];
+    let missed: Vec<String> = rows
+        .iter()
+        .filter(|r| r.figures.is_some() && !r.met())
+        .map(|r| match r.tightening() {
+            Some(0.0) => format!("{} (at no size of its tool specification)", r.tool),
+            Some(t) => format!("{} (up to {t:.2} times its tool specification)", r.tool),
+            None => r.tool.clone(),
+        })
+        .collect();
+    if !missed.is_empty() {
+        words.push(format!("Specification missed by {}.", missed.join(", ")));
+    }
+    for row in rows {
+        if let Some(failure) = &row.failure {
+            words.push(format!("{} failed: {failure}", row.tool));
+        }
+    }
+    let range = |k: usize| {
+        let all = rows.iter().map(|r| r.minimum(k)).filter(|x| x.is_finite());
+        let (low, high) = all.fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
+        match low <= high {
+            true => format!("{} to {}", stiffness_words(low), stiffness_words(high)),
+            false => "none".to_owned(),
+        }
+    };
+    let wins = rows
+        .iter()
+        .filter(|r| r.minimum(0).is_finite())
+        .filter(|r| r.minimum(1).is_nan() || r.minimum(0) > r.minimum(1))
+        .count();
+    words.push(format!(
+        "Smallest tool stiffness at rest: {} with the µ controllers, {} with PIDs tuned for it; the µ controller is \
+         the \
+         stiffer one for {wins} of {} tools.",
+        range(0),
+        range(1),
+        rows.len()
+    ));
+    words.into()
+}
+
+/// The table of the report: one record a tool.
+pub fn overview(rows: &[Row]) -> Value {
+    let record = |r: &Row| {
+        let figures = r.figures.as_ref();
+        json!({
+            "tool": r.tool,
+            "mu_as_specified": number(r.mu()),
+            "largest_mu": figures.and_then(|f| f.largest_mu),
+            "order": figures.map(|f| f.order),
+            "minimum_stiffness_mu_n_per_m": number(r.minimum(0)),
+            "minimum_stiffness_pid_n_per_m": number(r.minimum(1)),
+            "worst_stiffness_mu_n_per_m": number(r.worst(0)),
+            "worst_stiffness_pid_n_per_m": number(r.worst(1)),
+            "zone_mu": r.zone(0),
+            "zone_pid": r.zone(1),
+            "stable_to_rpm": figures.map(|f| number(f.stable_to_rpm)),
+            "meets_specification": r.met(),
+            "largest_tool_tightening": r.tightening().map(number),
+            "failure": r.failure,
+            "page": format!("{}/report.html", r.tool),
+        })
+    };
+    Value::Array(rows.iter().map(record).collect())
+}
+
+/// The table as CSV.
+pub fn table(rows: &[Row]) -> Table {
+    let mut table = Table::with_columns(&[
+        "tool",
+        "mu_as_specified",
+        "mu_with_gyroscopic_cover",
+        "order",
+        "minimum_stiffness_mu_n_per_m",
+        "minimum_stiffness_pid_n_per_m",
+        "worst_stiffness_mu_n_per_m",
+        "worst_stiffness_pid_n_per_m",
+        "iso_zone",
+        "iso_zone_pid",
+        "stable_to_rpm",
+        "meets_specification",
+        "largest_tool_tightening",
+        "largest_mu",
+        "failure",
+    ]);
+    for r in rows {
+        let figures = r.figures.as_ref();
+        let known = |value: Option<f64>| value.map_or(String::new(), Table::number);
+        table.push(vec![
+            r.tool.clone(),
+            Table::number(r.mu()),
+            known(figures.and_then(|f| f.mu_with_gyroscopic_cover)),
+            figures.map_or(String::new(), |f| f.order.to_string()),
+            Table::number(r.minimum(0)),
+            Table::number(r.minimum(1)),
+            Table::number(r.worst(0)),
+            Table::number(r.worst(1)),
+            r.zone(0).to_owned(),
+            r.zone(1).to_owned(),
+            known(figures.map(|f| f.stable_to_rpm)),
+            r.met().to_string(),
+            known(r.tightening()),
+            known(figures.and_then(|f| f.largest_mu)),
+            r.failure.clone().unwrap_or_default(),
+        ]);
+    }
+    table
+}
+
+/// Bars over the tools, and their stiffness curves.
+pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
+    let rows: Vec<&Row> = rows.iter().filter(|r| r.figures.is_some()).collect();
+    if rows.is_empty() {
+        return vec![];
+    }
+    let names: Vec<String> = rows.iter().map(|r| r.tool.clone()).collect();
+    let curves = |k: usize| -> Vec<Curve> {
+        let each = rows.iter().enumerate();
+        each.filter_map(|(n, r)| {
+            let found = r.loop_of(k)?;
+            Some(Curve {
+                name: &r.tool,
+                role: Role::Other(n),
+                x: &found.frequency_hz,
+                y: &found.stiffness_n_per_m,
+            })
+        })
+        .collect()
+    };
+    let panels = [("µ controllers", curves(0)), ("tuned PIDs", curves(1))];
+    vec![
+        (
+            "tools",
+            tools("A design per tool", &names, &quantities(&rows)),
+        ),
+        (
+            "tools_stiffness",
+            tool_stiffness("Dynamic stiffness with each tool", &panels, top_speed_hz),
+        ),
+    ]
+}
+
+/// The bars of the picture over the tools.
+fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
+    let column = |f: &dyn Fn(&Row) -> f64| rows.iter().map(|r| f(r)).collect::<Vec<f64>>();
+    let both = |f: &dyn Fn(&Row, usize) -> f64| {
+        vec![
+            ("µ controller", column(&|r| f(r, 0))),
+            ("tuned PID", column(&|r| f(r, 1))),
+        ]
+    };
+    let mut quantities = vec![
+        ToolQuantity {
+            label: "µ of the specification as written",
+            unit: "",
+            references: vec![(1.0, "µ = 1")],
+            bars: vec![("µ controller", column(&Row::mu))],
+        },
+        ToolQuantity {
+            label: "Smallest tool stiffness at rest",
+            unit: "N/µm",
+            references: vec![],
+            bars: both(&|r, k| 1e-6 * r.minimum(k)),
+        },
+        ToolQuantity {
+            label: "The same in the worst case over uncertain modes, at rest, top speed and between",
+            unit: "N/µm",
+            references: vec![],
+            bars: both(&|r, k| 1e-6 * r.worst(k)),
+        },
+        ToolQuantity {
+            label: "Sensitivity peak and the zones of ISO 14839-3",
+            unit: "dB",
+            references: vec![(9.5, "A | B"), (12.0, "B | C"), (14.0, "C | D")],
+            bars: both(&|r, k| r.figure(k, |l| l.sensitivity_db)),
+        },
+        ToolQuantity {
+            label: "Order of the controller",
+            unit: "",
+            references: vec![],
+            bars: vec![(
+                "µ controller",
+                column(&|r| r.figures.as_ref().map_or(f64::NAN, |f| f.order as f64)),
+            )],
+        },
+    ];
+    if rows.iter().any(|r| r.tightening().is_some()) {
+        quantities.push(ToolQuantity {
+            label: "Largest factor on the tool's specification",
+            unit: "",
+            references: vec![(1.0, "as written")],
+            bars: vec![(
+                "µ controller",
+                column(&|r| r.tightening().unwrap_or(f64::NAN)),
+            )],
+        });
+    }
+    quantities
+}
+
+/// Rows of a table for a person: tool, verdict, µ, order, stiffness, zone, speed.
+pub fn shown_rows(rows: &[Row]) -> Vec<Vec<String>> {
+    let stiffness = |x: f64| match x.is_finite() {
+        true => stiffness_words(x),
+        false => "-".to_owned(),
+    };
+    rows.iter()
+        .map(|r| {
+            let Some(figures) = &r.figures else {
+                return vec![r.tool.clone(), "failed".to_owned()];
+            };
+            let verdict = if r.met() { "met" } else { "missed" };
+            vec![
+                r.tool.clone(),
+                verdict.to_owned(),
+                format!("{:.3}", r.mu()),
+                figures.order.to_string(),
+                stiffness(r.minimum(0)),
+                stiffness(r.minimum(1)),
+                r.zone(0).to_owned(),
+                format!("{:.0}", figures.stable_to_rpm),
+            ]
+        })
+        .collect()
+}

@@ -1,0 +1,162 @@
+//! Controllers side by side, and beside measured hammer tests: figures by key, tables, words, pictures.
+
+use super::comparison::{
+    figure_9_words, measured_json, measured_row, ratio_json, statements_json, statements_table,
+};
+use super::comparison_figures::{NamedWorst, worst_figures};
+use super::design_summary::speed_proof_json;
+use super::plot::machining::chatter_lobes;
+use super::plot::{Curve, Role};
+use super::run_figures::{Measured, predictions};
+use super::run_summary::{modal_damping_json, verification_json};
+use super::summary::{Summary, number, numbers};
+use super::whole::{Report, ReportError};
+use super::worst::worst_json;
+use crate::identify::peaks::Resonance;
+use crate::pipeline::compared::{Compared, Ground};
+use crate::pipeline::comparison::Prediction;
+use crate::predict::chatter::StabilityLimit;
+use serde_json::Value;
+use std::f64::consts::TAU;
+
+/// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
+const LOBE_POINTS: usize = 1000;
+
+/// A measured hammer test: its curve, its key, the resonances that a local fit resolves.
+pub struct Hammer {
+    /// Curve.
+    pub curve: Measured,
+    /// Key under `tool_plane`.
+    pub key: String,
+    /// Lightly damped resonances.
+    pub resonances: Vec<Resonance>,
+}
+
+/// Adds controllers and hammer tests to a report.
+///
+/// # Errors
+/// [`ReportError`] when a picture cannot be drawn.
+pub fn add_compared(
+    report: &mut Report,
+    ground: &Ground<'_>,
+    flexible_rad_s: &[f64],
+    list: &[(Role, Compared)],
+    hammers: Vec<Hammer>,
+) -> Result<(), ReportError> {
+    let top_hz = ground.machine.spindle.max_rpm / 60.0;
+    let flexible_hz: Vec<f64> = flexible_rad_s.iter().map(|w| w / TAU).collect();
+    for (_, each) in list {
+        if let (Some(first), Some(last)) = (each.predictions.first(), each.predictions.last()) {
+            report.predictions(&each.name, [first, last]);
+            let damping = modal_damping_json(first, flexible_rad_s);
+            let key = format!("damping_ratio.{}", each.name);
+            report.summary.set(&key, damping);
+        }
+        add_one(&mut report.summary, each, &flexible_hz, top_hz);
+    }
+    for hammer in &hammers {
+        let json = measured_json(&hammer.curve, &hammer.resonances, &flexible_hz, top_hz);
+        report.summary.set(&hammer.key, json);
+    }
+    let measured: Vec<Measured> = hammers.into_iter().map(|h| h.curve).collect();
+    add_ratios(&mut report.summary, list);
+    let every: Vec<&Prediction> = list.iter().flat_map(|(_, c)| &c.predictions).collect();
+    let worst: Vec<NamedWorst> = list
+        .iter()
+        .map(|(role, c)| (*role, c.name.clone(), c.worst.clone()))
+        .collect();
+    let mut statements = statements_table(&every, &worst, &flexible_hz, top_hz);
+    let rows = measured.iter();
+    statements.extend(rows.map(|m| measured_row(m, &flexible_hz, top_hz)));
+    let summary = &mut report.summary;
+    summary.set("statements", Value::Array(statements));
+    summary.set("plain_words", figure_9_words(&every, &worst));
+    summary.set("speeds_rpm", numbers(ground.speeds_rpm));
+    summary.set("top_speed_hz", number(top_hz));
+    let drawn: Vec<(Role, &Prediction)> = list
+        .iter()
+        .flat_map(|(role, c)| c.predictions.iter().map(|p| (*role, p)))
+        .collect();
+    report.figures(predictions(&drawn, &measured, top_hz))?;
+    report.figures(worst_figures(&worst))?;
+    add_lobes(report, list, ground.machine.spindle.max_rpm)
+}
+
+/// Figures of one controller.
+fn add_one(summary: &mut Summary, each: &Compared, flexible_hz: &[f64], top_hz: f64) {
+    let name = &each.name;
+    let stations = each.predictions.iter();
+    let stations = stations.map(|p| statements_json(p, flexible_hz, top_hz));
+    summary.set(
+        &format!("tool_plane.{name}"),
+        Value::Array(stations.collect()),
+    );
+    let checked = &each.verification;
+    summary.set(&format!("stability.{name}.stable"), checked.is_proven());
+    if let Some(proof) = &checked.proof {
+        summary.set(&format!("stability.{name}.proof"), speed_proof_json(proof));
+    }
+    if let Some(failure) = &checked.proof_failure {
+        let key = format!("stability.{name}.proof_failure");
+        summary.set(&key, failure.as_str());
+    }
+    summary.set(&format!("worst_case.{name}"), worst_json(&each.worst));
+    summary.set(
+        &format!("stability.{name}.certificates"),
+        verification_json(checked),
+    );
+    let minimum = each.lobes.as_ref().and_then(StabilityLimit::minimum);
+    summary.set(
+        &format!("chatter.{name}.minimum_depth_m"),
+        number(minimum.map_or(f64::NAN, |m| m.depth_m)),
+    );
+    summary.set(
+        &format!("chatter.{name}.frequency_hz"),
+        number(minimum.map_or(f64::NAN, |m| m.omega_rad_s / TAU)),
+    );
+}
+
+/// Stiffness of the first controller over that of each other one, speed by speed.
+fn add_ratios(summary: &mut Summary, list: &[(Role, Compared)]) {
+    let Some(((_, first), others)) = list.split_first() else {
+        return;
+    };
+    for (_, other) in others {
+        let both = first.predictions.iter().zip(&other.predictions);
+        let ratios = both.map(|(own, its)| ratio_json(own, its));
+        summary.set(
+            &format!("stiffness_ratio.{}_over_{}", first.name, other.name),
+            Value::Array(ratios.collect()),
+        );
+    }
+}
+
+/// The picture of the stability lobes.
+fn add_lobes(
+    report: &mut Report,
+    list: &[(Role, Compared)],
+    top_rpm: f64,
+) -> Result<(), ReportError> {
+    let speeds: Vec<f64> = (1..=LOBE_POINTS)
+        .map(|k| top_rpm * k as f64 / LOBE_POINTS as f64)
+        .collect();
+    let angular: Vec<f64> = speeds.iter().map(|rpm| rpm * TAU / 60.0).collect();
+    let lobes: Vec<(Role, &str, Vec<f64>)> = list
+        .iter()
+        .filter_map(|(role, c)| Some((*role, c.name.as_str(), c.lobes.as_ref()?.depths(&angular))))
+        .collect();
+    let curves: Vec<Curve> = lobes
+        .iter()
+        .map(|(role, name, depth)| Curve {
+            name,
+            role: *role,
+            x: &speeds,
+            y: depth,
+        })
+        .collect();
+    if curves.is_empty() {
+        return Ok(());
+    }
+    let figure = chatter_lobes("Stable depth of cut", &curves, top_rpm);
+    report.figures([("chatter", figure)])
+}

@@ -1,0 +1,251 @@
+//! Summary, pictures and files of a whole run.
+
+use super::comparison::pid_json;
+use super::contact::add_contact;
+use super::identification::identification_json;
+use super::plot::Role;
+use super::plot::loops::{MarkedFrequency, Peak};
+use super::run_figures::{NamedMachine, open_loop, predictions, robustness, shapes};
+use super::run_summary::{design_json, machine_json, modal_damping_json};
+use super::updating::{figures as update_figures, updating_json};
+use super::whole::{Report, ReportError};
+use crate::identify::Identification;
+use crate::pipeline::certificates::mu_words;
+use crate::pipeline::comparison::Prediction;
+use crate::pipeline::loop_stability::unstable_words;
+use crate::pipeline::overspeed::OVERSPEED;
+use crate::pipeline::run::{Rival, Rivals, Run};
+use crate::predict::stiffness::stiffness_words;
+use crate::rotor::modes::PlanarModes;
+use crate::spindle::{Machine, SpindleError};
+use crate::update::Targets;
+use serde_json::json;
+use std::f64::consts::TAU;
+
+/// Look of the controller of the D-K iteration beside the polished one.
+pub const UNPOLISHED: Role = Role::Other(2);
+
+/// Flexible modes whose frequency and damping are listed.
+const LISTED_FREQUENCIES: usize = 5;
+const LISTED_DAMPING: usize = 3;
+
+/// The report of a run; `pictures` draws the pictures as well.
+///
+/// # Errors
+/// [`ReportError`] when a picture cannot be drawn or a file cannot be made.
+pub fn run_report(
+    run: &Run,
+    weights: &str,
+    identification: Option<&Identification>,
+    pictures: bool,
+) -> Result<Report, ReportError> {
+    let mut report = Report::of("run", &run.machine);
+    report.summary.set("weights", weights);
+    add_models(&mut report, run, identification)?;
+    report.summary.set("design", design_json(&run.design));
+    report.arithmetic(&run.design, &run.arithmetic);
+    add_loops(&mut report, run)?;
+    if pictures {
+        add_pictures(&mut report, run)?;
+    }
+    let mut words = plain_words(run);
+    if let Some(contact) = &run.contact {
+        let sentence = add_contact(&mut report, &run.machine, contact)?;
+        words = format!("{words} {sentence}");
+    }
+    report.summary.set("plain_words", words);
+    Ok(report)
+}
+
+/// Frequencies of the models, what was identified, and what updating did.
+fn add_models(
+    report: &mut Report,
+    run: &Run,
+    identification: Option<&Identification>,
+) -> Result<(), ReportError> {
+    let summary = &mut report.summary;
+    for (key, machine) in [
+        ("model.nominal", &run.nominal),
+        ("model.used", &run.machine),
+    ] {
+        let listed = flexible_hz(machine, LISTED_FREQUENCIES)?;
+        summary.set(key, machine_json(machine, &listed));
+    }
+    if let Some(found) = identification {
+        summary.set("identification", identification_json(found));
+    }
+    if let Some(updating) = &run.updating {
+        summary.set("updating", updating_json(&updating.gauss_newton.fit));
+        if let Some(search) = &updating.nelder_mead {
+            summary.set("updating.nelder_mead", updating_json(&search.fit));
+        }
+    }
+    Ok(())
+}
+
+/// Frequencies of the first flexible modes of the free-free rotor, Hz.
+fn flexible_hz(machine: &Machine, count: usize) -> Result<Vec<f64>, ReportError> {
+    let modes = PlanarModes::new(&machine.rotor()?).map_err(SpindleError::from)?;
+    Ok(modes.flexible_hz().into_iter().take(count).collect())
+}
+
+/// Controllers that are compared: key, look, predictions at rest and at top speed.
+fn loops(run: &Run) -> Vec<(&'static str, Role, &[Prediction; 2])> {
+    let rivals = run.rivals.as_ref();
+    let found = |of: fn(&Rivals) -> &Rival| {
+        rivals.and_then(|r| of(r).as_ref().ok().map(|(_, predictions)| predictions))
+    };
+    [
+        ("mu", Role::Mu, Some(&run.delivered)),
+        ("dk", UNPOLISHED, run.unpolished.as_ref()),
+        ("pid", Role::Pid, found(|r| &r.tuned)),
+        ("textbook_pid", Role::TextbookPid, found(|r| &r.textbook)),
+    ]
+    .into_iter()
+    .filter_map(|(key, role, both)| Some((key, role, both?)))
+    .collect()
+}
+
+/// Stiffness, sensitivity and damping of the loops, and what the PID search found.
+fn add_loops(report: &mut Report, run: &Run) -> Result<(), ReportError> {
+    let damped: Vec<f64> = flexible_hz(&run.machine, LISTED_DAMPING)?
+        .iter()
+        .map(|f| f * TAU)
+        .collect();
+    for (name, _, both) in loops(run) {
+        report.predictions(name, both.each_ref());
+        let damping = modal_damping_json(&both[0], &damped);
+        report
+            .summary
+            .set(&format!("damping_ratio.{name}"), damping);
+    }
+    if let Some(rivals) = &run.rivals {
+        let json = match &rivals.tuned {
+            Ok((found, _)) => pid_json(found, &rivals.effort),
+            Err(reason) => json!({ "found": false, "sentence": not_found_words(reason) }),
+        };
+        report.summary.set("pid", json);
+        if let Ok((plain, _)) = &rivals.textbook {
+            let stable = plain.certificate.nominal.is_stable();
+            report.summary.set("pid.textbook_stable", stable);
+        }
+    }
+    Ok(())
+}
+
+/// The pictures, from the model to the loop.
+fn add_pictures(report: &mut Report, run: &Run) -> Result<(), ReportError> {
+    if let Some(updating) = &run.updating {
+        let fits = [("updated", &updating.gauss_newton.fit)];
+        report.figures(update_figures(&run.nominal, &fits))?;
+    }
+    let both: [NamedMachine; 2] = [
+        ("nominal", Role::Nominal, &run.nominal),
+        ("updated", Role::Updated, &run.machine),
+    ];
+    let models = match run.updating {
+        Some(_) => &both[..],
+        None => &both[1..],
+    };
+    let marked = run.targets.as_ref().map(marks).unwrap_or_default();
+    report.figures(open_loop(models, &marked)?)?;
+    // Updating draws the shapes before and after itself.
+    if run.updating.is_none() {
+        report.figures(shapes(models)?.map(|figure| ("mode_shapes", figure)))?;
+    }
+    let loops = loops(run);
+    let mut shown: Vec<(Role, &Prediction)> = vec![];
+    for k in 0..2 {
+        shown.extend(loops.iter().map(|(_, role, both)| (*role, &both[k])));
+    }
+    let top_hz = run.machine.spindle.max_rpm / 60.0;
+    report.figures(robustness(&run.design))?;
+    report.figures(predictions(&shown, &[], top_hz))?;
+    report.loop_of(&run.machine, &run.design, run.delivered.each_ref())
+}
+
+fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {
+    [0, 1].map(|bearing| {
+        let resonances = targets
+            .resonances
+            .iter()
+            .flatten()
+            .map(|t| (t, Peak::Resonance));
+        let zeros = targets
+            .antiresonances
+            .get(bearing)
+            .into_iter()
+            .flat_map(|f| f.antiresonances.iter().flatten())
+            .map(|t| (t, Peak::Antiresonance));
+        resonances
+            .chain(zeros)
+            .map(|(t, peak)| MarkedFrequency {
+                frequency_hz: t.frequency_hz,
+                peak,
+            })
+            .collect()
+    })
+}
+
+/// A search that found nothing, in a sentence.
+fn not_found_words(reason: &str) -> String {
+    format!("No PID was found ({reason}); its figures are absent.")
+}
+
+/// The outcome in a few sentences.
+fn plain_words(run: &Run) -> String {
+    let (design, mu) = (&run.design, &run.delivered[0]);
+    let proven_rpm = design.delivery.speed_proof.proven_to_rpm();
+    let stable = match design.is_stable() {
+        true => format!(
+            "stable at every speed up to {proven_rpm:.0} rpm, proven between the speeds computed as well"
+        ),
+        false => format!("NOT proven stable at every speed (up to {proven_rpm:.0} rpm only)"),
+    };
+    let words = format!(
+        "{} with {}: the sampled controller with rounded coefficients (order {}) has μ {} for the specification as \
+         written at rest, {} at most from rest to {:.0} rpm, is {stable}, zone {}. {}",
+        run.machine.spindle.name,
+        run.machine.tool.name,
+        2 * design.delivery.rounded.order,
+        design.delivery.rounded.specification.words(),
+        mu_words(design.largest_mu()),
+        OVERSPEED * run.machine.spindle.max_rpm,
+        mu.zone_word(),
+        stiffness_sentence(run),
+    );
+    let words = match &design.specification_scale {
+        Some(scale) => format!("{words} {}", scale.sentence()),
+        None => words,
+    };
+    match (run.pid_is_better(), &design.polish) {
+        (true, _) => format!("The PID is better in every figure. {words}"),
+        (false, Some(polish)) => format!("{words} {}", polish.sentence),
+        (false, None) => words,
+    }
+}
+
+/// The smallest tool stiffness at rest, beside that of the tuned PID.
+fn stiffness_sentence(run: &Run) -> String {
+    let mu = &run.delivered[0];
+    if !mu.is_stable() {
+        let words = unstable_words(mu.growth_rate_per_s, mu.speed_rpm);
+        return format!("At rest it is {words}.");
+    }
+    let own = format!(
+        "Smallest tool stiffness {} at {:.0} Hz",
+        stiffness_words(mu.minimum.0),
+        mu.minimum.1
+    );
+    match run.rivals.as_ref().map(|r| &r.tuned) {
+        None => format!("{own}."),
+        Some(Err(reason)) => format!("{own}. {}", not_found_words(reason)),
+        Some(Ok((_, [pid, _]))) if pid.is_stable() => format!(
+            "{own} against {} with the tuned PID (zone {}), a factor of {:.1}.",
+            stiffness_words(pid.minimum.0),
+            pid.zone_word(),
+            mu.minimum.0 / pid.minimum.0
+        ),
+        Some(Ok(_)) => format!("{own}; the loop of the tuned PID is unstable at rest."),
+    }
+}

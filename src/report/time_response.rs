@@ -1,0 +1,134 @@
+//! A time response as table and pictures: displacements, currents, voltages and forces beside their limits, orbits.
+
+use super::plot::motion::{TimePanel, orbits, time_responses};
+use super::plot::{Curve, Role};
+use super::simulation::Limits;
+use super::tables::Table;
+use super::whole::{Report, ReportError};
+use crate::predict::time::{TimeResponse, TimeSample};
+use crate::spindle::Machine;
+
+/// Names of the axes of sensors and magnets, and of the places whose displacement is recorded.
+const AXES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
+const PLACES: [&str; 6] = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "rear_y"];
+
+/// Adds `response.csv` and the pictures `response` and `orbits`.
+///
+/// # Errors
+/// [`ReportError`] when a picture cannot be drawn.
+pub fn add_response(
+    report: &mut Report,
+    machine: &Machine,
+    response: &TimeResponse,
+    name: &str,
+    limits: &Limits,
+) -> Result<(), ReportError> {
+    report.folder.add_table("response.csv", &table(response))?;
+    let column = |of: &dyn Fn(&TimeSample) -> f64| response.samples.iter().map(of).collect();
+    let [tx, ty, fx, fy, rx, ry] =
+        [0, 1, 2, 3, 4, 5].map(|k| -> Vec<f64> { column(&|s| s.displacements_m[k]) });
+    let micro = |v: &[f64]| v.iter().map(|m| 1e6 * m).collect::<Vec<f64>>();
+    let shown = [micro(&tx), micro(&fx), micro(&rx)];
+    // Front x and rear x.
+    let [currents, voltages, forces] = [
+        |s: &TimeSample| s.currents_a,
+        |s: &TimeSample| s.voltages_v,
+        |s: &TimeSample| s.forces_n,
+    ]
+    .map(|of| [0, 2].map(|k| -> Vec<f64> { column(&|s| of(s)[k]) }));
+    let time: Vec<f64> = column(&|s| s.time_s);
+    let spindle = &machine.spindle;
+    let clearance = 1e6 * spindle.backup_clearance_m;
+    let (limit, bus) = (limits.current_a, limits.voltage_v);
+    let panels = [
+        TimePanel {
+            title: "Displacement x",
+            label: "x",
+            unit: "µm",
+            curves: curves(&time, &["tool", "front", "rear"], &shown),
+            limits: vec![
+                (clearance, "backup bearing"),
+                (-clearance, "backup bearing"),
+            ],
+        },
+        TimePanel {
+            title: "Control current x",
+            label: "i",
+            unit: "A",
+            curves: curves(&time, &["front", "rear"], &currents),
+            limits: vec![(limit, "limit"), (-limit, "limit")],
+        },
+        TimePanel {
+            title: "Coil voltage x",
+            label: "u",
+            unit: "V",
+            curves: curves(&time, &["front", "rear"], &voltages),
+            limits: vec![(bus, "bus"), (-bus, "bus")],
+        },
+        TimePanel {
+            title: "Magnetic force x",
+            label: "F",
+            unit: "N",
+            curves: curves(&time, &["front", "rear"], &forces),
+            limits: vec![
+                (spindle.front.max_force_n, "front capacity"),
+                (spindle.rear.max_force_n, "rear capacity"),
+            ],
+        },
+    ];
+    let planes = [
+        ("tool", tx.as_slice(), ty.as_slice()),
+        ("front actuator", &fx, &fy),
+        ("rear actuator", &rx, &ry),
+    ];
+    let title = format!("Orbits, {name}");
+    report.figures([
+        (
+            "response",
+            time_responses(&format!("Response to {name}"), &panels),
+        ),
+        (
+            "orbits",
+            orbits(&title, &planes, spindle.backup_clearance_m),
+        ),
+    ])
+}
+
+/// One record a sample: sensors, displacements, currents, voltages, forces, contact.
+fn table(response: &TimeResponse) -> Table {
+    let mut header = vec!["time_s".to_owned()];
+    header.extend(AXES.map(|a| format!("sensor_{a}_m")));
+    header.extend(PLACES.map(|p| format!("displacement_{p}_m")));
+    header.extend(AXES.map(|a| format!("current_{a}_a")));
+    header.extend(AXES.map(|a| format!("voltage_{a}_v")));
+    header.extend(AXES.map(|a| format!("force_{a}_n")));
+    header.extend(AXES.map(|a| format!("contact_{a}_n")));
+    let mut table = Table::new(header);
+    for s in &response.samples {
+        let row: Vec<f64> = std::iter::once(s.time_s)
+            .chain(s.sensors_m)
+            .chain(s.displacements_m)
+            .chain(s.currents_a)
+            .chain(s.voltages_v)
+            .chain(s.forces_n)
+            .chain(s.contact_n)
+            .collect();
+        table.push_numbers(&row);
+    }
+    table
+}
+
+/// Curves over one time axis, told apart by number.
+fn curves<'a>(time: &'a [f64], names: &[&'a str], values: &'a [Vec<f64>]) -> Vec<Curve<'a>> {
+    names
+        .iter()
+        .zip(values)
+        .enumerate()
+        .map(|(k, (name, y))| Curve {
+            name,
+            x: time,
+            y,
+            role: Role::Other(k),
+        })
+        .collect()
+}

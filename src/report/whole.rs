@@ -1,0 +1,207 @@
+//! A report under construction: the results folder with its summary, page and controller files.
+
+use super::controller_json::controller_json;
+use super::design_summary::arithmetic_json;
+use super::firmware::sha256_hex;
+use super::firmware::{Firmware, Format, write_all};
+use super::firmware_c::c_identifier;
+use super::firmware_error::FirmwareError;
+use super::html::{self, HtmlError};
+use super::loop_figures::{loop_figures, margin_json};
+use super::plot::figure::Figure;
+use super::prediction_summary::{sensitivity_json, stiffness_json};
+use super::results::{ResultsError, ResultsFolder};
+use super::summary::Summary;
+use crate::controller::{Controller, MachineTag};
+use crate::input::{spindle_yaml, tool_yaml};
+use crate::pipeline::PipelineError;
+use crate::pipeline::comparison::Prediction;
+use crate::pipeline::design::Design;
+use crate::spindle::{Machine, SpindleError};
+use std::path::Path;
+use thiserror::Error;
+
+/// Why a report could not be made.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// The folder.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// The page.
+    #[error("report: {0}")]
+    Page(#[from] HtmlError),
+    /// The firmware files.
+    #[error("firmware: {0}")]
+    Firmware(#[from] FirmwareError),
+    /// A picture that needs a model.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// A rotor that cannot be drawn.
+    #[error(transparent)]
+    Machine(#[from] SpindleError),
+}
+
+/// A results folder on the way to being written.
+#[derive(Default)]
+pub struct Report {
+    /// Files and pictures.
+    pub folder: ResultsFolder,
+    /// Figures by key.
+    pub summary: Summary,
+}
+
+impl Report {
+    /// An empty report of a command on a machine.
+    pub fn of(command: &str, machine: &Machine) -> Self {
+        let mut report = Self::default();
+        let summary = &mut report.summary;
+        summary.set("run", command);
+        summary.set("spindle", machine.spindle.name.as_str());
+        summary.set("tool", machine.tool.name.as_str());
+        report
+    }
+
+    /// Adds pictures by stem.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a picture cannot be drawn.
+    pub fn figures<S: AsRef<str>>(
+        &mut self,
+        figures: impl IntoIterator<Item = (S, Figure)>,
+    ) -> Result<(), ReportError> {
+        for (stem, figure) in figures {
+            self.folder.add_plot(stem.as_ref(), &figure)?;
+        }
+        Ok(())
+    }
+
+    /// Adds stiffness and sensitivity of a controller at rest and at top speed.
+    pub fn predictions(&mut self, name: &str, [rest, speed]: [&Prediction; 2]) {
+        let summary = &mut self.summary;
+        let fast = format!("{name}.at_top_speed");
+        summary.set(&format!("stiffness.{name}"), stiffness_json(rest));
+        summary.set(&format!("stiffness.{fast}"), stiffness_json(speed));
+        summary.set(&format!("sensitivity.{name}"), sensitivity_json(rest));
+        summary.set(&format!("sensitivity.{fast}"), sensitivity_json(speed));
+    }
+
+    /// Adds µ and tool stiffness at rest with the coefficients of each arithmetic.
+    pub fn arithmetic(&mut self, design: &Design, predictions: &[Prediction]) {
+        let json = arithmetic_json(design, predictions);
+        self.summary.set("design.arithmetic", json);
+    }
+
+    /// Adds the pictures of the loop of a design and its margins at rest (`margins.mu`).
+    ///
+    /// # Errors
+    /// [`ReportError`] when a plant fails or a picture cannot be drawn.
+    pub fn loop_of(
+        &mut self,
+        machine: &Machine,
+        design: &Design,
+        runs: [&Prediction; 2],
+    ) -> Result<(), ReportError> {
+        let (figures, margin) = loop_figures(machine, &design.delivery.controller, runs)?;
+        self.figures(figures)?;
+        if let Some(margin) = &margin {
+            self.summary.set("margins.mu", margin_json(margin));
+        }
+        Ok(())
+    }
+
+    /// Adds the machine's files, and into the folder `controller` JSON, `.mat`, C, tables, test vectors, and the PID.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a file cannot be made.
+    pub fn controller(
+        &mut self,
+        machine: &Machine,
+        design: &Design,
+        pid: Option<&Controller>,
+    ) -> Result<(), ReportError> {
+        let tag = machine_tag(machine, "../spindle.yaml", "../tool.yaml");
+        self.controller_in("controller/", machine, design, pid, &tag)
+    }
+
+    /// The same with the controller's files beside those of the machine.
+    ///
+    /// # Errors
+    /// As [`Self::controller`].
+    pub fn controller_beside(
+        &mut self,
+        machine: &Machine,
+        design: &Design,
+        pid: Option<&Controller>,
+    ) -> Result<(), ReportError> {
+        let tag = machine_tag(machine, "spindle.yaml", "tool.yaml");
+        self.controller_in("", machine, design, pid, &tag)
+    }
+
+    fn controller_in(
+        &mut self,
+        place: &str,
+        machine: &Machine,
+        design: &Design,
+        pid: Option<&Controller>,
+        tag: &MachineTag,
+    ) -> Result<(), ReportError> {
+        for (file, bytes) in controller_files(machine, design, tag)? {
+            self.folder.add(&format!("{place}{file}"), bytes)?;
+        }
+        if let Some(pid) = pid {
+            let json = controller_json(pid, Some(tag));
+            self.folder.add(&format!("{place}pid.json"), json)?;
+        }
+        self.folder
+            .add("spindle.yaml", spindle_yaml(&machine.spindle))?;
+        self.folder.add("tool.yaml", tool_yaml(&machine.tool))?;
+        Ok(())
+    }
+
+    /// Adds summary and page, and writes the folder whole.
+    ///
+    /// # Errors
+    /// [`ReportError`] when the page cannot be made or the folder cannot be written.
+    pub fn write(&mut self, out: &str) -> Result<(), ReportError> {
+        let page = html::report(&self.summary.value(), &self.folder.pictures())?;
+        self.folder.add("report.html", page)?;
+        self.folder.add("summary.json", self.summary.to_json())?;
+        Ok(self.folder.write(Path::new(out))?)
+    }
+}
+
+/// The files of a delivered controller in every format; `tag` names the machine's files beside it.
+///
+/// # Errors
+/// [`FirmwareError`] when a file cannot be made.
+fn controller_files(
+    machine: &Machine,
+    design: &Design,
+    tag: &MachineTag,
+) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
+    let name = format!("{} with {}", machine.spindle.name, machine.tool.name);
+    write_all(
+        &Firmware {
+            discrete: &design.delivery.controller,
+            // The design's own continuous controller lives in the w plane; no frequency there is a true one.
+            continuous: None,
+            scaled: &design.delivery.realisation,
+            verification: &design.delivery.verification,
+            machine: &name,
+            tag: Some(tag),
+            prefix: &c_identifier(&machine.tool.name),
+        },
+        &Format::ALL,
+    )
+}
+
+/// The tag of a machine whose files are found under these paths.
+pub fn machine_tag(machine: &Machine, spindle: &str, tool: &str) -> MachineTag {
+    let mut text = spindle_yaml(&machine.spindle);
+    text.push_str(&tool_yaml(&machine.tool));
+    MachineTag {
+        spindle: spindle.to_owned(),
+        tool: tool.to_owned(),
+        hash: sha256_hex(text.as_bytes()),
+    }
+}
