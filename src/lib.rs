@@ -156,6 +156,8 @@ pub mod robust;
 
 pub mod controller;
 
+pub mod pid;
+
 pub mod predict;
 
 pub mod diagnose;
@@ -163,6 +165,9 @@ pub mod diagnose;
 pub mod pipeline;
 
 pub mod input;
+
+#[cfg(feature = "cli")]
+pub mod export;
 
 #[cfg(feature = "cli")]
 pub mod report;

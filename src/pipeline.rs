@@ -13,6 +13,7 @@ pub mod loop_stability;
 pub mod overspeed;
 pub mod polishing;
 pub mod posing;
+pub mod problem_set;
 pub mod problems;
 pub mod progress;
 mod reduction;

@@ -13,6 +13,7 @@ use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
+use crate::export::firmware::sha256_hex;
 use crate::input::load_weights;
 use crate::pipeline::batch::{Finished, one_tool};
 use crate::pipeline::run::{Extent, Task};
@@ -20,7 +21,6 @@ use crate::pipeline::settings::DesignSettings;
 use crate::report::batch::{
     ROW_FILE, Row, figures, overview, sentences, shown_rows, table, verdict,
 };
-use crate::report::firmware::sha256_hex;
 use crate::report::run::run_report;
 use crate::report::whole::{Report, ReportError, machine_tag};
 use crate::report::worst::worst_json;

@@ -14,6 +14,7 @@ use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::{BAND_HZ, Prediction};
 use crate::pipeline::design::Design;
 use crate::pipeline::overspeed::OVERSPEED;
+use crate::pipeline::problem_set::ProblemSet;
 use crate::pipeline::run::{at_rest_and_top_speed, by_arithmetic, unpolished};
 use crate::pipeline::settings::{DesignSettings, PolishEffort};
 use crate::predict::sensitivity::Zone;
@@ -48,6 +49,10 @@ pub struct Arguments {
     /// taps)
     #[arg(long)]
     limit: bool,
+    /// Write generalized plants, weights, D-scales, controller and closed loop as state space: `problem/` with JSON in the formats of
+    /// `muspin solve`, and `problem.mat`
+    #[arg(long)]
+    problem: bool,
     /// Folder for controller, certificates, pictures and report
     #[arg(long, default_value = "results/design")]
     out: String,
@@ -128,6 +133,13 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     report.figures(predictions(&runs, &limits, top_hz))?;
     report.loop_of(&machine, &found, [rest, speed])?;
     report.controller(&machine, &found, None)?;
+    if arguments.problem {
+        let weights = Weights {
+            tool_tightening: written.tool_tightening * factor,
+            ..written.clone()
+        };
+        report.problem(&ProblemSet::of(&found, &weights)?)?;
+    }
     report.write(&arguments.out)?;
     arguments.timings.print(&progress.watch());
     drop(progress);

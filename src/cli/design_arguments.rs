@@ -3,8 +3,8 @@
 use super::Failure;
 use super::controlled_machine::MachineArguments;
 use crate::augment::weights::Weights;
-use crate::controller::pid_settings::TuneSettings;
 use crate::input::load_weights;
+use crate::pid::settings::TuneSettings;
 use crate::spindle::Machine;
 
 /// Machine and specification.

@@ -6,6 +6,7 @@ use super::console::{Console, Shown};
 use super::controlled_machine::MachineArguments;
 use super::machine::Remarks;
 use super::{Failure, Outcome, stdout};
+use crate::linalg::{Mat, c64};
 use crate::lti::Response;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::predict::closed_loop::compliance;
@@ -15,6 +16,7 @@ use crate::spindle::{ModelDetail, Plant};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::io::Write;
+use std::ops::Range;
 
 /// Arguments of `muspin frf`.
 #[derive(clap::Args, Debug)]
@@ -36,6 +38,9 @@ pub struct Arguments {
     /// The reduced model of the design instead of the full FE model
     #[arg(long)]
     design_model: bool,
+    /// Also the open-loop paths current → tool and force at the tool → signal, as further columns
+    #[arg(long)]
+    tool_paths: bool,
     /// Controller file: the t_ columns become the closed-loop tool compliance
     #[arg(long)]
     controller: Option<String>,
@@ -81,6 +86,16 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     for entry in ["t_xx", "t_xy", "t_yx", "t_yy"] {
         name(entry.to_owned());
     }
+    if arguments.tool_paths {
+        for axis in ["x", "y"] {
+            (1..=AXES).for_each(|j| name(format!("tu_{axis}{j}")));
+        }
+        for i in 1..=AXES {
+            ["x", "y"]
+                .iter()
+                .for_each(|axis| name(format!("yf_{i}{axis}")));
+        }
+    }
     let row = |hz: &f64| {
         let omega = TAU * hz;
         let h = plant.at(omega);
@@ -91,10 +106,21 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
                 .to_owned(),
         };
         let mut row = vec![*hz];
-        for (matrix, n) in [(&h, AXES), (&tool, 2)] {
-            for i in 0..n {
-                row.extend((0..n).flat_map(|j| [matrix[(i, j)].re, matrix[(i, j)].im]));
+        let mut block = |matrix: &Mat<c64>, rows: Range<usize>, columns: Range<usize>| {
+            for i in rows {
+                row.extend(
+                    columns
+                        .clone()
+                        .flat_map(|j| [matrix[(i, j)].re, matrix[(i, j)].im]),
+                );
             }
+        };
+        let at_tool = AXES..AXES + 2;
+        block(&h, 0..AXES, 0..AXES);
+        block(&tool, 0..2, 0..2);
+        if arguments.tool_paths {
+            block(&h, at_tool.clone(), 0..AXES);
+            block(&h, 0..AXES, at_tool);
         }
         row
     };

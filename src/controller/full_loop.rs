@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// The loop of one plane where the planes are apart, else of both, on the full plant at one speed.
-pub(super) struct FullLoop {
+pub(crate) struct FullLoop {
     /// The plant.
     pub plant: Plant,
     /// Forces → displacements, tool first, for the poles.

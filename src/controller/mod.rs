@@ -1,4 +1,5 @@
-//! K(s) to firmware: PID, reduction, discretisation, realisation, fixed-point and float arithmetic.
+//! K(s) to the rows that a processor computes: reduction, polish, discretisation, realisation, arithmetic, stability over
+//! speed.
 
 pub mod amplifier_demand;
 pub mod anti_windup;
@@ -9,13 +10,6 @@ pub mod full_loop;
 pub mod hand_over;
 pub mod law;
 pub mod modal;
-pub mod pid;
-pub mod pid_certificate;
-mod pid_law;
-mod pid_search;
-pub mod pid_settings;
-mod pid_start;
-pub mod pid_tune;
 pub mod polish;
 pub mod realise;
 pub mod scaling;

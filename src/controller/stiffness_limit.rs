@@ -23,7 +23,7 @@ use crate::augment::plane::connected_part;
 use crate::linalg::c64;
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, StateSpace};
-use crate::robust::lmi::{Affine, NormInequality, Programme};
+use crate::robust::mu::lmi::{Affine, NormInequality, Programme};
 use crate::spindle::Machine;
 use std::f64::consts::{PI, TAU};
 

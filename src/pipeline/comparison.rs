@@ -3,11 +3,11 @@
 use super::PipelineError;
 use super::loop_stability::{LoopPoles, loop_poles};
 use crate::controller::amplifier_demand::amplifier_demand;
-use crate::controller::pid_settings::TuneSettings;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
+use crate::pid::settings::TuneSettings;
 use crate::predict::chatter::{Engagement, Material, StabilityLimit, milling};
 use crate::predict::closed_loop::compliance;
 use crate::predict::modes::{LoopModes, loop_modes};

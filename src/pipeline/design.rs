@@ -26,6 +26,7 @@ use crate::controller::ControlLaw;
 use crate::controller::stiffness_limit::{StiffnessLimit, TAPS, stiffness_limit};
 use crate::lti::sample::tustin;
 use crate::robust::dk::DkStep;
+use crate::robust::dk::scale::DScales;
 use crate::spindle::Machine;
 
 /// A finished design.
@@ -40,6 +41,8 @@ pub struct Design {
     pub rounds: Vec<Round>,
     /// D-scales of the best step beside what the pointwise bound of its loop asks for.
     pub d_scales: Vec<DScaleCurve>,
+    /// The D-scales of the best step times the constant scales that it started from.
+    pub scales: DScales,
     /// γ of the best step.
     pub gamma: f64,
     /// Orders of the D-scales of the best step, summed over the blocks.
@@ -179,6 +182,7 @@ pub fn design(
         emulated,
         polish,
         delivery,
+        scales: outcome.scales.times(&scales),
         gamma: outcome.gamma,
         d_order: outcome
             .steps

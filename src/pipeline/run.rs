@@ -11,10 +11,10 @@ use super::progress::{Event, Listener};
 use super::settings::DesignSettings;
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
-use crate::controller::pid_certificate::TunedPid;
-use crate::controller::pid_settings::TuneSettings;
-use crate::controller::pid_tune::{found_or_reason, textbook, tune};
 use crate::controller::verification_error::VerificationError;
+use crate::pid::certificate::TunedPid;
+use crate::pid::settings::TuneSettings;
+use crate::pid::tune::{found_or_reason, textbook, tune};
 use crate::spindle::Machine;
 use crate::update::{Targets, UpdateSettings, UpdatedMachine, gauss_newton, nelder_mead};
 

@@ -3,10 +3,10 @@
 
 use super::run_summary::verification_json;
 use super::summary::{number, numbers};
-use crate::controller::pid_certificate::TunedPid;
-use crate::controller::pid_certificate::{PeakSensitivity, PidCertificate, ZONE_B_DB};
-use crate::controller::pid_settings::TuneSettings;
 use crate::identify::peaks::Resonance;
+use crate::pid::certificate::TunedPid;
+use crate::pid::certificate::{PeakSensitivity, PidCertificate, ZONE_B_DB};
+use crate::pid::settings::TuneSettings;
 use crate::pipeline::comparison::{LOW_HZ, Prediction};
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::dips::{Dip, dips};

@@ -3,7 +3,7 @@
 //! A file is replaced or removed only when the manifest lists it and its hash is still that of the list: whatever else
 //! is in the folder belongs to the user. The manifest holds no clock, machine or user: same files, same bytes.
 
-use super::firmware::sha256_hex;
+use crate::export::firmware::sha256_hex;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;

@@ -1,11 +1,6 @@
 //! A report under construction: the results folder with its summary, page and controller files.
 
-use super::controller_json::controller_json;
 use super::design_summary::arithmetic_json;
-use super::firmware::sha256_hex;
-use super::firmware::{Firmware, Format, write_all};
-use super::firmware_c::c_identifier;
-use super::firmware_error::FirmwareError;
 use super::html::{self, HtmlError};
 use super::loop_figures::{loop_figures, margin_json};
 use super::plot::figure::Figure;
@@ -13,10 +8,17 @@ use super::prediction_summary::{sensitivity_json, stiffness_json};
 use super::results::{ResultsError, ResultsFolder};
 use super::summary::Summary;
 use crate::controller::{Controller, MachineTag};
+use crate::export::c::c_identifier;
+use crate::export::error::FirmwareError;
+use crate::export::firmware::sha256_hex;
+use crate::export::firmware::{Firmware, Format, write_all};
+use crate::export::json::controller_json;
+use crate::export::problem::problem_files;
 use crate::input::{spindle_yaml, tool_yaml};
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
+use crate::pipeline::problem_set::ProblemSet;
 use crate::spindle::{Machine, SpindleError};
 use std::path::Path;
 use thiserror::Error;
@@ -155,6 +157,17 @@ impl Report {
         self.folder
             .add("spindle.yaml", spindle_yaml(&machine.spindle))?;
         self.folder.add("tool.yaml", tool_yaml(&machine.tool))?;
+        Ok(())
+    }
+
+    /// Adds the folder `problem` with problems and answers of a design as state space.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a file cannot be made.
+    pub fn problem(&mut self, set: &ProblemSet) -> Result<(), ReportError> {
+        for (file, bytes) in problem_files(set)? {
+            self.folder.add(&format!("problem/{file}"), bytes)?;
+        }
         Ok(())
     }
 

@@ -4,10 +4,10 @@
 //! the scaled problem over ln dᵢ (the last block, performance, keeps 1) by a compass search: γ is quasi-convex in ln d
 //! for a fixed loop. Whether a trial is better at all is one pair of Riccati equations.
 
-use super::error::SynthesisError;
-use super::hinf::{HinfSettings, is_feasible, optimal_level};
 use crate::augment::GeneralizedPlant;
 use crate::linalg::Mat;
+use crate::robust::error::SynthesisError;
+use crate::robust::hinf::{HinfSettings, is_feasible, optimal_level};
 
 /// Constant scales and the γ they reach.
 #[derive(Clone, Debug)]

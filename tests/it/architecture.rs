@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Folders under `src/` in the order of the pipeline: each may use those before it.
-const ORDER: [&str; 17] = [
+const ORDER: [&str; 19] = [
     "guide",
     "linalg",
     "lti",
@@ -14,10 +14,12 @@ const ORDER: [&str; 17] = [
     "augment",
     "robust",
     "controller",
+    "pid",
     "predict",
     "diagnose",
     "pipeline",
     "input",
+    "export",
     "report",
     "prelude",
     "cli",
@@ -27,10 +29,10 @@ const ORDER: [&str; 17] = [
 const HOMES: [(&str, &[&str]); 8] = [
     ("faer", &["linalg/"]),
     ("nalgebra", &["linalg/", "rotor/element.rs"]),
-    ("clarabel", &["robust/lmi.rs"]),
+    ("clarabel", &["robust/mu/lmi.rs"]),
     ("plotters", &["report/plot/"]),
     ("serde_yaml", &["input/", "report/"]),
-    ("serde", &["input/", "report/", "cli/"]),
+    ("serde", &["input/", "export/", "report/", "cli/"]),
     ("schemars", &["input/"]),
     (
         "ndarray",
@@ -319,12 +321,15 @@ fn every_file_is_one_documented_concept() {
     let mut findings = Vec::new();
     for source in sources() {
         let lines = source.text.lines().count();
-        if lines > 600 {
+        if lines > 500 {
             findings.push(format!(
-                "{}: {lines} lines, more than 600: two concepts",
+                "{}: {lines} lines, more than 500: two concepts",
                 source.path
             ));
         }
+        let wide = source.text.lines().enumerate();
+        let wide = wide.filter(|(_, line)| line.chars().count() > 120);
+        findings.extend(wide.map(|(k, _)| format!("{}:{}: wider than 120", source.path, k + 1)));
         if !source.text.starts_with("//!") {
             findings.push(format!("{}: no //! header", source.path));
         }

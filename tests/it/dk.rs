@@ -4,7 +4,7 @@ use crate::control_cases::{Case, block_list, number_list, system};
 use muspin::augment::GeneralizedPlant;
 use muspin::lti::connect::lower_lft;
 use muspin::robust::dk::{DkSettings, iterate};
-use muspin::robust::mu_system::MuSystem;
+use muspin::robust::mu::system::MuSystem;
 
 fn plant(case: &Case) -> GeneralizedPlant {
     let count = |key: &str| case.data[key].as_u64().unwrap() as usize;

@@ -351,7 +351,7 @@ fn the_continuous_fit_is_close_below_a_quarter_of_the_nyquist_frequency() {
 #[test]
 fn mat_file_is_read_back_and_carries_no_clock() {
     let k = typical();
-    let bytes = muspin::report::mat::mat_file(&[("A", &k.a), ("B", &k.b)]).unwrap();
+    let bytes = muspin::export::mat::mat_file(&[("A", &k.a), ("B", &k.b)]).unwrap();
     assert!(bytes.starts_with(b"MATLAB 5.0 MAT-file, written by muspin  "));
     let file = matrw::load_matfile_from_u8(&bytes).unwrap();
     let a: Vec<f64> = file["A"].to_vec::<f64>().unwrap();
@@ -362,7 +362,7 @@ fn mat_file_is_read_back_and_carries_no_clock() {
 
 #[test]
 fn hexadecimal_floats_are_exact() {
-    use muspin::report::firmware_rows::hex_float;
+    use muspin::export::rows::hex_float;
     assert_eq!(hex_float(1.0), "0x1.000000p0f");
     assert_eq!(hex_float(-0.15625), "-0x1.400000p-3f");
     assert_eq!(hex_float(f32::MIN_POSITIVE / 2.0), "0x0.800000p-126f");

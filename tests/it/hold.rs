@@ -3,12 +3,12 @@
 //! and on one that samples at half the rate, where leaving it out is a quarter of the gain at 4 kHz.
 
 use muspin::controller::ControlLaw;
-use muspin::controller::pid_certificate::softest;
 use muspin::input::{load_controller, load_machine, load_measurement};
 use muspin::linalg::{Mat, c64, solve_complex};
 use muspin::lti::held::{closed_response, hold_magnitude};
 use muspin::lti::sample::tustin;
 use muspin::lti::{Continuous, Discrete, FrequencyGrid, HeldResponse, Response, StateSpace};
+use muspin::pid::certificate::softest;
 use muspin::predict::closed_loop::{close, sensitivity};
 use muspin::predict::stiffness::dynamic_stiffness;
 use muspin::spindle::{Machine, ModelDetail, Plant};

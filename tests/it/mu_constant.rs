@@ -184,13 +184,14 @@ fn reducible_and_zero_matrices() {
 
 #[test]
 fn the_fast_scale_agrees_with_the_matrix_inequality() {
-    use muspin::robust::{dscale, mu_mixed, structure::Scaling};
+    use muspin::robust::mu::{dscale, mixed};
+    use muspin::robust::structure::Scaling;
     for seed in 60..64 {
         let m = random(seed, 4, 4);
         let structure = Structure::new(&[Block::ComplexScalar { n: 1 }; 4]).unwrap();
         let fast = dscale::optimal(&m, &structure);
         let start = Scaling::identity(&structure);
-        let slow = mu_mixed::optimal(&m, &structure, start).unwrap().bound(&m);
+        let slow = mixed::optimal(&m, &structure, start).unwrap().bound(&m);
         assert!(
             (fast.bound / slow - 1.0).abs() < 1e-5,
             "{} {slow}",
@@ -202,7 +203,8 @@ fn the_fast_scale_agrees_with_the_matrix_inequality() {
 
 #[test]
 fn the_fast_scale_agrees_with_the_matrix_inequality_for_blocks_of_all_shapes() {
-    use muspin::robust::{dscale, mu_mixed, structure::Scaling};
+    use muspin::robust::mu::{dscale, mixed};
+    use muspin::robust::structure::Scaling;
     let (one, full) = (Block::ComplexScalar { n: 1 }, |rows, cols| {
         Block::ComplexFull { rows, cols }
     });
@@ -219,7 +221,7 @@ fn the_fast_scale_agrees_with_the_matrix_inequality_for_blocks_of_all_shapes() {
         let m = random(seed as u64, structure.outputs(), structure.inputs());
         let fast = dscale::optimal(&m, &structure);
         let start = Scaling::identity(&structure);
-        let slow = mu_mixed::optimal(&m, &structure, start).unwrap().bound(&m);
+        let slow = mixed::optimal(&m, &structure, start).unwrap().bound(&m);
         assert!((fast.bound / slow - 1.0).abs() < 1e-5, "{fast:?} {slow}");
     }
 }
@@ -238,7 +240,7 @@ fn a_scale_is_proven_optimal_to_a_hundredth_of_what_a_bound_may_be_off_by() {
 }
 
 fn certificates_are_within(gap: f64) {
-    use muspin::robust::dscale;
+    use muspin::robust::mu::dscale;
     use rand::{Rng, SeedableRng};
     let mut source = rand_chacha::ChaCha8Rng::seed_from_u64(5);
     for n in 2..=18 {

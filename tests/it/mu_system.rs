@@ -1,8 +1,8 @@
 //! Peak of μ over frequency against the dense reference sweeps.
 
 use crate::control_cases::{Case, block_list, system};
-use muspin::robust::mu_peak::CERTIFICATE_SLACK;
-use muspin::robust::mu_system::MuSystem;
+use muspin::robust::mu::peak::CERTIFICATE_SLACK;
+use muspin::robust::mu::system::MuSystem;
 
 #[test]
 fn certified_peaks_match_the_dense_sweeps() {
@@ -67,7 +67,7 @@ fn the_margin_of_a_spring_with_uncertain_stiffness_is_its_closed_form() {
     use muspin::augment::Block;
     use muspin::linalg::Mat;
     use muspin::lti::{Continuous, StateSpace};
-    use muspin::robust::robstab::robust_stability;
+    use muspin::robust::mu::robstab::robust_stability;
     // q'' + 2ζ q' + q = −δ q is unstable first for δ = −1 (real); a complex δ of size 2ζ√(1 − ζ²) is enough.
     for damping in [1e-4, 1e-2, 0.3] {
         let a = Mat::from_fn(2, 2, |i, j| [[0.0, 1.0], [-1.0, -2.0 * damping]][i][j]);

@@ -4,14 +4,14 @@ use muspin::controller::ControlLaw;
 use muspin::controller::amplifier_demand::{
     AmplifierDemand, high_frequency_gain, high_frequency_hz,
 };
-use muspin::controller::pid::{pid_continuous, pid_controller, reference_start};
-use muspin::controller::pid_certificate::{PidCertificate, ZONE_B_DB, certify};
-use muspin::controller::pid_settings::TuneSettings;
-use muspin::controller::pid_tune::{textbook, tune};
 use muspin::controller::verification::growth_rate;
 use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64};
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
+use muspin::pid::certificate::{PidCertificate, ZONE_B_DB, certify};
+use muspin::pid::parameters::{pid_continuous, pid_controller, reference_start};
+use muspin::pid::settings::TuneSettings;
+use muspin::pid::tune::{textbook, tune};
 use muspin::predict::sensitivity::axis_sensitivity;
 use muspin::predict::stiffness::dynamic_stiffness;
 use muspin::rotor::modes::PlanarModes;

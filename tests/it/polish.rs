@@ -6,8 +6,6 @@ use muspin::augment::split::gyroscopic_split;
 use muspin::augment::weights::Weights;
 use muspin::controller::ControlLaw;
 use muspin::controller::Controller;
-use muspin::controller::pid_settings::TuneSettings;
-use muspin::controller::pid_tune::tune;
 use muspin::controller::polish::{LoopLimits, PolishTask, Polisher, derivative_errors};
 use muspin::controller::stiffness_limit::stiffness_limit;
 use muspin::controller::verification::growth_rate;
@@ -15,6 +13,8 @@ use muspin::input::{load_machine, load_weights};
 use muspin::linalg::Mat;
 use muspin::lti::connect::append;
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
+use muspin::pid::settings::TuneSettings;
+use muspin::pid::tune::tune;
 use muspin::predict::stiffness::dynamic_stiffness;
 use muspin::spindle::{Machine, ModelDetail, Plant};
 

@@ -3,10 +3,10 @@
 
 use super::program::muspin;
 use muspin::controller::{ControlLaw, Controller, MachineTag};
+use muspin::export::json::controller_json;
 use muspin::input::{load_controller, load_machine, spindle_yaml, tool_yaml};
 use muspin::lti::StateSpace;
 use muspin::lti::sample::tustin;
-use muspin::report::controller_json::controller_json;
 use muspin::spindle::Machine;
 use serde_json::Value;
 

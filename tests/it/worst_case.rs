@@ -24,8 +24,8 @@ fn machine() -> Machine {
 
 /// A PID that levitates; nothing here depends on how good it is.
 fn controller() -> Controller {
-    let parameters = muspin::controller::pid::reference_start(&machine());
-    muspin::controller::pid::pid_controller(&parameters, 5e-5, "pid").unwrap()
+    let parameters = muspin::pid::parameters::reference_start(&machine());
+    muspin::pid::parameters::pid_controller(&parameters, 5e-5, "pid").unwrap()
 }
 
 fn law(controller: &Controller) -> StateSpace<Discrete> {

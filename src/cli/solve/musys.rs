@@ -1,8 +1,8 @@
 //! `muspin solve musys`: the certified peak of the μ upper bound of a stable system over all frequencies.
 
 use super::{Answer, Failure, Problem};
-use crate::robust::mu_peak::CERTIFICATE_SLACK;
-use crate::robust::mu_system::MuSystem;
+use crate::robust::mu::peak::CERTIFICATE_SLACK;
+use crate::robust::mu::system::MuSystem;
 
 /// Solves the problem of the file.
 pub fn solve(problem: &Problem) -> Result<Answer, Failure> {

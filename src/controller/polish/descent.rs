@@ -9,7 +9,7 @@ use super::loss::{Evaluation, Group, LIMITS, Loss, Value};
 use super::structure::Structure;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::{Mat, symmetric_eigen};
-use crate::robust::minimax_step::{LinearValue, minimax_step};
+use crate::robust::mu::minimax_step::{LinearValue, minimax_step};
 use rayon::prelude::*;
 
 /// Effort of a descent.

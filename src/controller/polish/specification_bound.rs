@@ -8,7 +8,7 @@ use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, outer, row_times, times};
 use super::responses::SpecificationLine;
 use crate::linalg::{Mat, c64};
-use crate::robust::dscale::optimal;
+use crate::robust::mu::dscale::optimal;
 use crate::robust::structure::Structure;
 
 /// Largest singular value and Q of its logarithm.

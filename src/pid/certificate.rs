@@ -1,0 +1,399 @@
+//! What a PID is worth on the full plant, sampled with true delay: the figures that its tuning is judged by.
+//!
+//! Stability: eigenvalues of the sampled loop, nominal at every speed checked, and with shifted modes (each of the
+//! first six alone, every combination of signs of the first four, all modes of the shaft together). Sensitivity:
+//! ‖S_jj‖∞ by level sets, which no grid can hide a peak from. Noise: rms of the current from white sensor noise, by a
+//! Lyapunov equation.
+//! Stiffness: on lines packed round every closed-loop pole, then refined at the lowest dip; the tool's force is not
+//! held.
+
+use super::parameters::{PidParameters, pid_controller};
+use super::settings::TuneSettings;
+use crate::augment::plane::connected_part;
+use crate::controller::amplifier_demand::{high_frequency_gain, high_frequency_hz};
+use crate::controller::full_loop::FullLoop;
+use crate::controller::verification::{Verification, growth_rate, verify};
+use crate::controller::verification_error::VerificationError;
+use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
+use crate::linalg::NumericError;
+use crate::lti::connect::lower_lft;
+use crate::lti::held::closed_response;
+use crate::lti::norm::{HinfNorm, NormError, hinf_norm_discrete};
+use crate::lti::{Discrete, FrequencyGrid, StateSpace, TimeBase};
+use crate::spindle::plant::AXES;
+use crate::spindle::{Machine, ModelDetail, Plant};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// End of zone B of ISO 14839-3, dB: a sensitivity of four.
+pub const ZONE_B_DB: f64 = 12.041_199_826_559_248;
+/// Modes that are shifted alone, and in every combination.
+const ALONE: usize = 6;
+const COMBINED: usize = 4;
+/// Speeds at which the shifted loops are checked: standstill, half and full speed at least.
+const SHIFTED_SPEEDS: usize = 3;
+/// Relative tolerance of a sensitivity peak: 0.0009 dB.
+const PEAK_TOLERANCE: f64 = 1e-4;
+/// Band of the dynamic stiffness, Hz.
+pub(super) const BAND_HZ: (f64, f64) = (1.0, 4000.0);
+
+/// Stability of the loops with shifted modes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShiftedLoops {
+    /// Relative shift of the modes.
+    pub shift: f64,
+    /// Loops checked: combinations of shifts times speeds.
+    pub loops: usize,
+    /// Largest growth rate over all of them, 1/s.
+    pub worst_growth_rate_per_s: f64,
+    /// Frequency factors of the first modes where it occurs.
+    pub worst_factors: Vec<f64>,
+    /// Its speed, rpm.
+    pub worst_speed_rpm: f64,
+}
+
+/// A certified sensitivity peak of a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeakSensitivity {
+    /// |S_jj| attained, dB; infinite for an unstable loop.
+    pub db: f64,
+    /// Level that no frequency reaches, dB.
+    pub upper_db: f64,
+    /// Where, Hz.
+    pub frequency_hz: f64,
+}
+
+/// Figures of a PID on the full plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PidCertificate {
+    /// Stability over the speeds, nominal.
+    pub nominal: Verification,
+    /// Stability at standstill, half and largest speed with every flexible frequency of the shaft lowered.
+    pub lowered: Verification,
+    /// The same with every flexible frequency raised.
+    pub raised: Verification,
+    /// Stability with modes shifted alone and in combinations.
+    pub shifted: ShiftedLoops,
+    /// Peak of |S| at standstill per bearing (front, rear).
+    pub sensitivity: [PeakSensitivity; 2],
+    /// The same at the largest speed.
+    pub sensitivity_at_speed: [PeakSensitivity; 2],
+    /// Smallest dynamic stiffness of the tool at standstill, 1–4000 Hz, N/m; not a number for an unstable loop.
+    pub stiffness_n_per_m: f64,
+    /// Where, Hz.
+    pub stiffness_hz: f64,
+    /// The same at the largest speed, N/m.
+    pub stiffness_at_speed_n_per_m: f64,
+    /// Largest rms current from sensor noise, A.
+    pub noise_current_a: f64,
+    /// Largest singular value of the controller above the modes of the model, A/m.
+    pub high_frequency_gain_a_per_m: f64,
+    /// From here on that gain counts, Hz.
+    pub high_frequency_hz: f64,
+    /// Parameter sets judged.
+    pub evaluations: usize,
+}
+
+/// A PID with its proof.
+#[derive(Clone, Debug)]
+pub struct TunedPid {
+    /// Parameters.
+    pub parameters: PidParameters,
+    /// As it runs: sampled, u = K y.
+    pub controller: Controller,
+    /// Figures on the full plant.
+    pub certificate: PidCertificate,
+}
+
+impl PidCertificate {
+    /// True when the loop is stable at every speed checked, nominal and with shifted modes.
+    pub fn is_stable(&self) -> bool {
+        self.shifted.worst_growth_rate_per_s < 0.0
+            && [&self.nominal, &self.lowered, &self.raised]
+                .iter()
+                .all(|v| v.is_stable())
+    }
+
+    /// Largest sensitivity that no frequency exceeds, over bearings, at standstill and largest speed, dB.
+    pub fn sensitivity_peak_db(&self) -> f64 {
+        self.sensitivity
+            .iter()
+            .chain(&self.sensitivity_at_speed)
+            .map(|p| p.upper_db)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// True when stability, zone B, noise and gain are all within what was asked.
+    pub fn meets(&self, settings: &TuneSettings) -> bool {
+        self.violation(settings) == 0.0
+    }
+
+    /// How far the figures are outside what was asked: zero inside; an unstable loop counts most.
+    pub fn violation(&self, settings: &TuneSettings) -> f64 {
+        let over = |value: f64, limit: f64| (value - limit).max(0.0);
+        let stable = if self.is_stable() { 0.0 } else { 1e3 };
+        stable
+            + over(self.sensitivity_peak_db(), ZONE_B_DB).min(1e2)
+            + 10.0 * over(self.noise_current_a / settings.noise_current_a, 1.0)
+            + 10.0
+                * over(
+                    self.high_frequency_gain_a_per_m / settings.high_frequency_gain_a_per_m,
+                    1.0,
+                )
+    }
+}
+
+/// The PID of these parameters with its figures on the full plant.
+///
+/// # Errors
+/// [`VerificationError`] from the plants, the eigenvalues or the norms.
+pub fn certify(
+    machine: &Machine,
+    parameters: PidParameters,
+    settings: &TuneSettings,
+    evaluations: usize,
+    name: &str,
+) -> Result<TunedPid, VerificationError> {
+    let period = machine.spindle.electronics.sample_period_s();
+    let controller = pid_controller(&parameters, period, name)?;
+    let ControlLaw::Discrete(law) = &controller.law else {
+        return Err(ControllerError::Infeasible {
+            step: "PID",
+            reason: "it was not sampled".to_owned(),
+            advice: "check the sample rate of the spindle",
+        }
+        .into());
+    };
+    let nominal = verify(machine, law, settings.speeds, "full plant, sampled")?;
+    let whole = |factor: f64, words: &str| {
+        verify(
+            &with_shifted_modes(machine, factor),
+            law,
+            SHIFTED_SPEEDS,
+            words,
+        )
+    };
+    let lowered = whole(1.0 - settings.mode_shift, "full plant, all modes lowered")?;
+    let raised = whole(1.0 + settings.mode_shift, "full plant, all modes raised")?;
+    let shifted = shifted_loops(machine, law, settings)?;
+    let stable = nominal.is_stable();
+    let fastest = machine.spindle.max_rpm * TAU / 60.0;
+    let rest = full_figures(machine, law, 0.0, stable)?;
+    let fast = full_figures(machine, law, fastest, stable)?;
+    let high_frequency_hz = high_frequency_hz(machine)?;
+    let gain = high_frequency_gain(law, high_frequency_hz).map_err(in_step("gain of the PID"))?;
+    Ok(TunedPid {
+        certificate: PidCertificate {
+            nominal,
+            lowered,
+            raised,
+            shifted,
+            sensitivity: rest.sensitivity,
+            sensitivity_at_speed: fast.sensitivity,
+            stiffness_n_per_m: rest.stiffness.0,
+            stiffness_hz: rest.stiffness.1,
+            stiffness_at_speed_n_per_m: fast.stiffness.0,
+            noise_current_a: rest.noise_current_a.max(fast.noise_current_a),
+            high_frequency_gain_a_per_m: gain,
+            high_frequency_hz,
+            evaluations,
+        },
+        parameters,
+        controller,
+    })
+}
+
+/// Machine with every flexible frequency multiplied by `factor` (moduli by its square).
+pub fn with_shifted_modes(machine: &Machine, factor: f64) -> Machine {
+    let mut shifted = machine.clone();
+    for section in shifted
+        .spindle
+        .sections
+        .iter_mut()
+        .chain(&mut shifted.tool.sections)
+    {
+        section.modulus_scale *= factor * factor;
+    }
+    shifted
+}
+
+/// Growth rates of the loops with modes shifted alone and combined.
+fn shifted_loops(
+    machine: &Machine,
+    law: &StateSpace<Discrete>,
+    settings: &TuneSettings,
+) -> Result<ShiftedLoops, VerificationError> {
+    let r = settings.mode_shift;
+    let alone = (0..ALONE).flat_map(|k| {
+        [1.0 - r, 1.0 + r].map(|f| (0..ALONE).map(|i| if i == k { f } else { 1.0 }).collect())
+    });
+    let combined = (0..1usize << COMBINED).map(|signs| {
+        (0..COMBINED)
+            .map(|k| {
+                if (signs >> k) & 1 == 0 {
+                    1.0 - r
+                } else {
+                    1.0 + r
+                }
+            })
+            .collect()
+    });
+    let factors: Vec<Vec<f64>> = alone.chain(combined).collect();
+    let speeds = settings.speeds.div_ceil(2).max(SHIFTED_SPEEDS);
+    let plants: Result<Vec<(f64, Plant)>, VerificationError> = (0..speeds)
+        .into_par_iter()
+        .map(|k| {
+            let rpm = machine.spindle.max_rpm * k as f64 / (speeds - 1) as f64;
+            Ok((
+                rpm,
+                Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full)?,
+            ))
+        })
+        .collect();
+    let plants = plants?;
+    let pairs: Vec<(&(f64, Plant), &Vec<f64>)> = plants
+        .iter()
+        .flat_map(|p| factors.iter().map(move |f| (p, f)))
+        .collect();
+    let rates: Result<Vec<f64>, VerificationError> = pairs
+        .par_iter()
+        .map(|((rpm, plant), factors)| {
+            let sampled = plant.with_scaled_modes(factors).sampled()?;
+            // At rest the planes are equal and apart: one of them has all the poles.
+            let rate = if *rpm == 0.0 && plant.mechanics().planes_are_decoupled() {
+                let plane = connected_part(&sampled.select(&[0, 2], &[0, 2]));
+                plane_growth_rate(&plane, &connected_part(&law.select(&[0, 2], &[0, 2])))
+            } else {
+                growth_rate(&sampled, law)
+            };
+            Ok(rate.map_err(in_step("PID with shifted modes"))?)
+        })
+        .collect();
+    let rates = rates?;
+    let worst = (0..rates.len())
+        .reduce(|a, b| if rates[b] > rates[a] { b } else { a })
+        .unwrap_or(0);
+    Ok(ShiftedLoops {
+        shift: r,
+        loops: rates.len(),
+        worst_growth_rate_per_s: rates.get(worst).copied().unwrap_or(f64::NAN),
+        worst_factors: pairs.get(worst).map_or(vec![], |p| p.1.clone()),
+        worst_speed_rpm: pairs.get(worst).map_or(f64::NAN, |p| p.0.0),
+    })
+}
+
+fn plane_growth_rate(
+    plane: &StateSpace<Discrete>,
+    law: &StateSpace<Discrete>,
+) -> Result<f64, NumericError> {
+    let poles = lower_lft(plane, law)?.poles()?;
+    Ok(poles
+        .into_iter()
+        .map(|z| plane.time.growth_rate(z))
+        .fold(f64::NEG_INFINITY, f64::max))
+}
+
+struct FullFigures {
+    sensitivity: [PeakSensitivity; 2],
+    noise_current_a: f64,
+    stiffness: (f64, f64),
+}
+
+/// Sensitivity peaks, noise current and smallest tool stiffness on the full plant at one speed; no stiffness of an
+/// unstable loop.
+fn full_figures(
+    machine: &Machine,
+    law: &StateSpace<Discrete>,
+    speed_rad_s: f64,
+    stable: bool,
+) -> Result<FullFigures, VerificationError> {
+    if !stable {
+        return Ok(FullFigures {
+            sensitivity: [UNBOUNDED; 2],
+            noise_current_a: f64::INFINITY,
+            stiffness: (f64::NAN, f64::NAN),
+        });
+    }
+    let full = FullLoop::new(machine, law, speed_rad_s)?;
+    let numeric = in_step("PID on the full plant");
+    let peaks: Result<Vec<PeakSensitivity>, VerificationError> = [0, 1]
+        .into_par_iter()
+        .map(|j| {
+            let axis = full.bearing(j);
+            let own = full.loops.select(&[full.axes + axis], &[axis]);
+            match hinf_norm_discrete(&own, PEAK_TOLERANCE) {
+                Ok(found) => Ok(peak(&found)),
+                Err(NormError::Unstable { .. }) => Ok(UNBOUNDED),
+                Err(NormError::Numeric(e)) => Err(in_step("sensitivity peak of the PID")(e).into()),
+            }
+        })
+        .collect();
+    let peaks = peaks?;
+    let noise = full.noise_gain().map_err(&numeric)?;
+    Ok(FullFigures {
+        sensitivity: [0, 1].map(|j| peaks.get(j).copied().unwrap_or(UNBOUNDED)),
+        noise_current_a: noise * machine.spindle.electronics.sensor_noise_m,
+        stiffness: softest(&full.plant, law, &full.closed).map_err(&numeric)?,
+    })
+}
+
+const UNBOUNDED: PeakSensitivity = PeakSensitivity {
+    db: f64::INFINITY,
+    upper_db: f64::INFINITY,
+    frequency_hz: f64::NAN,
+};
+
+fn peak(found: &HinfNorm) -> PeakSensitivity {
+    PeakSensitivity {
+        db: decibel(found.norm),
+        upper_db: decibel(found.upper),
+        frequency_hz: found.peak_omega_rad_s / TAU,
+    }
+}
+
+/// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the
+/// currents go through the hold. The poles of the sampled loop `closed` say where to look.
+///
+/// # Errors
+/// [`NumericError`] when the eigenvalues of the loop fail.
+pub fn softest(
+    plant: &Plant,
+    law: &StateSpace<Discrete>,
+    closed: &StateSpace<Discrete>,
+) -> Result<(f64, f64), NumericError> {
+    let period = closed.time.period_s;
+    let poles = closed.continuous_poles()?;
+    let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / period), 300)
+        .refine_round_poles(&poles, 12);
+    let stiffness = |omega: f64| {
+        closed_response(plant, law, AXES, omega)[(0, 0)]
+            .norm()
+            .recip()
+    };
+    let lines = grid.omega_rad_s();
+    let values: Vec<f64> = lines.par_iter().map(|w| stiffness(*w)).collect();
+    let Some(k) = (0..values.len()).reduce(|a, b| if values[b] < values[a] { b } else { a }) else {
+        return Ok((f64::NAN, f64::NAN));
+    };
+    let (mut lo, mut hi) = (
+        lines[k.saturating_sub(1)],
+        lines[(k + 1).min(lines.len() - 1)],
+    );
+    let mut best = (values[k], lines[k]);
+    // Thirds: 40 steps narrow the bracket by 1e7; the value is quadratic in what is left.
+    for _ in 0..40 {
+        let (a, b) = (lo + (hi - lo) / 3.0, hi - (hi - lo) / 3.0);
+        let (x, y) = (stiffness(a), stiffness(b));
+        for found in [(x, a), (y, b)] {
+            if found.0 < best.0 {
+                best = found;
+            }
+        }
+        if x < y { hi = b } else { lo = a }
+    }
+    Ok((best.0, best.1 / TAU))
+}
+
+fn decibel(x: f64) -> f64 {
+    20.0 * x.log10()
+}

@@ -1,0 +1,123 @@
+//! The PID of one plane as a structure with derivatives: K = −diag(C_front, C_rear), parameters the 26 logarithms of
+//! [`PidParameters`]. Each factor of C gives ∂ ln C/∂ ln p in closed form, so ∂C = C · ∂ ln C.
+
+use super::parameters::{AxisParameters, PER_AXIS, PidParameters};
+use crate::controller::polish::matrix2::{Matrix2, ONE, ZERO};
+use crate::controller::polish::structure::{Line, Structure};
+use crate::linalg::c64;
+
+/// A PID with some parameters held: those listed in `free` move.
+#[derive(Clone, Debug)]
+pub(super) struct PidLaw {
+    /// All 26 logarithms; those that are held keep these.
+    pub base: Vec<f64>,
+    /// Indices of the parameters that move.
+    pub free: Vec<usize>,
+    /// Nyquist frequency, rad/s.
+    pub nyquist_rad_s: f64,
+}
+
+impl PidLaw {
+    /// All 26 logarithms for free ones.
+    pub fn logs(&self, x: &[f64]) -> Vec<f64> {
+        let mut all = self.base.clone();
+        for (k, v) in self.free.iter().zip(x) {
+            all[*k] = *v;
+        }
+        all
+    }
+
+    /// The parameters within the bounds of realisable sections.
+    pub fn parameters_of(&self, x: &[f64]) -> Option<PidParameters> {
+        PidParameters::from_log(&self.logs(x), self.nyquist_rad_s)
+    }
+
+    fn axes(&self, x: &[f64]) -> [Option<AxisParameters>; 2] {
+        self.parameters_of(x)
+            .map_or([None, None], |p| [Some(p.front), Some(p.rear)])
+    }
+}
+
+impl Structure for PidLaw {
+    fn parameters(&self) -> usize {
+        self.free.len()
+    }
+
+    fn natural_steps(&self, _x: &[f64]) -> Vec<f64> {
+        vec![1.0; self.free.len()]
+    }
+
+    fn without_integrators(&self, x: &[f64], line: &Line) -> c64 {
+        let free = |axis: Option<AxisParameters>| {
+            axis.map_or(ONE, |a| line.s / (line.s + a.integral_rad_s))
+        };
+        let [front, rear] = self.axes(x);
+        free(front) * free(rear)
+    }
+
+    fn gain(&self, x: &[f64], line: &Line) -> Matrix2 {
+        let [front, rear] = self
+            .axes(x)
+            .map(|axis| axis.map_or(c64::new(f64::NAN, 0.0), |a| -a.response(line.s)));
+        [[front, ZERO], [ZERO, rear]]
+    }
+
+    fn add_gradient(&self, x: &[f64], line: &Line, q: &Matrix2, out: &mut [f64]) {
+        let logs = self.logs(x);
+        let slopes: Vec<Vec<f64>> = self
+            .axes(x)
+            .iter()
+            .enumerate()
+            .map(|(axis, parameters)| {
+                let Some(p) = parameters else {
+                    return vec![0.0; PER_AXIS];
+                };
+                let factor = -p.response(line.s) * q[axis][axis];
+                // A parameter beyond its bound has no effect.
+                let held = p.to_log();
+                let own = &logs[axis * PER_AXIS..(axis + 1) * PER_AXIS];
+                log_slopes(p, line.s)
+                    .iter()
+                    .enumerate()
+                    .map(|(k, slope)| {
+                        let inside = (own[k] - held[k]).abs() < 1e-9;
+                        if inside { (factor * slope).re } else { 0.0 }
+                    })
+                    .collect()
+            })
+            .collect();
+        for (out, k) in out.iter_mut().zip(&self.free) {
+            *out += slopes[k / PER_AXIS][k % PER_AXIS];
+        }
+    }
+}
+
+/// ∂ ln C/∂ ln p for the thirteen parameters, in the order of the vector form.
+fn log_slopes(p: &AxisParameters, s: c64) -> [c64; PER_AXIS] {
+    let corner = ONE + s / p.derivative_corner_rad_s;
+    let derivative = s * p.derivative_s / corner;
+    let integral = s.inv() * p.integral_rad_s;
+    let pid = ONE + integral + derivative;
+    // ln(s²/w² + 2ζs/w + 1) by ln w and by ln ζ.
+    let section = |w: f64, zeta: f64| {
+        let r = s / w;
+        let damping = r * (2.0 * zeta);
+        let value = r * r + damping + 1.0;
+        (-(r * r * 2.0 + damping) / value, damping / value)
+    };
+    let mut slopes = [ZERO; PER_AXIS];
+    slopes[0] = ONE;
+    slopes[1] = integral / pid;
+    slopes[2] = derivative / pid;
+    slopes[3] = derivative * (s / p.derivative_corner_rad_s) / corner / pid;
+    slopes[4] = -section(p.lowpass_rad_s, crate::pid::parameters::LOWPASS_DAMPING).0;
+    for (k, b) in p.biquads.iter().enumerate() {
+        let zero = section(b.zero_rad_s, b.zero_damping);
+        let pole = section(b.pole_rad_s, b.pole_damping);
+        slopes[5 + 4 * k] = zero.0;
+        slopes[6 + 4 * k] = zero.1;
+        slopes[7 + 4 * k] = -pole.0;
+        slopes[8 + 4 * k] = -pole.1;
+    }
+    slopes
+}

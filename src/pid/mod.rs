@@ -1,0 +1,9 @@
+//! The rival: a PID of two axes with notches, searched within the amplifier limits of the machine, and its certificate.
+
+pub mod certificate;
+mod law;
+pub mod parameters;
+mod search;
+pub mod settings;
+mod start;
+pub mod tune;

@@ -1,0 +1,73 @@
+//! What a tuned PID has to keep, and how long it is searched for.
+
+use crate::controller::amplifier_demand::AmplifierDemand;
+
+/// Requirements and effort of a tuning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TuneSettings {
+    /// Sensitivity peak aimed at, dB; zone B ends at 12 dB.
+    pub sensitivity_db: f64,
+    /// Relative shift of the flexible frequencies, both ways, that the loop must survive.
+    pub mode_shift: f64,
+    /// Largest rms current from sensor noise, A.
+    pub noise_current_a: f64,
+    /// Largest singular value of the controller above the modes of the model, A/m.
+    pub high_frequency_gain_a_per_m: f64,
+    /// Starts drawn from the machine's own dynamics and screened.
+    pub starts: usize,
+    /// Starts descended; the best goes to the end.
+    pub basins: usize,
+    /// Steps of the descent from the best of them at most.
+    pub steps: usize,
+    /// Seed of the starts.
+    pub seed: u64,
+    /// Speeds at which the full plant is checked, from 0 to the largest.
+    pub speeds: usize,
+}
+
+impl TuneSettings {
+    /// For a whole run: a few seconds.
+    pub fn quick() -> Self {
+        Self {
+            // A quarter of a decibel below the end of zone B: peaks between the lines of the search.
+            sensitivity_db: 11.8,
+            mode_shift: 0.03,
+            noise_current_a: 0.1,
+            // Without a delivered controller to be held to: a micrometre of noise or of an unknown mode above those of
+            // the model asks for two amperes at most.
+            high_frequency_gain_a_per_m: 2.0e6,
+            starts: 3000,
+            basins: 3,
+            steps: 120,
+            seed: 1,
+            speeds: 6,
+        }
+    }
+
+    /// The same search with the amplifier limits of a delivered controller, so that neither is held shorter than the
+    /// other. Where its loop is unstable and has no noise current, the limit stays.
+    #[must_use]
+    pub fn held_to(self, demand: &AmplifierDemand) -> Self {
+        let noise = demand.noise_current_a;
+        Self {
+            high_frequency_gain_a_per_m: demand.high_frequency_gain_a_per_m,
+            noise_current_a: if noise.is_finite() {
+                noise
+            } else {
+                self.noise_current_a
+            },
+            ..self
+        }
+    }
+
+    /// More starts and more steps: a quarter of a minute.
+    pub fn thorough() -> Self {
+        Self {
+            starts: 12_000,
+            basins: 8,
+            steps: 200,
+            speeds: 11,
+            ..Self::quick()
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Starts for the search of a PID, from the machine alone: rigid-body dynamics on negative stiffness, and filters drawn
+//! at random between the first bending mode and Nyquist, screened by the argument principle.
+//!
+//! With P unstable poles of the plant the phase of det(I − G K), its integrators taken out, gathers π(P − Z) from zero
+//! to the Nyquist frequency, Z the unstable poles of the loop: a start is stable where it gathers πP, at rest and at
+//! top speed.
+
+use super::parameters::{AxisParameters, Biquad, PidParameters};
+use crate::controller::polish::matrix2::{Matrix2, ONE, ZERO};
+use crate::controller::polish::responses::{LoopResponse, Rotor};
+use crate::controller::polish::structure::Line;
+use crate::linalg::c64;
+use crate::spindle::{Machine, Side, SpindleError};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Rigid-body dynamics that a bearing acts on.
+#[derive(Clone, Copy, Debug)]
+struct Bearing {
+    ki: f64,
+    ks: f64,
+    /// Mass that the rigid rotor shows there, kg.
+    mass: f64,
+    /// √(k_s/m), or what the first bending mode allows where k_s is small, rad/s.
+    omega: f64,
+}
+
+/// What starts are drawn from.
+pub(super) struct StartRule {
+    bearings: [Bearing; 2],
+    /// Lowest flexible mode, rad/s.
+    bending: f64,
+    nyquist: f64,
+}
+
+impl StartRule {
+    /// The rule of a machine; `bending_rad_s` is its lowest flexible mode.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when the rotor breaks a rule.
+    pub fn new(machine: &Machine, bending_rad_s: f64) -> Result<Self, SpindleError> {
+        let rigid = machine.rotor()?.mass_properties();
+        let bearing = |side: Side, position_m: f64| {
+            let b = machine.spindle.bearing(side);
+            let lever = position_m - rigid.centre_of_gravity_m;
+            let mass = 1.0 / (1.0 / rigid.mass_kg + lever * lever / rigid.diametral_inertia_kg_m2);
+            Bearing {
+                ki: b.ki_n_per_a,
+                ks: b.ks_n_per_m,
+                mass,
+                omega: (b.ks_n_per_m.abs() / mass).sqrt().max(0.05 * bending_rad_s),
+            }
+        };
+        let planes = &machine.spindle.planes;
+        Ok(Self {
+            bearings: [
+                bearing(Side::Front, planes.front_actuator_m),
+                bearing(Side::Rear, planes.rear_actuator_m),
+            ],
+            bending: bending_rad_s,
+            nyquist: PI * machine.spindle.electronics.sample_rate_hz,
+        })
+    }
+
+    /// One start: stiffness m(aω)² over the negative stiffness and damping ζ as a rigid rotor would have them, corners
+    /// and sections drawn. Every other start has flat sections.
+    fn draw(&self, random: &mut ChaCha8Rng, flat: bool) -> PidParameters {
+        let mut spread = |from: f64, to: f64| from * (to / from).powf(random.random::<f64>());
+        // Both bearings alike, up to a factor each.
+        let (stiff, damped) = (spread(0.15, 5.0), spread(0.15, 8.0));
+        let corners = [spread(0.03, 0.8), spread(0.05, 0.8)];
+        let axis = self.bearings.map(|b| {
+            let omega = b.omega * stiff * spread(0.7, 1.4);
+            let zeta = damped * spread(0.7, 1.4);
+            let gain = (b.ks.abs() + b.mass * omega * omega) / b.ki;
+            let low = 0.5 * self.bending.min(0.3 * self.nyquist);
+            let high = (6.0 * self.bending).clamp(2.0 * low, 0.75 * self.nyquist);
+            let mut section = || {
+                if flat {
+                    let w = spread(low, high);
+                    return Biquad {
+                        zero_rad_s: w,
+                        zero_damping: 0.5,
+                        pole_rad_s: w,
+                        pole_damping: 0.5,
+                    };
+                }
+                let zero = spread(low, high);
+                Biquad {
+                    zero_rad_s: zero,
+                    zero_damping: spread(0.03, 1.0),
+                    pole_rad_s: (zero * spread(0.4, 2.5)).min(0.75 * self.nyquist),
+                    pole_damping: spread(0.05, 1.0),
+                }
+            };
+            AxisParameters {
+                gain_a_per_m: gain,
+                integral_rad_s: 2.0 * PI,
+                derivative_s: 2.0 * zeta * b.mass * omega / (b.ki * gain),
+                derivative_corner_rad_s: corners[0] * self.nyquist,
+                lowpass_rad_s: corners[1] * self.nyquist,
+                biquads: [section(), section()],
+            }
+        });
+        PidParameters {
+            front: axis[0],
+            rear: axis[1],
+        }
+    }
+}
+
+/// A start with what the screening saw of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    /// Parameters.
+    pub parameters: PidParameters,
+    /// Unstable poles of the loops screened, summed.
+    pub unstable: i64,
+    /// Largest |S_jj| over them.
+    pub sensitivity: f64,
+}
+
+/// `count` starts drawn from `seed` and screened on `rotors`, best first: fewest unstable poles, then smallest
+/// sensitivity. `shape` puts each into the form searched for; `unstable_poles` is P of one plane.
+pub(super) fn starts(
+    rule: &StartRule,
+    (count, seed): (usize, u64),
+    (lines, rotors): (&[Line], &[&Rotor]),
+    unstable_poles: i64,
+    shape: &(dyn Fn(PidParameters) -> Option<PidParameters> + Sync),
+) -> Vec<Start> {
+    let mut found: Vec<Start> = (0..count)
+        .into_par_iter()
+        .filter_map(|k| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            random.set_stream(k as u64);
+            let parameters = shape(rule.draw(&mut random, k % 2 == 0))?;
+            Some(screen(parameters, lines, rotors, unstable_poles))
+        })
+        .collect();
+    // The sort is stable: equal starts stay in the order drawn.
+    found.sort_by(|a, b| {
+        a.unstable
+            .cmp(&b.unstable)
+            .then(a.sensitivity.total_cmp(&b.sensitivity))
+    });
+    found
+}
+
+/// Counts the unstable poles of the loops with a PID.
+pub(super) fn screen(
+    parameters: PidParameters,
+    lines: &[Line],
+    rotors: &[&Rotor],
+    unstable_poles: i64,
+) -> Start {
+    let gains: Vec<(Matrix2, c64)> = lines
+        .iter()
+        .map(|line| {
+            let (front, rear) = (&parameters.front, &parameters.rear);
+            let gain = [
+                [-front.response(line.s), ZERO],
+                [ZERO, -rear.response(line.s)],
+            ];
+            let free = line.s / (line.s + front.integral_rad_s)
+                * (line.s / (line.s + rear.integral_rad_s));
+            (gain, free)
+        })
+        .collect();
+    let (mut unstable, mut sensitivity) = (0, 0.0f64);
+    for rotor in rotors {
+        let mut phase = 0.0;
+        for side in &rotor.directions {
+            let share = if rotor.directions.len() == 1 {
+                2.0
+            } else {
+                1.0
+            };
+            let mut last: Option<c64> = None;
+            for (g, (k, free)) in side.iter().zip(&gains) {
+                let (determinant, largest) = loop_at(g, k);
+                sensitivity = sensitivity.max(largest);
+                let value = determinant * free;
+                if let Some(last) = last {
+                    phase += share * (value / last).arg();
+                }
+                last = Some(value);
+            }
+        }
+        let turns = (phase / (2.0 * PI)).round();
+        let right = if turns.is_finite() {
+            turns as i64
+        } else {
+            i64::MIN / 4
+        };
+        unstable += (unstable_poles - right).abs();
+    }
+    Start {
+        parameters,
+        unstable,
+        sensitivity: if sensitivity.is_nan() {
+            f64::INFINITY
+        } else {
+            sensitivity
+        },
+    }
+}
+
+/// det(I − G K) of a diagonal K, and the larger |S_jj|.
+fn loop_at(g: &LoopResponse, k: &Matrix2) -> (c64, f64) {
+    let (a, b) = (ONE - g.loops[0][0] * k[0][0], ONE - g.loops[1][1] * k[1][1]);
+    let determinant = a * b - g.loops[0][1] * g.loops[1][0] * k[0][0] * k[1][1];
+    let largest = (a.norm_sqr().max(b.norm_sqr()) / determinant.norm_sqr()).sqrt();
+    (determinant, largest)
+}

@@ -1,0 +1,170 @@
+//! Automatic tuning of the PID: largest minimum of the tool's dynamic stiffness, subject to stability from standstill
+//! to 1.2 times the largest speed with shifted modes, a sensitivity peak within ISO 14839-3 zone B, and limits on the
+//! noise current and on the gain above the band.
+//! Search: `search`, starts from the machine's own dynamics and descent with exact derivatives. The result is
+//! judged on the full plant ([`crate::pid::certificate`]); where that finds a limit exceeded, the search goes on from
+//! there with the limit lowered by as much.
+
+use super::certificate::{BAND_HZ, PidCertificate, TunedPid, ZONE_B_DB, certify};
+use super::parameters::{PER_AXIS, PidParameters, textbook_gains};
+use super::search::{PidSearch, search};
+use super::settings::TuneSettings;
+use crate::controller::ControllerError;
+use crate::controller::amplifier_demand::high_frequency_hz;
+use crate::controller::polish::LoopLimits;
+use crate::controller::verification_error::VerificationError;
+use crate::spindle::Machine;
+
+/// Tunes a PID for tool stiffness. `progress` gets the number of the attempt and the stiffness certified, N/m.
+///
+/// # Errors
+/// [`ControllerError::Infeasible`] when no stabilising PID is found, and failures of the plant or the eigenvalues.
+pub fn tune(
+    machine: &Machine,
+    settings: &TuneSettings,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<TunedPid, VerificationError> {
+    let mut goal = *settings;
+    let free: Vec<usize> = (0..2 * PER_AXIS).collect();
+    let mut given: Vec<PidParameters> = vec![];
+    let mut evaluations = 0;
+    let mut best: Option<TunedPid> = None;
+    for attempt in 0..=REPAIRS {
+        let asked = asked(machine, &goal, BAND_HZ)?;
+        let found = match search(machine, &asked, &given, &Some, &free) {
+            Ok(found) => found,
+            // A repair that fails leaves what was found before it.
+            Err(_) if best.is_some() => break,
+            Err(error) => return Err(error),
+        };
+        evaluations += found.evaluations;
+        let tuned = certify(machine, found.parameters, settings, evaluations, "PID")?;
+        let certified = &tuned.certificate;
+        progress(attempt, certified.stiffness_n_per_m);
+        let meets = certified.meets(settings);
+        lower(&mut goal, settings, certified);
+        given = vec![tuned.parameters];
+        (goal.starts, goal.basins) = (0, 1);
+        let better =
+            |old: &TunedPid| certified.violation(settings) < old.certificate.violation(settings);
+        if meets || best.as_ref().is_none_or(better) {
+            best = Some(tuned);
+        }
+        if meets {
+            break;
+        }
+    }
+    best.ok_or_else(|| nothing_found("no attempt was made".to_owned()).into())
+}
+
+/// Times the search is taken up again when the full plant shows what its lines did not.
+const REPAIRS: usize = 3;
+
+/// Takes off the limits what the lines of the search did not see, with a little to spare.
+fn lower(goal: &mut TuneSettings, settings: &TuneSettings, found: &PidCertificate) {
+    let over = |value: f64, limit: f64| (value - limit).max(0.0) * 1.2;
+    let seen = found.sensitivity_peak_db();
+    if seen >= ZONE_B_DB {
+        goal.sensitivity_db -= (over(seen, ZONE_B_DB) + 0.1).min(3.0);
+    }
+    if found.noise_current_a > settings.noise_current_a {
+        let lowered = goal.noise_current_a - over(found.noise_current_a, settings.noise_current_a);
+        goal.noise_current_a = lowered.max(0.5 * goal.noise_current_a);
+    }
+    let gain = found.high_frequency_gain_a_per_m;
+    if gain > settings.high_frequency_gain_a_per_m {
+        let lowered =
+            goal.high_frequency_gain_a_per_m - over(gain, settings.high_frequency_gain_a_per_m);
+        goal.high_frequency_gain_a_per_m = lowered.max(0.5 * goal.high_frequency_gain_a_per_m);
+    }
+    if !found.is_stable() {
+        goal.mode_shift *= 1.3;
+    }
+}
+
+/// The search for these settings; `band_hz` is that of the tool's stiffness.
+fn asked(
+    machine: &Machine,
+    settings: &TuneSettings,
+    band_hz: (f64, f64),
+) -> Result<PidSearch, VerificationError> {
+    let electronics = &machine.spindle.electronics;
+    Ok(PidSearch {
+        limits: LoopLimits {
+            stiffness_band_hz: band_hz,
+            sensitivity: 10f64.powf(settings.sensitivity_db / 20.0),
+            // With shifted modes the loop may leave zone B, but keeps a margin: 4 dB.
+            shifted_sensitivity: 10f64.powf(4.0 / 20.0),
+            high_frequency_hz: high_frequency_hz(machine)?,
+            high_frequency_gain_a_per_m: settings.high_frequency_gain_a_per_m,
+            sensor_noise_m: electronics.sensor_noise_m,
+            noise_current_a: settings.noise_current_a,
+            mu: 1.0,
+        },
+        mode_shift: settings.mode_shift,
+        starts: settings.starts,
+        basins: settings.basins,
+        steps: settings.steps,
+        seed: settings.seed,
+    })
+}
+
+/// The textbook PID made to levitate: gains from [`textbook_gains`] and untouched, only corner frequencies and biquads
+/// moved, for the smallest sensitivity; nothing is tuned for the tool.
+///
+/// # Errors
+/// As [`tune`].
+pub fn textbook(machine: &Machine, settings: &TuneSettings) -> Result<TunedPid, VerificationError> {
+    let gains = textbook_gains(machine)?;
+    let shape = |mut p: PidParameters| {
+        for (axis, fixed) in [(&mut p.front, gains.front), (&mut p.rear, gains.rear)] {
+            axis.gain_a_per_m = fixed.gain_a_per_m;
+            axis.integral_rad_s = fixed.integral_rad_s;
+            axis.derivative_s = fixed.derivative_s;
+        }
+        Some(p)
+    };
+    let free: Vec<usize> = (0..2 * PER_AXIS)
+        .filter(|k| k % PER_AXIS >= FIXED_BY_TEXTBOOK)
+        .collect();
+    let mut asked = asked(machine, settings, NO_BAND)?;
+    // A limit of 0 dB is never met: the search ends at the smallest peak it finds.
+    asked.limits.sensitivity = 1.0;
+    let found = search(machine, &asked, &[gains], &shape, &free)?;
+    certify(
+        machine,
+        found.parameters,
+        settings,
+        found.evaluations,
+        "textbook PID",
+    )
+}
+
+/// Gain, integral and derivative time come first in the vector form.
+const FIXED_BY_TEXTBOOK: usize = 3;
+/// No stiffness of the tool takes part.
+const NO_BAND: (f64, f64) = (0.0, 0.0);
+
+/// A PID, or the reason why none was found; other failures stay errors.
+///
+/// # Errors
+/// [`VerificationError`] from plants and eigenvalues.
+pub fn found_or_reason(
+    result: Result<TunedPid, VerificationError>,
+) -> Result<Result<TunedPid, String>, VerificationError> {
+    match result {
+        Ok(pid) => Ok(Ok(pid)),
+        Err(VerificationError::Loop(error @ ControllerError::Infeasible { .. })) => {
+            Ok(Err(error.to_string()))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn nothing_found(reason: String) -> ControllerError {
+    ControllerError::Infeasible {
+        step: "PID tuning",
+        reason,
+        advice: "check delay, bandwidths and sensor planes of the spindle",
+    }
+}

@@ -1,0 +1,80 @@
+//! The problems that a design solved, with their answers, for other programs: everything of one plane, in the w plane of
+//! the sampled loop, with the scaled signals of the synthesis.
+
+use super::PipelineError;
+use super::delivery::scaled_plane;
+use super::design::Design;
+use crate::augment::GeneralizedPlant;
+use crate::augment::assembly::{input_weights, output_weights};
+use crate::augment::plane::connected_part;
+use crate::augment::weight_plane::WeightPlane;
+use crate::augment::weights::Weights;
+use crate::controller::ControlLaw;
+use crate::lti::connect::lower_lft;
+use crate::lti::{Continuous, StateSpace};
+use crate::robust::structure::Structure;
+
+/// Problems and answers of a design.
+#[derive(Clone, Debug)]
+pub struct ProblemSet {
+    /// What the D-K iteration solved.
+    pub synthesis: GeneralizedPlant,
+    /// What μ is judged on: the specification as written, of the whole machine at rest.
+    pub specification: GeneralizedPlant,
+    /// The delivered controller of one plane, u = K y in the scaled signals.
+    pub controller: StateSpace<Continuous>,
+    /// The specification closed with it.
+    pub closed_loop: StateSpace<Continuous>,
+    /// Weights at the inputs of the specification, as written, over s.
+    pub input_weights: StateSpace<Continuous>,
+    /// Weights at its outputs.
+    pub output_weights: StateSpace<Continuous>,
+    /// D-scales of the D-K iteration over the outputs z of `synthesis`, constant scales included.
+    pub d_left: StateSpace<Continuous>,
+    /// Their inverses over its inputs w: the scaled plant is D_left P D_right_inverse.
+    pub d_right_inverse: StateSpace<Continuous>,
+}
+
+impl ProblemSet {
+    /// The problems of a design; `weights` are the specification as written.
+    ///
+    /// # Errors
+    /// [`PipelineError`] for a controller that is not sampled, and when a connection or a scale fails.
+    pub fn of(design: &Design, weights: &Weights) -> Result<Self, PipelineError> {
+        const STAGE: &str = "problem files";
+        let numeric = PipelineError::numeric(STAGE);
+        let problems = &design.problems;
+        let ControlLaw::Discrete(law) = &design.delivery.controller.law else {
+            return Err(PipelineError::Controller(
+                crate::controller::ControllerError::Infeasible {
+                    step: STAGE,
+                    reason: "the delivered controller is not sampled".to_owned(),
+                    advice: "design by the direct route",
+                },
+            ));
+        };
+        let plane = connected_part(&law.select(&[0, 2], &[0, 2]));
+        let controller = scaled_plane(&plane)?;
+        let closed_loop =
+            lower_lft(&problems.specification.system, &controller).map_err(&numeric)?;
+        let structure =
+            Structure::new(&problems.synthesis.blocks).map_err(PipelineError::mu(STAGE))?;
+        let (d_left, d_right_inverse) = design.scales.systems(&structure).map_err(&numeric)?;
+        let weights = Weights {
+            complementary_sensitivity_limit: None,
+            ..weights.clone()
+        };
+        let modes = &problems.written_modes;
+        let plane = WeightPlane::Laplace;
+        Ok(Self {
+            synthesis: problems.posed.clone(),
+            specification: problems.specification.clone(),
+            input_weights: input_weights(modes, &weights, plane).map_err(&numeric)?,
+            output_weights: output_weights(modes, &weights, plane).map_err(&numeric)?,
+            controller,
+            closed_loop,
+            d_left,
+            d_right_inverse,
+        })
+    }
+}

@@ -1,0 +1,241 @@
+//! H∞ synthesis: the smallest γ for which a controller u = K y with ‖F_l(P, K)‖∞ < γ exists, and that controller.
+//! Conditions at γ (Glover and Doyle 1988): γ above the feedthrough bound, no axis eigenvalue of either Hamiltonian,
+//! X ≥ 0, Y ≥ 0, ρ(XY) < γ². All five are tested; stability of the closed loop alone proves nothing.
+//!
+//! The controller is delivered slightly above the optimum, where I − YX/γ² is invertible, and is verified by closing
+//! the loop and computing its norm.
+
+pub mod assumptions;
+pub mod controller;
+mod feedthrough;
+pub mod normal;
+mod riccati_pair;
+mod search;
+pub mod settings;
+pub mod side;
+
+use crate::augment::GeneralizedPlant;
+use crate::linalg::riccati::Effort;
+use crate::lti::connect::lower_lft;
+use crate::lti::norm::{NormError, hinf_norm};
+use crate::lti::{Continuous, StateSpace};
+use crate::robust::error::{Condition, SynthesisError};
+use controller::central;
+use feedthrough::blamed;
+use search::{LEVEL_TOL, Search};
+pub use settings::HinfSettings;
+
+/// Margins and residuals at the level of the delivered controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Certificate {
+    /// Smallest level that the control Hamiltonian and D11 allow.
+    pub control_level: f64,
+    /// Its frequency, rad/s.
+    pub control_omega_rad_s: f64,
+    /// Smallest level that the filter Hamiltonian and D11 allow.
+    pub filter_level: f64,
+    /// Its frequency, rad/s.
+    pub filter_omega_rad_s: f64,
+    /// Relative residual of X.
+    pub x_residual: f64,
+    /// Relative residual of Y.
+    pub y_residual: f64,
+    /// Smallest eigenvalue of X relative to the largest.
+    pub x_min: f64,
+    /// Smallest eigenvalue of Y relative to the largest.
+    pub y_min: f64,
+    /// ρ(XY)/γ², below one.
+    pub coupling: f64,
+    /// Largest growth rate of the closed loop, 1/s.
+    pub growth_rate: f64,
+    /// Riccati pairs solved in the search.
+    pub pairs: usize,
+}
+
+/// Controller with its levels.
+#[derive(Clone, Debug)]
+pub struct HinfSolution {
+    /// u = K y.
+    pub controller: StateSpace<Continuous>,
+    /// Level of the controller: that of its Riccati equations, or the verified norm where rounding put it above.
+    pub gamma: f64,
+    /// Optimal level (feasible end of the bracket); the level given, when one was given.
+    pub gamma_opt: f64,
+    /// Norm of the closed loop, computed independently.
+    pub closed_loop_norm: f64,
+    /// Frequency of that norm, rad/s.
+    pub closed_loop_peak_rad_s: f64,
+    /// Margins and residuals.
+    pub certificate: Certificate,
+}
+
+/// The optimal level alone, without a controller: for searches over weights and scales.
+///
+/// # Errors
+/// As [`synthesise`].
+pub fn optimal_level(
+    plant: &GeneralizedPlant,
+    settings: &HinfSettings,
+) -> Result<f64, SynthesisError> {
+    Search::new(plant)
+        .and_then(|search| search.optimum(settings, &mut 0))
+        .map_err(|error| blamed(plant, error))
+}
+
+/// Whether a controller with ‖F_l(P, K)‖∞ < γ exists: the conditions at this level alone, one pair of Riccati equations
+/// where a search needs a dozen and the peaks of both sides. A level at which no solver finds a solution counts as
+/// infeasible, so within rounding of the optimum the answer may be no.
+///
+/// # Errors
+/// [`SynthesisError`] when the problem has no normal form or a decomposition fails.
+pub fn is_feasible(plant: &GeneralizedPlant, gamma: f64) -> Result<bool, SynthesisError> {
+    Search::feasible(plant, gamma).map_err(|error| blamed(plant, error))
+}
+
+/// Synthesis for a generalized plant.
+///
+/// # Errors
+/// [`SynthesisError`] names the assumption, the condition or the check that fails.
+pub fn synthesise(
+    plant: &GeneralizedPlant,
+    settings: &HinfSettings,
+) -> Result<HinfSolution, SynthesisError> {
+    attempt(plant, settings).map_err(|error| blamed(plant, error))
+}
+
+fn attempt(
+    plant: &GeneralizedPlant,
+    settings: &HinfSettings,
+) -> Result<HinfSolution, SynthesisError> {
+    let search = Search::new(plant)?;
+    let mut pairs = 0;
+    if let Some(gamma) = settings.gamma {
+        let found = search.deliver(plant, gamma, gamma, &mut pairs)?;
+        return match found.closed_loop_norm > gamma * (1.0 + 2.0 * LEVEL_TOL) {
+            true => Err(refuted(gamma, &found)),
+            false => Ok(found),
+        };
+    }
+    let gamma_opt = search.optimum(settings, &mut pairs)?;
+    let mut failure = SynthesisError::NoLevel {
+        gamma: gamma_opt,
+        condition: Condition::Unsolved,
+    };
+    let asked = std::iter::once(settings.slack);
+    for slack in asked.chain(LADDER.into_iter().filter(|s| *s > settings.slack)) {
+        let gamma = gamma_opt * (1.0 + slack);
+        match search.deliver(plant, gamma_opt, gamma, &mut pairs) {
+            // Rounding in a nearly singular problem can leave the loop above its level: the level is then the norm.
+            Ok(found) if found.gamma <= gamma_opt * (1.0 + slack.max(CLOSE)) => return Ok(found),
+            Ok(found) => failure = refuted(gamma, &found),
+            Err(error) => failure = error,
+        }
+    }
+    Err(failure)
+}
+
+/// Distances from the optimum at which a controller is formed; a larger one is taken only when the smaller ones fail
+/// their check, which happens on plants near the end of what f64 can hold.
+const LADDER: [f64; 5] = [1e-3, 3e-3, 9e-3, 5e-2, 2e-1];
+
+/// Distance from the optimum within which a verified norm is as good as the level aimed at.
+const CLOSE: f64 = 9.9e-3;
+
+fn refuted(gamma: f64, found: &HinfSolution) -> SynthesisError {
+    SynthesisError::Refuted {
+        gamma,
+        norm: found.closed_loop_norm,
+        growth_rate: found.certificate.growth_rate,
+    }
+}
+
+impl Search {
+    fn deliver(
+        &self,
+        plant: &GeneralizedPlant,
+        gamma_opt: f64,
+        gamma: f64,
+        pairs: &mut usize,
+    ) -> Result<HinfSolution, SynthesisError> {
+        if !(gamma.is_finite() && gamma > 0.0) {
+            return Err(SynthesisError::Partition(format!(
+                "gamma must be a positive number, found {gamma}"
+            )));
+        }
+        if let Some(condition) = self.below_level(gamma) {
+            return Err(SynthesisError::Infeasible { gamma, condition });
+        }
+        // X and Y exact to the last bit are needed for few plants, and cost more than all the rest.
+        let fast = self.deliver_with(plant, gamma_opt, gamma, Effort::Fast, pairs);
+        if fast.as_ref().is_ok_and(|f| f.gamma <= gamma) {
+            return fast;
+        }
+        match (
+            fast,
+            self.deliver_with(plant, gamma_opt, gamma, Effort::Full, pairs),
+        ) {
+            (Ok(f), Ok(g)) => Ok(if f.gamma < g.gamma { f } else { g }),
+            (Ok(found), Err(_)) | (_, Ok(found)) => Ok(found),
+            (_, Err(error)) => Err(error),
+        }
+    }
+
+    fn deliver_with(
+        &self,
+        plant: &GeneralizedPlant,
+        gamma_opt: f64,
+        gamma: f64,
+        effort: Effort,
+        pairs: &mut usize,
+    ) -> Result<HinfSolution, SynthesisError> {
+        *pairs += 1;
+        let pair = self.pair(gamma, effort)?;
+        if let Some(condition) = pair.failed {
+            return Err(SynthesisError::Infeasible { gamma, condition });
+        }
+        let k = central(
+            &self.normal,
+            &self.control,
+            &self.filter,
+            gamma,
+            &pair.x,
+            &pair.y,
+        )?;
+        let controller = self.normal.original_controller(&k)?;
+        let closed = lower_lft(&plant.system, &controller)?;
+        let norm = match hinf_norm(&closed, LEVEL_TOL) {
+            Ok(norm) => norm,
+            Err(NormError::Unstable { growth_rate }) => {
+                return Err(SynthesisError::Refuted {
+                    gamma,
+                    norm: f64::INFINITY,
+                    growth_rate,
+                });
+            }
+            Err(other) => return Err(other.into()),
+        };
+        let growth_rate = closed.growth_rate()?;
+        // The two bounds of the norm lie 2·LEVEL_TOL apart.
+        let above = norm.norm > gamma * (1.0 + 2.0 * LEVEL_TOL);
+        Ok(HinfSolution {
+            controller,
+            gamma: if above { norm.upper } else { gamma },
+            gamma_opt,
+            closed_loop_norm: norm.norm,
+            closed_loop_peak_rad_s: norm.peak_omega_rad_s,
+            certificate: Certificate {
+                control_level: self.control_level.lower,
+                control_omega_rad_s: self.control_level.omega_rad_s,
+                filter_level: self.filter_level.lower,
+                filter_omega_rad_s: self.filter_level.omega_rad_s,
+                x_residual: pair.x_residual,
+                y_residual: pair.y_residual,
+                x_min: pair.x_min,
+                y_min: pair.y_min,
+                coupling: pair.coupling,
+                growth_rate,
+                pairs: *pairs,
+            },
+        })
+    }
+}

@@ -1,0 +1,89 @@
+//! X and Y at one level γ: definiteness, ρ(XY)/γ², and a measure of feasibility that is continuous in γ.
+//! X and Y grow as γ falls and turn indefinite through infinity; 1/λmax therefore passes zero smoothly, and so does
+//! γ²/ρ(XY) − 1. The smaller of the two is positive exactly when the conditions hold.
+
+use crate::linalg::{Mat, NumericError, symmetric_eigen};
+use crate::robust::error::Condition;
+
+/// X and Y at a level with everything that the conditions need.
+pub(super) struct Pair {
+    pub x: Mat<f64>,
+    pub y: Mat<f64>,
+    pub x_residual: f64,
+    pub y_residual: f64,
+    pub x_min: f64,
+    pub y_min: f64,
+    /// ρ(XY)/γ².
+    pub coupling: f64,
+    /// Positive when feasible, negative when not, zero at the boundary and continuous through it.
+    pub measure: f64,
+    pub failed: Option<Condition>,
+}
+
+/// Negative eigenvalues of X and Y relative to the largest that count as rounding. X turns indefinite through infinity,
+/// so a true negative eigenvalue is a large one.
+pub(super) const DEFINITE: f64 = 1e-7;
+
+pub(super) struct Coupling {
+    pub x_min: f64,
+    pub y_min: f64,
+    /// ρ(XY), or the most negative eigenvalue of XY when one of them is indefinite.
+    pub ratio: f64,
+    /// Largest eigenvalue of X and of Y, or the most negative one of an indefinite matrix.
+    pub extremes: [f64; 2],
+}
+
+impl Coupling {
+    /// γ²/ρ(XY) − 1, and what is left until X and Y pass through infinity, whichever is smaller.
+    pub fn measure(&self, gamma: f64, sizes: [f64; 2]) -> f64 {
+        let passage = |k: usize| {
+            if self.extremes[k] == 0.0 {
+                1.0
+            } else {
+                sizes[k] / self.extremes[k]
+            }
+        };
+        let near = passage(0).min(passage(1));
+        if near < 0.0 {
+            return near.max(-1.0);
+        }
+        let coupling = gamma * gamma / self.ratio.max(1e-12 * gamma * gamma) - 1.0;
+        coupling.min(near)
+    }
+}
+
+/// Eigenvalues of XY through a factor of the definite one: Y = LLᵀ, eigenvalues of LᵀXL.
+pub(super) fn coupling(x: &Mat<f64>, y: &Mat<f64>) -> Result<Coupling, NumericError> {
+    let n = x.nrows();
+    if n == 0 {
+        return Ok(Coupling {
+            x_min: 0.0,
+            y_min: 0.0,
+            ratio: 0.0,
+            extremes: [0.0; 2],
+        });
+    }
+    let ((xv, xu), (yv, yu)) = (symmetric_eigen(x)?, symmetric_eigen(y)?);
+    let relative = |v: &[f64]| {
+        let size = v[0].abs().max(v[n - 1].abs());
+        if size > 0.0 { v[0] / size } else { 0.0 }
+    };
+    let (x_min, y_min) = (relative(&xv), relative(&yv));
+    let through = |values: &[f64], vectors: &Mat<f64>, other: &Mat<f64>| {
+        let l = Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt());
+        symmetric_eigen(&(l.transpose() * other * &l)).map(|(v, _)| v)
+    };
+    let indefinite = x_min < -DEFINITE || y_min < -DEFINITE;
+    let values = if y_min >= -DEFINITE {
+        through(&yv, &yu, x)?
+    } else {
+        through(&xv, &xu, y)?
+    };
+    Ok(Coupling {
+        x_min,
+        y_min,
+        ratio: if indefinite { values[0] } else { values[n - 1] },
+        extremes: [(x_min, &xv), (y_min, &yv)]
+            .map(|(least, v)| if least < -DEFINITE { v[0] } else { v[n - 1] }),
+    })
+}

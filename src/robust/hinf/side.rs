@@ -1,0 +1,274 @@
+//! One side of the H∞ problem at a level γ. The control side is (A, B1, B2, C1, D11) with D12 = [0; I]; the filter side
+//! is the same thing for the transposed plant, so one code serves both.
+//!
+//! Riccati equation at γ: with R = [D11 D12]ᵀ[D11 D12] − diag(γ²I, 0), B = [B1 B2], S = C1ᵀ[D11 D12],
+//!   A_γ = A − B R⁻¹Sᵀ,  G = B R⁻¹Bᵀ,  Q = C1ᵀC1 − S R⁻¹Sᵀ.
+//! Its Hamiltonian has an axis eigenvalue jω exactly when γ is a singular value of Π(jω)P11(jω), Π the projection on
+//! what P12(jω) cannot reach. The peak of σmax(ΠP11) over ω is therefore the smallest γ with a stabilising solution,
+//! and every single ω gives a lower bound: at that frequency no control, not even a non-causal one, does better.
+
+use crate::linalg::lyapunov::symmetric;
+use crate::linalg::riccati::{CareSolution, Effort, RiccatiError, care_with};
+use crate::linalg::{
+    Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve,
+    solve_complex,
+};
+use crate::lti::connect::stack_cols;
+use crate::lti::level_set::{Peak, peak};
+use crate::lti::norm::seeds;
+use crate::lti::{Continuous, FrequencyResponder, StateSpace};
+
+/// One side of the problem.
+#[derive(Clone, Debug)]
+pub struct Side {
+    /// n×n.
+    pub a: Mat<f64>,
+    /// n×m1.
+    pub b1: Mat<f64>,
+    /// n×m2.
+    pub b2: Mat<f64>,
+    /// p1×n.
+    pub c1: Mat<f64>,
+    /// p1×m1.
+    pub d11: Mat<f64>,
+}
+
+/// The γ = ∞ solution of a side: the linear-quadratic regulator, which makes P12 inner.
+#[derive(Clone, Debug)]
+pub struct Regulator {
+    /// Stabilising solution X₂ ≥ 0.
+    pub x: Mat<f64>,
+    /// Feedback F₂ = −(D12ᵀC1 + B2ᵀX₂).
+    pub f: Mat<f64>,
+    /// Largest real part of the closed loop, negative.
+    pub growth_rate: f64,
+}
+
+impl Regulator {
+    /// True when the closed loop is stable only within rounding: an assumption may be violated exactly.
+    pub fn is_marginal(&self, side: &Side) -> bool {
+        let closed = &side.a + &side.b2 * &self.f;
+        self.growth_rate > -1e-13 * closed.norm_l2()
+    }
+}
+
+/// A, G, Q of a Riccati equation.
+pub struct Equation {
+    /// n×n.
+    pub a: Mat<f64>,
+    /// n×n, symmetric.
+    pub g: Mat<f64>,
+    /// n×n, symmetric.
+    pub q: Mat<f64>,
+}
+
+impl Side {
+    fn free_errors(&self) -> usize {
+        self.c1.nrows() - self.b2.ncols()
+    }
+
+    /// D12ᵀC1: the errors that u reaches directly are the last ones.
+    fn direct(&self) -> Mat<f64> {
+        let free = self.free_errors();
+        self.c1
+            .submatrix(free, 0, self.b2.ncols(), self.a.nrows())
+            .to_owned()
+    }
+
+    /// Solves the side at γ = ∞.
+    ///
+    /// # Errors
+    /// [`RiccatiError`] when (A, B2) cannot be stabilised or P12 has a zero on the axis.
+    pub fn regulator(&self) -> Result<Regulator, RiccatiError> {
+        let n = self.a.nrows();
+        let direct = self.direct();
+        let free = self.c1.submatrix(0, 0, self.free_errors(), n).to_owned();
+        let found = care_with(
+            &(&self.a - &self.b2 * &direct),
+            &(&self.b2 * self.b2.transpose()),
+            &(free.transpose() * &free),
+            Effort::Fast,
+        )?;
+        let f = Mat::<f64>::zeros(self.b2.ncols(), n) - &direct - self.b2.transpose() * &found.x;
+        Ok(Regulator {
+            x: found.x,
+            f,
+            growth_rate: found.closed_loop_max_real,
+        })
+    }
+
+    /// [D11 D12].
+    pub fn feedthrough(&self) -> Mat<f64> {
+        let (p1, m2) = (self.c1.nrows(), self.b2.ncols());
+        let free = self.free_errors();
+        let d12 = Mat::from_fn(p1, m2, |i, j| if i == free + j { 1.0 } else { 0.0 });
+        stack_cols(&self.d11, &d12)
+    }
+
+    /// B, [D11 D12] and R at γ with the disturbances scaled by 1/γ, which turns the −γ²I of R into −I: a level far
+    /// below the other entries of R then leaves no small pivots.
+    fn scaled(&self, gamma: f64) -> (Mat<f64>, Mat<f64>, Mat<f64>) {
+        let m1 = self.b1.ncols();
+        let factor = |m: Mat<f64>| {
+            Mat::from_fn(m.nrows(), m.ncols(), |i, j| {
+                if j < m1 { m[(i, j)] / gamma } else { m[(i, j)] }
+            })
+        };
+        let (b, d) = (
+            factor(stack_cols(&self.b1, &self.b2)),
+            factor(self.feedthrough()),
+        );
+        let mut r = d.transpose() * &d;
+        for i in 0..m1 {
+            r[(i, i)] -= 1.0;
+        }
+        (b, d, r)
+    }
+
+    /// Riccati equation at γ.
+    ///
+    /// # Errors
+    /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
+    pub fn equation(&self, gamma: f64) -> Result<Equation, NumericError> {
+        let (b, d, r) = self.scaled(gamma);
+        let s = self.c1.transpose() * d;
+        let right = stack_cols(&b.transpose().to_owned(), &s.transpose().to_owned());
+        let x = solve(&r, &right)?;
+        let (n, m) = (self.a.nrows(), r.nrows());
+        let (rb, rs) = (x.submatrix(0, 0, m, n), x.submatrix(0, n, m, n));
+        Ok(Equation {
+            a: &self.a - &b * rs,
+            g: symmetric(&(&b * rb)),
+            q: symmetric(&(self.c1.transpose() * &self.c1 - &s * rs)),
+        })
+    }
+
+    /// Stabilising solution at γ; the second solver runs before the answer is no.
+    ///
+    /// # Errors
+    /// [`RiccatiError`] when no solver finds one.
+    pub fn riccati(&self, gamma: f64, effort: Effort) -> Result<CareSolution, RiccatiError> {
+        let e = self.equation(gamma)?;
+        care_with(&e.a, &e.g, &e.q, effort)
+    }
+
+    /// What no control reaches at infinite frequency: γ is above it.
+    pub fn level_at_infinity(&self) -> f64 {
+        let part = self
+            .d11
+            .submatrix(0, 0, self.free_errors(), self.b1.ncols());
+        max_singular_value(&part.to_owned())
+    }
+
+    /// Smallest γ for which the Riccati equation has a stabilising solution, with its frequency.
+    ///
+    /// # Errors
+    /// [`NumericError`] when eigenvalues fail.
+    pub fn smallest_level(
+        &self,
+        regulator: &Regulator,
+        rel_tol: f64,
+    ) -> Result<Peak, NumericError> {
+        let (m1, m2) = (self.b1.ncols(), self.b2.ncols());
+        let free = self.free_errors();
+        let nothing = Peak {
+            lower: 0.0,
+            omega_rad_s: 0.0,
+            upper: 0.0,
+        };
+        if free == 0 || m1 == 0 {
+            return Ok(nothing);
+        }
+        let d = self.feedthrough();
+        let p1 = d.nrows();
+        // Feedback u = F₂x + v changes neither the range of P12 nor ΠP11, and makes P12 inner and stable.
+        let closed = StateSpace {
+            a: &self.a + &self.b2 * &regulator.f,
+            b: stack_cols(&self.b1, &self.b2),
+            c: &self.c1 + d.submatrix(0, m1, p1, m2) * &regulator.f,
+            d: d.clone(),
+            time: Continuous,
+        };
+        let responder = FrequencyResponder::new(&closed);
+        let at_infinity = self.level_at_infinity();
+        let value = |omega: f64| {
+            if omega.is_infinite() {
+                return at_infinity;
+            }
+            let t = responder.at_or_infinity(omega);
+            let (g, n) = (t.submatrix(0, 0, p1, m1), t.submatrix(0, m1, p1, m2));
+            // Least squares against the columns of P12, which are orthonormal up to rounding.
+            let gram = n.adjoint() * n;
+            let x = solve_complex(&gram, &(n.adjoint() * g));
+            let rest: Mat<c64> = g - n * &x;
+            let v = max_singular_value_complex(&rest);
+            if v.is_nan() { f64::INFINITY } else { v }
+        };
+        let mut poles = eigenvalues(&closed.a)?;
+        poles.extend(eigenvalues(&self.a)?);
+        // Levels near rounding of the problem are zero.
+        let floor = 1e-11
+            * (max_singular_value(&self.d11)
+                + self.b1.norm_l2() * self.c1.norm_l2() / self.a.norm_l2().max(1e-300));
+        let places = seeds(&poles);
+        let found = places
+            .iter()
+            .map(|w| value(*w))
+            .fold(at_infinity.max(value(0.0)), f64::max);
+        if found <= floor {
+            return Ok(nothing);
+        }
+        let hamiltonian = |gamma: f64| {
+            let e = self.equation(gamma)?;
+            let n = e.a.nrows();
+            let scale = crate::linalg::riccati::balance_hamiltonian(&e.a, &e.g, &e.q);
+            Ok(Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+                (true, true) => e.a[(i, j)] * scale[j] / scale[i],
+                (true, false) => -e.g[(i, j - n)] / scale[i] / scale[j - n],
+                (false, true) => -e.q[(i - n, j)] * scale[i - n] * scale[j],
+                (false, false) => -e.a[(j - n, i - n)] * scale[i - n] / scale[j - n],
+            }))
+        };
+        peak(&value, &places, floor, &hamiltonian, rel_tol)
+    }
+}
+
+/// The control side of a normal form.
+pub fn control_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
+    Side {
+        a: p.a.clone(),
+        b1: p.b1.clone(),
+        b2: p.b2.clone(),
+        c1: p.c1.clone(),
+        d11: p.d11.clone(),
+    }
+}
+
+/// The filter side of a normal form: the transposed plant.
+pub fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
+    let t = |m: &Mat<f64>| m.transpose().to_owned();
+    Side {
+        a: t(&p.a),
+        b1: t(&p.c1),
+        b2: t(&p.c2),
+        c1: t(&p.b1),
+        d11: t(&p.d11),
+    }
+}
+
+/// Worst disturbance and control of a side, −R⁻¹([D11 D12]ᵀC1 + BᵀX), (m1+m2)×n.
+///
+/// # Errors
+/// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
+pub fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+    let (b, d, r) = side.scaled(gamma);
+    let f = solve(&r, &(d.transpose() * &side.c1 + b.transpose() * x))?;
+    let m1 = side.b1.ncols();
+    Ok(Mat::from_fn(f.nrows(), f.ncols(), |i, j| {
+        if i < m1 {
+            -f[(i, j)] / gamma
+        } else {
+            -f[(i, j)]
+        }
+    }))
+}

@@ -1,0 +1,231 @@
+//! The largest upper bound of μ over frequency, by branch and bound on the grid and golden section between its points.
+//!
+//! Every scaling bounds μ at every frequency. A few points are optimised first; at the others the scaling of the
+//! nearest optimised ones is evaluated, which costs a hundredth of an optimum, and only points whose bound is above the
+//! largest optimum met are optimised, in falling order of that bound. The largest value on the grid is that of a full
+//! sweep.
+
+use super::system::{MuPoint, MuSystem};
+use crate::linalg::{Mat, c64};
+use crate::robust::structure::{MuError, Scaling};
+use rayon::prelude::*;
+
+/// What a search has met.
+pub(super) struct Found {
+    /// The largest bound, optimised.
+    pub best: MuPoint,
+    /// Every point of the grid with a bound and the scaling that proves it, ascending.
+    pub points: Vec<MuPoint>,
+    /// Those whose scaling is optimal for the point itself, ascending.
+    pub optimised: Vec<MuPoint>,
+}
+
+/// Stride that leaves most of the grid to the scalings of neighbours.
+pub(super) const STRIDE: usize = 6;
+/// Points optimised between two prunings; fixed, so that the answer does not depend on the number of threads.
+const BATCH: usize = 4;
+/// Frequencies between two neighbours at which a frozen scaling is asked whether golden section may pay.
+const LOOKS: usize = 6;
+/// A golden section ends when its interval has shrunk by this factor: a smooth peak is then known to 1e-8 of its
+/// height.
+const SHRINK: f64 = 1e-4;
+
+/// Searches the grid of the system and between its points; every `stride`-th point is optimised whatever its value.
+pub(super) fn search(system: &MuSystem, stride: usize) -> Result<Found, MuError> {
+    let grid = system.grid();
+    let responses: Vec<Mat<c64>> = grid.par_iter().map(|w| system.response(*w)).collect();
+    for (omega_rad_s, response) in grid.iter().zip(&responses) {
+        if !response.is_all_finite() {
+            return Err(MuError::NotFinite {
+                omega_rad_s: *omega_rad_s,
+            });
+        }
+    }
+    let mut sweep = Sweep {
+        system,
+        grid: &grid,
+        responses: &responses,
+        points: vec![None; grid.len()],
+        exact: vec![false; grid.len()],
+    };
+    let guides: Vec<usize> = (0..grid.len()).step_by(stride.max(1)).collect();
+    sweep.optimise(&guides)?;
+    let all: Vec<usize> = (0..grid.len()).collect();
+    sweep.freeze(&all, &guides);
+    loop {
+        let largest = sweep.largest();
+        let mut open: Vec<usize> = (0..grid.len())
+            .filter(|k| !sweep.exact[*k] && sweep.upper(*k) > largest)
+            .collect();
+        if open.is_empty() {
+            break;
+        }
+        open.sort_by(|a, b| sweep.upper(*b).total_cmp(&sweep.upper(*a)));
+        let rest = open.split_off(BATCH.min(open.len()));
+        sweep.optimise(&open)?;
+        sweep.freeze(&rest, &open);
+    }
+    sweep.refined()
+}
+
+struct Sweep<'a> {
+    system: &'a MuSystem,
+    grid: &'a [f64],
+    responses: &'a [Mat<c64>],
+    /// The lowest bound met of each point.
+    points: Vec<Option<MuPoint>>,
+    /// Whether it is the optimum.
+    exact: Vec<bool>,
+}
+
+impl Sweep<'_> {
+    fn upper(&self, k: usize) -> f64 {
+        self.points[k].as_ref().map_or(f64::INFINITY, |p| p.upper)
+    }
+
+    /// Largest optimum met.
+    fn largest(&self) -> f64 {
+        let exact = (0..self.grid.len()).filter(|k| self.exact[*k]);
+        exact.map(|k| self.upper(k)).fold(0.0, f64::max)
+    }
+
+    fn optimise(&mut self, which: &[usize]) -> Result<(), MuError> {
+        let found: Result<Vec<MuPoint>, MuError> = which
+            .par_iter()
+            .map(|k| self.system.point_of(self.grid[*k], &self.responses[*k]))
+            .collect();
+        for (k, point) in which.iter().zip(found?) {
+            self.points[*k] = Some(point);
+            self.exact[*k] = true;
+        }
+        Ok(())
+    }
+
+    /// Lowers the bounds of points by the scalings of the nearest of `guides` on each side.
+    fn freeze(&mut self, which: &[usize], guides: &[usize]) {
+        let mut guides = guides.to_vec();
+        guides.sort_unstable();
+        let lowered: Vec<Option<MuPoint>> = which
+            .par_iter()
+            .map(|k| {
+                if self.exact[*k] {
+                    return None;
+                }
+                let after = guides.partition_point(|g| g < k);
+                let near = [after.checked_sub(1), Some(after)];
+                let mut best: Option<MuPoint> = None;
+                for guide in near.into_iter().flatten().filter_map(|g| guides.get(g)) {
+                    let Some(own) = &self.points[*guide] else {
+                        continue;
+                    };
+                    let upper = own.scaling.bound(&self.responses[*k]);
+                    let least = best.as_ref().map_or(self.upper(*k), |b| b.upper);
+                    // A NaN bounds nothing.
+                    if upper < least {
+                        best = Some(MuPoint {
+                            omega_rad_s: self.grid[*k],
+                            upper,
+                            scaling: own.scaling.clone(),
+                        });
+                    }
+                }
+                best
+            })
+            .collect();
+        for (k, point) in which.iter().zip(lowered) {
+            if point.is_some() {
+                self.points[*k] = point;
+            }
+        }
+    }
+
+    /// Golden section round the local maxima that may be the largest.
+    fn refined(self) -> Result<Found, MuError> {
+        let points: Vec<MuPoint> = self.points.into_iter().flatten().collect();
+        let largest = points.iter().map(|p| p.upper).fold(0.0, f64::max);
+        let mut maxima: Vec<usize> = (0..points.len())
+            .filter(|k| {
+                let here = points[*k].upper;
+                let not_below = |other: Option<&MuPoint>| other.is_none_or(|o| here >= o.upper);
+                // A peak between two points of this density rises by a few percent at most.
+                here >= 0.9 * largest
+                    && not_below(k.checked_sub(1).and_then(|b| points.get(b)))
+                    && not_below(points.get(k + 1))
+            })
+            .collect();
+        maxima.sort_by(|a, b| points[*b].upper.total_cmp(&points[*a].upper));
+        let ends = |k: usize| {
+            let last = points.len() - 1;
+            let lo = points[k.saturating_sub(1)].omega_rad_s;
+            (lo, points[(k + 1).min(last)].omega_rad_s)
+        };
+        let Some(first) = maxima.first().copied() else {
+            return Err(MuError::EmptyBlock { block: 0 });
+        };
+        let mut best = golden(self.system, &points[first], ends(first))?;
+        let may_pay = |k: &usize| {
+            let (lo, hi) = ends(*k);
+            exceeds(self.system, &points[*k].scaling, (lo, hi), best.upper)
+        };
+        let open: Vec<usize> = maxima[1..].par_iter().copied().filter(may_pay).collect();
+        let refined: Result<Vec<MuPoint>, MuError> = open
+            .par_iter()
+            .map(|k| golden(self.system, &points[*k], ends(*k)))
+            .collect();
+        for point in refined? {
+            if point.upper > best.upper {
+                best = point;
+            }
+        }
+        let exact = points.iter().zip(&self.exact).filter(|(_, exact)| **exact);
+        Ok(Found {
+            best,
+            optimised: exact.map(|(p, _)| p.clone()).collect(),
+            points,
+        })
+    }
+}
+
+/// Whether the bound of a frozen scaling exceeds a level somewhere between two frequencies, as far as a few looks tell.
+fn exceeds(system: &MuSystem, scaling: &Scaling, (lo, hi): (f64, f64), level: f64) -> bool {
+    if !hi.is_finite() {
+        return true;
+    }
+    (0..LOOKS).any(|k| {
+        let omega = lo + (hi - lo) * (k as f64 + 0.5) / LOOKS as f64;
+        let bound = scaling.bound(&system.response(omega));
+        // NaN: unknown.
+        bound > level || bound.is_nan()
+    })
+}
+
+/// Golden section for a maximum between two frequencies round a point; the point may have a bound above its optimum.
+fn golden(system: &MuSystem, middle: &MuPoint, (lo, hi): (f64, f64)) -> Result<MuPoint, MuError> {
+    let mut best = system.point(middle.omega_rad_s)?;
+    if !hi.is_finite() || hi <= lo {
+        return Ok(best);
+    }
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (lo, hi);
+    let mut c = system.point(b - ratio * (b - a))?;
+    let mut d = system.point(a + ratio * (b - a))?;
+    loop {
+        for p in [&c, &d] {
+            if p.upper > best.upper {
+                best = p.clone();
+            }
+        }
+        if b - a <= SHRINK * (hi - lo) {
+            return Ok(best);
+        }
+        if c.upper > d.upper {
+            b = d.omega_rad_s;
+            d = c;
+            c = system.point(b - ratio * (b - a))?;
+        } else {
+            a = c.omega_rad_s;
+            c = d;
+            d = system.point(a + ratio * (b - a))?;
+        }
+    }
+}
