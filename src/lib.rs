@@ -112,7 +112,8 @@
 //! use muspin::prelude::*;
 //! use ndarray::Array4;
 //!
-//! // A sweep of a machine with 60 g at the tip of the tool that the model does not know: four experiments, one current each.
+//! // A sweep of a machine with 60 g at the tip of the tool that the model does not know: four experiments,
+//! // one current each.
 //! let model = load_machine("reference", "paper-tool")?;
 //! let effect = Effect::new(EffectKind::ToolMass, Location::None, vec![0.06])?;
 //! let plant = Plant::new(&model.clone().with_effect(effect), 0.0, ModelDetail::Full)?;

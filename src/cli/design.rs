@@ -49,8 +49,8 @@ pub struct Arguments {
     /// taps)
     #[arg(long)]
     limit: bool,
-    /// Write generalized plants, weights, D-scales, controller and closed loop as state space: `problem/` with JSON in the formats of
-    /// `muspin solve`, and `problem.mat`
+    /// Write generalized plants, weights, D-scales, controller and closed loop as state space: `problem/` with JSON in
+    /// the formats of `muspin solve`, and `problem.mat`
     #[arg(long)]
     problem: bool,
     /// Folder for controller, certificates, pictures and report

@@ -1,5 +1,5 @@
-//! K(s) to the rows that a processor computes: reduction, polish, discretisation, realisation, arithmetic, stability over
-//! speed.
+//! K(s) to the rows that a processor computes: reduction, polish, discretisation, realisation, arithmetic, stability
+//! over speed.
 
 pub mod amplifier_demand;
 pub mod anti_windup;

@@ -9,8 +9,8 @@ use minijinja::{Value, context};
 const HEADER: &str = include_str!("templates/controllers.h");
 const SOURCE: &str = include_str!("templates/controllers.c");
 
-/// `controllers.h` and `controllers.c` over controllers that [`crate::export::firmware::write_all`] writes into folders with
-/// the names of their prefixes.
+/// `controllers.h` and `controllers.c` over controllers that [`crate::export::firmware::write_all`] writes into folders
+/// with the names of their prefixes.
 ///
 /// # Errors
 /// [`FirmwareError::Table`] when prefixes repeat, or sample times, limits or channels differ.

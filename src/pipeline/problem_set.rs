@@ -1,5 +1,5 @@
-//! The problems that a design solved, with their answers, for other programs: everything of one plane, in the w plane of
-//! the sampled loop, with the scaled signals of the synthesis.
+//! The problems that a design solved, with their answers, for other programs: everything of one plane, in the w plane
+//! of the sampled loop, with the scaled signals of the synthesis.
 
 use super::PipelineError;
 use super::delivery::scaled_plane;

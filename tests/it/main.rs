@@ -39,6 +39,7 @@ mod pid;
 mod plausible_values;
 mod plots;
 mod polish;
+mod problem_files;
 mod program;
 mod record_plausibility;
 mod reference_run;
