@@ -118,7 +118,7 @@ fn one(
         },
     };
     let found = one_tool(&task, arguments.tightening, &mut |event| {
-        told(progress, event)
+        told(progress, event);
     });
     let mut report = Report::default();
     let row = match found {

@@ -16,7 +16,7 @@ use crate::input::{load_measurement, load_tagged_controller, load_weights};
 use crate::pid::settings::TuneSettings;
 use crate::pid::tune::{found_or_reason, textbook, tune};
 use crate::pipeline::compared::{Compared, Ground, compared};
-use crate::pipeline::comparison::rival_settings;
+use crate::pipeline::comparison::{Prediction, rival_settings};
 use crate::pipeline::loop_stability::unstable_words;
 use crate::predict::chatter::{Engagement, Material};
 use crate::predict::sensitivity::Zone;
@@ -144,7 +144,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
 /// Proven stable at every speed, and in an acceptable zone. The textbook PID shows what is left without tuning: its
 /// zone is no target.
 fn is_acceptable(role: Role, each: &Compared) -> bool {
-    let mut zones = each.predictions.iter().map(|p| p.zone());
+    let mut zones = each.predictions.iter().map(Prediction::zone);
     let zones_hold = role == Role::TextbookPid || zones.all(|z| z.is_some_and(|z| z < Zone::D));
     each.verification.is_proven() && zones_hold
 }

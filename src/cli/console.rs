@@ -89,7 +89,7 @@ impl Console {
     /// [`Failure`] when standard output cannot be written.
     pub fn json(&self, text: &str, shown: impl FnOnce() -> Shown) -> Result<(), Failure> {
         match self.form {
-            Form::Json | Form::Data => self.data(text),
+            Form::Json | Form::Data => to_output(text),
             Form::Text => self.show(&shown()),
             Form::Nothing => Ok(()),
         }
@@ -106,20 +106,21 @@ impl Console {
         shown: impl FnOnce() -> Shown,
     ) -> Result<(), Failure> {
         match self.form {
-            Form::Data => self.data(&data()),
-            Form::Json => self.data(&format!("{:#}\n", value())),
+            Form::Data => to_output(&data()),
+            Form::Json => to_output(&format!("{:#}\n", value())),
             Form::Text => self.show(&shown()),
             Form::Nothing => Ok(()),
         }
     }
 
-    fn data(&self, text: &str) -> Result<(), Failure> {
-        stdout::data(|out| out.write_all(text.as_bytes()))
-    }
-
     fn show(&self, shown: &Shown) -> Result<(), Failure> {
-        self.data(&shown.text(self.colours))
+        to_output(&shown.text(self.colours))
     }
+}
+
+/// Writes to standard output.
+fn to_output(text: &str) -> Result<(), Failure> {
+    stdout::data(|out| out.write_all(text.as_bytes()))
 }
 
 /// The end of a command for a person: verdict, figures, where the files are, what to do next.

@@ -73,7 +73,7 @@ impl Example {
         }
         match self {
             Self::OwnRotor | Self::Update => {
-                add_measurement(folder, UPDATE_LIST, Truth::OtherModuli)?
+                add_measurement(folder, UPDATE_LIST, Truth::OtherModuli)?;
             }
             Self::Diagnose => add_measurement(folder, DIAGNOSE_LIST, Truth::EddyCurrents)?,
             Self::Compare => folder.add("pid.json", PID)?,

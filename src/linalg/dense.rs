@@ -87,7 +87,8 @@ pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
         return Ok(vec![]);
     }
     let (balanced, _) = balance(a);
-    sorted(balanced.eigenvalues().map_err(|_| stuck(a.nrows()))?)
+    let found = balanced.eigenvalues();
+    Ok(sorted(found.map_err(|_| stuck(a.nrows()))?))
 }
 
 /// Eigenvalues of a complex square matrix, sorted like [`eigenvalues`].
@@ -103,17 +104,18 @@ pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
     if a.nrows() == 0 {
         return Ok(vec![]);
     }
-    sorted(a.eigenvalues().map_err(|_| stuck(a.nrows()))?)
+    let found = a.eigenvalues();
+    Ok(sorted(found.map_err(|_| stuck(a.nrows()))?))
 }
 
-fn sorted(mut values: Vec<c64>) -> Result<Vec<c64>, NumericError> {
+fn sorted(mut values: Vec<c64>) -> Vec<c64> {
     values.sort_by(|x, y| {
         x.norm()
             .total_cmp(&y.norm())
             .then(x.re.total_cmp(&y.re))
             .then(x.im.total_cmp(&y.im))
     });
-    Ok(values)
+    values
 }
 
 fn stuck(n: usize) -> NumericError {

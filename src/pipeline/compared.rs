@@ -5,6 +5,7 @@ use super::PipelineError;
 use super::comparison::{Prediction, chatter_limit, discrete, predict};
 use super::worst::{WorstPrediction, worst_predictions};
 use crate::controller::Controller;
+use crate::controller::speed_proof::SpeedProof;
 use crate::controller::verification::{Verification, verify_with_proof};
 use crate::predict::chatter::{Engagement, Material, StabilityLimit};
 use crate::spindle::Machine;
@@ -77,7 +78,7 @@ pub fn compared(
     let proven_rpm = verification
         .proof
         .as_ref()
-        .map_or(0.0, |p| p.proven_to_rpm());
+        .map_or(0.0, SpeedProof::proven_to_rpm);
     Ok(Compared {
         name: name.to_owned(),
         worst: worst_predictions(

@@ -57,9 +57,9 @@ pub fn largest_tightening(
     while high / low > 1.02 {
         let middle = (low * high).sqrt();
         if meets(middle)? {
-            low = middle
+            low = middle;
         } else {
-            high = middle
+            high = middle;
         }
     }
     Ok(low)

@@ -81,26 +81,13 @@ impl Plant {
     /// The plant without its delay.
     fn undelayed(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
         let [front, rear] = &self.effective.bearings;
-        let before = append(&self.actuator_chain(front)?, &self.actuator_chain(rear)?);
+        let before = append(&actuator_chain(front)?, &actuator_chain(rear)?);
         let after = append(&self.sensor_chain(front)?, &self.sensor_chain(rear)?);
         let shaft = self.shaft(modes)?;
         let pass = |n: usize| StateSpace::gain(Mat::identity(n, n), Continuous);
         let ports = 2 * modes.min(self.mechanics.flexible());
         let first = series(&append(&before, &pass(LOADS + ports)), &shaft)?;
         Ok(series(&first, &append(&after, &pass(LOADS + ports)))?)
-    }
-
-    /// Currents (x, y) to forces (x, y) of one bearing.
-    fn actuator_chain(
-        &self,
-        bearing: &EffectiveBearing,
-    ) -> Result<StateSpace<Continuous>, SpindleError> {
-        let mut axis = first_order(bearing.amplifier_bandwidth_hz)?;
-        if let Some(corner) = bearing.eddy_corner_hz {
-            axis = series(&axis, &half_order_lag(corner)?)?;
-        }
-        let force = bearing.force_matrix();
-        Ok(append(&axis, &axis).scale_outputs(&Mat::from_fn(2, 2, |i, j| force[i][j])))
     }
 
     /// Displacements (x, y) to signals (x, y) of one bearing.
@@ -225,4 +212,14 @@ fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, SpindleError
         Mat::from_fn(1, 1, |_, _| tail),
         Continuous,
     )?)
+}
+
+/// Currents (x, y) to forces (x, y) of one bearing.
+fn actuator_chain(bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, SpindleError> {
+    let mut axis = first_order(bearing.amplifier_bandwidth_hz)?;
+    if let Some(corner) = bearing.eddy_corner_hz {
+        axis = series(&axis, &half_order_lag(corner)?)?;
+    }
+    let force = bearing.force_matrix();
+    Ok(append(&axis, &axis).scale_outputs(&Mat::from_fn(2, 2, |i, j| force[i][j])))
 }

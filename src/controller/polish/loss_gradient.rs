@@ -131,7 +131,7 @@ impl Loss {
                     .gain
                     .iter()
                     .flatten()
-                    .map(|v| v.norm_sqr())
+                    .map(c64::norm_sqr)
                     .sum::<f64>()
                     .sqrt();
                 let mut rows = vec![];

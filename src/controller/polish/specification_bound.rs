@@ -113,7 +113,7 @@ fn largest(m: &Mat<c64>) -> (f64, Vec<c64>) {
         let w: Vec<c64> = (0..n)
             .map(|i| (0..n).fold(ZERO, |sum, j| sum + power[(i, j)] * v[j]))
             .collect();
-        let size = w.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
+        let size = w.iter().map(c64::norm_sqr).sum::<f64>().sqrt();
         v = w.into_iter().map(|z| z / size).collect();
         let image = (0..n).map(|i| (0..n).fold(ZERO, |sum, j| sum + gram[(i, j)] * v[j]));
         square = image.zip(&v).map(|(g, v)| (g * v.conj()).re).sum();

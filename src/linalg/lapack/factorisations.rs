@@ -39,7 +39,7 @@ pub unsafe extern "C" fn dpotrf_(
         let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, PAR, params);
         let result = llt::factor::cholesky_in_place(
             factor.as_mut(),
-            Default::default(),
+            llt::factor::LltRegularization::default(),
             PAR,
             MemStack::new(&mut MemBuffer::new(scratch)),
             params,

@@ -219,8 +219,7 @@ impl<'a> Canvas<'a> {
         } else {
             FontTransform::None
         };
-        let style = self
-            .style(face)
+        let style = style(face)
             .transform(transform)
             .pos(Pos::new(horizontal, vertical));
         self.area
@@ -232,26 +231,9 @@ impl<'a> Canvas<'a> {
     pub fn text_width(&self, text: &str, face: Type) -> Result<f64, PlotError> {
         let (width, _) = self
             .area
-            .estimate_text_size(text, &self.style(face))
+            .estimate_text_size(text, &style(face))
             .map_err(drawing)?;
         Ok(f64::from(width) / FINE)
-    }
-
-    fn style(&self, face: Type) -> TextStyle<'static> {
-        let (r, g, b) = face.ink.rgb;
-        let weight = if face.bold {
-            FontStyle::Bold
-        } else {
-            FontStyle::Normal
-        };
-        let font = (FONT, face.size_px * LINE_PER_EM * FINE)
-            .into_font()
-            .style(weight);
-        let color = RGBAColor(r, g, b, face.ink.opacity).to_backend_color();
-        TextStyle {
-            color,
-            ..TextStyle::from(font)
-        }
     }
 
     /// Ends the drawing.
@@ -318,4 +300,22 @@ fn drawing<E: std::error::Error + Send + Sync>(
     error: plotters::drawing::DrawingAreaErrorKind<E>,
 ) -> PlotError {
     PlotError::Drawing(error.to_string())
+}
+
+/// Font, size and colour of a text.
+fn style(face: Type) -> TextStyle<'static> {
+    let (r, g, b) = face.ink.rgb;
+    let weight = if face.bold {
+        FontStyle::Bold
+    } else {
+        FontStyle::Normal
+    };
+    let font = (FONT, face.size_px * LINE_PER_EM * FINE)
+        .into_font()
+        .style(weight);
+    let color = RGBAColor(r, g, b, face.ink.opacity).to_backend_color();
+    TextStyle {
+        color,
+        ..TextStyle::from(font)
+    }
 }

@@ -232,7 +232,7 @@ fn extent(panel: &Panel, direction: Direction, axis: &Axis) -> (f64, f64) {
                 );
             }
             (Shape::Bars { .. }, Direction::Up) | (Shape::LyingBars { .. }, Direction::Across) => {
-                values.push(0.0)
+                values.push(0.0);
             }
             _ => {}
         }

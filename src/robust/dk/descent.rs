@@ -7,6 +7,7 @@
 
 use super::scale::DScales;
 use crate::augment::GeneralizedPlant;
+use crate::robust::dfit::factors::Factors;
 use crate::robust::dfit::factors::Limits;
 use crate::robust::hinf::{HinfSettings, optimal_level};
 use crate::robust::structure::Structure;
@@ -62,7 +63,7 @@ impl Descent<'_> {
         let last = start.factors.len().saturating_sub(1);
         let mut x: Vec<f64> = start.factors[..last]
             .iter()
-            .flat_map(|f| f.parameters())
+            .flat_map(Factors::parameters)
             .collect();
         let n = x.len();
         let mut value = self.ln_level(start, None);

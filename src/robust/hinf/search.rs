@@ -103,22 +103,19 @@ impl Search {
             self.control.riccati(gamma, effort),
             self.filter.riccati(gamma, effort),
         );
-        let (x, y) = match solutions {
-            (Ok(x), Ok(y)) => (x, y),
-            _ => {
-                let nothing = Mat::zeros(0, 0);
-                return Ok(Pair {
-                    x: nothing.clone(),
-                    y: nothing,
-                    x_residual: f64::NAN,
-                    y_residual: f64::NAN,
-                    x_min: f64::NAN,
-                    y_min: f64::NAN,
-                    coupling: f64::NAN,
-                    measure: -1.0,
-                    failed: Some(Condition::Unsolved),
-                });
-            }
+        let (Ok(x), Ok(y)) = solutions else {
+            let nothing = Mat::zeros(0, 0);
+            return Ok(Pair {
+                x: nothing.clone(),
+                y: nothing,
+                x_residual: f64::NAN,
+                y_residual: f64::NAN,
+                x_min: f64::NAN,
+                y_min: f64::NAN,
+                coupling: f64::NAN,
+                measure: -1.0,
+                failed: Some(Condition::Unsolved),
+            });
         };
         let c = coupling(&x.x, &y.x)?;
         let ratio = c.ratio / gamma / gamma;

@@ -20,7 +20,7 @@ pub mod system;
 
 use crate::augment::Block;
 use crate::linalg::{Mat, c64, max_singular_value_complex};
-use crate::robust::structure::{MuError, Scaling, Structure};
+use crate::robust::structure::{MuError, Scaling, Span, Structure};
 use lower::WorstCase;
 use reduction::Component;
 
@@ -154,7 +154,7 @@ fn irreducible(m: &Mat<c64>, structure: &Structure) -> Result<Scaling, MuError> 
     if m.norm_max() == 0.0 {
         return Ok(Scaling::identity(structure));
     }
-    if structure.spans.iter().all(|s| s.has_scalar_scaling()) {
+    if structure.spans.iter().all(Span::has_scalar_scaling) {
         let end = dscale::optimal(m, structure);
         return Ok(Scaling::diagonal(structure, &end.d));
     }

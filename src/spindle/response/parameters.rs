@@ -41,12 +41,15 @@ impl MachineParameters {
             match region {
                 Some(name) => {
                     let known = names.iter().position(|n| n == name);
-                    let group = known.map(|k| of_name[k]).unwrap_or_else(|| {
-                        names.push(name);
-                        of_name.push(next);
-                        next += 1;
-                        next - 1
-                    });
+                    let group = match known {
+                        Some(k) => of_name[k],
+                        None => {
+                            names.push(name);
+                            of_name.push(next);
+                            next += 1;
+                            next - 1
+                        }
+                    };
                     group_of_element.push(group);
                     run = (usize::MAX, 0);
                 }
