@@ -335,10 +335,12 @@ fn plain_words(summary: &Value) -> Vec<String> {
 
 /// The figures a reader asks for first.
 fn tiles(summary: &Value) -> Vec<Row> {
-    const WANTED: [(&str, &str); 9] = [
-        ("peak of µ, continuous", "design.mu_peak"),
-        ("largest µ over speed, as it runs", "design.largest_mu"),
-        ("µ with the split covered", "design.mu_peak_discrete"),
+    const WANTED: [(&str, &str); 8] = [
+        ("largest µ from rest to 1.2 × top speed", "design.largest_mu"),
+        (
+            "µ at rest, certified",
+            "design.table_as_written.mu_peak_discrete",
+        ),
         ("states of the controller", "design.controller_order"),
         ("softest point, µ", "stiffness.mu.minimum_n_per_m"),
         ("softest point, PID", "stiffness.pid.minimum_n_per_m"),
