@@ -14,9 +14,11 @@ use crate::controller::scaling::{SignalLimits, scaled};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::predict::recovery::{Recovery, touching_force_n};
 use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
-use crate::predict::time_cases::{Case, figures, run_case};
+use crate::predict::time_cases::{Case, Quantisation, figures, run_case};
 use crate::report::plot::animation::animate;
-use crate::report::simulation::{Limits, anti_windup_json, motion, recovery_json, simulation_json};
+use crate::report::simulation::{
+    Limits, anti_windup_json, motion, quantisation_json, recovery_json, simulation_json,
+};
 use crate::report::summary::number;
 use crate::report::time_response::add_response;
 use crate::report::whole::Report;
@@ -147,8 +149,21 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     summary.set("simulation.anti_windup", anti_windup_json(&anti_windup));
     let recovery = Recovery::of(machine, &response);
     summary.set("simulation.backup_bearings", recovery_json(recovery));
+    let smooth = TimeSettings {
+        quantum_m: 0.0,
+        ..settings
+    };
+    let smooth = run_case(machine, &program, case, speed, duration_s, &smooth)?;
+    let steps = Quantisation::of(settings.quantum_m, &response, &smooth);
+    summary.set("simulation.quantisation", quantisation_json(&steps));
     let (met, end) = match stable {
-        true => verdict(arguments.case, &response, recovery),
+        true => {
+            let (met, end) = verdict(arguments.case, &response, recovery);
+            match met && steps.dominates() {
+                true => (met, format!("{end}; {}", steps.sentence())),
+                false => (met, end),
+            }
+        }
         false => (
             false,
             "the closed loop is unstable at this speed".to_owned(),

@@ -128,6 +128,65 @@ fn bearing_shares(machine: &Machine) -> Result<[f64; 2], SpindleError> {
     Ok([front, 1.0 - front])
 }
 
+/// What the steps of the digitised sensors leave of a response that has settled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantisation {
+    /// One step, m.
+    pub quantum_m: f64,
+    /// Largest radial difference from the response without steps over the last quarter, at tool, front and rear
+    /// actuator, m.
+    pub displacement_m: [f64; 3],
+    /// The same as part of what is left at the tool.
+    pub part: f64,
+}
+
+impl Quantisation {
+    /// A response beside that of the same case with sensors of no steps.
+    pub fn of(quantum_m: f64, stepped: &TimeResponse, smooth: &TimeResponse) -> Self {
+        let count = stepped.samples.len().min(smooth.samples.len());
+        let last = count - count / 4..count;
+        let both = || {
+            let pairs = stepped.samples[last.clone()].iter();
+            pairs.zip(&smooth.samples[last.clone()])
+        };
+        let difference = |plane: usize| {
+            both()
+                .map(|(a, b)| {
+                    let along = |k: usize| a.displacements_m[k] - b.displacements_m[k];
+                    along(2 * plane).hypot(along(2 * plane + 1))
+                })
+                .fold(0.0, f64::max)
+        };
+        let left = both()
+            .map(|(a, _)| a.displacements_m[0].hypot(a.displacements_m[1]))
+            .fold(0.0, f64::max);
+        let displacement_m = [0, 1, 2].map(difference);
+        Self {
+            quantum_m,
+            displacement_m,
+            part: if left > 0.0 {
+                displacement_m[0] / left
+            } else {
+                0.0
+            },
+        }
+    }
+
+    /// True when more than half of what is left at the tool comes from the steps.
+    pub fn dominates(&self) -> bool {
+        self.part > 0.5
+    }
+
+    /// What is left, in words.
+    pub fn sentence(&self) -> String {
+        format!(
+            "what is left at the tool, {:.0} nm, is the limit cycle of the sensors' step of {:.0} nm",
+            1e9 * self.displacement_m[0],
+            1e9 * self.quantum_m
+        )
+    }
+}
+
 /// Peaks of a response.
 pub fn figures(machine: &Machine, response: &TimeResponse) -> TimeFigures {
     let samples = &response.samples;

@@ -336,7 +336,10 @@ fn plain_words(summary: &Value) -> Vec<String> {
 /// The figures a reader asks for first.
 fn tiles(summary: &Value) -> Vec<Row> {
     const WANTED: [(&str, &str); 8] = [
-        ("largest µ from rest to 1.2 × top speed", "design.largest_mu"),
+        (
+            "largest µ from rest to 1.2 × top speed",
+            "design.largest_mu",
+        ),
         (
             "µ at rest, certified",
             "design.table_as_written.mu_peak_discrete",

@@ -9,7 +9,7 @@ use crate::controller::anti_windup::AntiWindup;
 use crate::predict::recovery::Recovery;
 use crate::predict::shaft_line::ShaftLine;
 use crate::predict::time::{TimeResponse, TimeSample};
-use crate::predict::time_cases::TimeFigures;
+use crate::predict::time_cases::{Quantisation, TimeFigures};
 use crate::spindle::{Machine, SpindleError};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -30,6 +30,17 @@ const STATIONS: usize = 25;
 const TURNS: usize = 2;
 /// A response is shown until what follows stays below this part of its largest displacement.
 const QUIET: f64 = 0.05;
+
+/// The `simulation.quantisation` object.
+pub fn quantisation_json(found: &Quantisation) -> Value {
+    let [tool, front, rear] = found.displacement_m.map(number);
+    json!({
+        "quantum_m": number(found.quantum_m),
+        "displacement_m": { "tool": tool, "front": front, "rear": rear },
+        "part_of_settled_displacement": number(found.part),
+        "dominates": found.dominates(),
+    })
+}
 
 /// The `simulation` object of a summary.
 pub fn simulation_json(

@@ -16,7 +16,7 @@ use muspin::pid::settings::TuneSettings;
 use muspin::pid::tune::textbook;
 use muspin::predict::shaft_line::ShaftLine;
 use muspin::predict::time::TimeSettings;
-use muspin::predict::time_cases::{Case, figures, run_case};
+use muspin::predict::time_cases::{Case, Quantisation, figures, run_case};
 use muspin::predict::time_force::{BackupBearing, Magnet};
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
@@ -286,6 +286,37 @@ fn too_hard_a_push_saturates_and_is_reported() {
         ..TimeSettings::default()
     };
     assert!(run_case(&machine, &program(&law), case, 0.0, 0.05, &bad).is_err());
+}
+
+#[test]
+fn what_the_steps_of_the_sensors_leave_is_told_from_the_rest() {
+    let (machine, (_, law)) = (machine(), pid());
+    let case = Case::Impulse {
+        force_n: 5.0,
+        length_s: 5e-4,
+    };
+    let with_steps = |quantum_m: f64| {
+        let settings = TimeSettings {
+            quantum_m,
+            ..TimeSettings::default()
+        };
+        run_case(&machine, &program(&law), case, 0.0, 0.1, &settings).unwrap()
+    };
+    let smooth = with_steps(0.0);
+    let none = Quantisation::of(0.0, &smooth, &smooth);
+    assert_eq!((none.displacement_m, none.part), ([0.0; 3], 0.0));
+    // A push of 5 N has decayed after 75 ms, and a loop with steps of a micrometre does not come to rest within one.
+    let coarse = Quantisation::of(1e-6, &with_steps(1e-6), &smooth);
+    assert!(
+        coarse.dominates() && coarse.displacement_m[0] > 1e-7,
+        "{coarse:?}"
+    );
+    // The limit cycle of a loop that is otherwise linear grows with the step.
+    let fine = Quantisation::of(1e-8, &with_steps(1e-8), &smooth);
+    assert!(
+        fine.displacement_m[0] < 0.1 * coarse.displacement_m[0],
+        "{fine:?} {coarse:?}"
+    );
 }
 
 #[test]
