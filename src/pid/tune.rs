@@ -95,6 +95,8 @@ fn asked(
             sensitivity: 10f64.powf(settings.sensitivity_db / 20.0),
             // With shifted modes the loop may leave zone B, but keeps a margin: 4 dB.
             shifted_sensitivity: 10f64.powf(4.0 / 20.0),
+            // The search has no rotors with weak magnets.
+            weak_sensitivity: f64::INFINITY,
             high_frequency_hz: high_frequency_hz(machine)?,
             high_frequency_gain_a_per_m: settings.high_frequency_gain_a_per_m,
             sensor_noise_m: electronics.sensor_noise_m,

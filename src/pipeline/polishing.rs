@@ -25,6 +25,7 @@ use crate::augment::plane::connected_part;
 use crate::augment::weights::Weights;
 use crate::controller::ControlLaw;
 use crate::controller::amplifier_demand::high_frequency_hz;
+use crate::controller::polish::limits::WEAK_SENSITIVITY;
 use crate::controller::polish::{LoopLimits, PolishRound, PolishTask, Polisher};
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, StateSpace};
@@ -95,6 +96,7 @@ pub(super) fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, 
         stiffness_band_hz: (BAND_HZ.0, BAND_HZ.1.min(0.98 * nyquist_hz)),
         sensitivity,
         shifted_sensitivity: SHIFTED_SENSITIVITY,
+        weak_sensitivity: WEAK_SENSITIVITY,
         high_frequency_hz: high_frequency_hz(machine)?,
         high_frequency_gain_a_per_m: NOISE_SHARE * bias / noise,
         sensor_noise_m: noise,

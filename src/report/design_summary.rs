@@ -200,6 +200,7 @@ fn attempt_json(attempt: &PolishAttempt, delivered: bool) -> Value {
                 "high_frequency_gain": number(r.over_limit[1]),
                 "noise_current": number(r.over_limit[2]),
                 "mu": number(r.over_limit[3]),
+                "weak_magnets": number(r.over_limit[4]),
             },
         })
     });

@@ -23,6 +23,7 @@ fn limits(machine: &Machine) -> LoopLimits {
         stiffness_band_hz: (1.0, 4000.0),
         sensitivity: 4.0,
         shifted_sensitivity: 1.5,
+        weak_sensitivity: 5.0,
         high_frequency_hz: 4000.0,
         high_frequency_gain_a_per_m: 2e6,
         sensor_noise_m: machine.spindle.electronics.sensor_noise_m,
@@ -94,6 +95,27 @@ fn derivatives_of_every_limit_are_central_differences() {
     for (group, error) in errors.iter().enumerate() {
         assert!(*error < 1e-4, "group {group}: {error:.1e} of {errors:?}");
     }
+}
+
+#[test]
+fn a_limit_out_of_reach_is_moved_and_no_other() {
+    let (machine, weights, modes) = reference();
+    // With weak magnets as well |S| tends to one at high frequency: half of it is out of reach.
+    let task = PolishTask {
+        weights: &weights,
+        modes: &modes,
+        limits: LoopLimits {
+            weak_sensitivity: 0.5,
+            ..limits(&machine)
+        },
+    };
+    let mut polisher = Polisher::new(&machine, task, &start(&machine), 1.2).unwrap();
+    for _ in 0..4 {
+        polisher.round(1).unwrap();
+    }
+    let (now, asked) = (polisher.limits(), limits(&machine));
+    assert!(now.weak_sensitivity > 1.0, "{}", now.weak_sensitivity);
+    assert_eq!(now.sensitivity, asked.sensitivity);
 }
 
 #[test]

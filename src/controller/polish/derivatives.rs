@@ -2,7 +2,7 @@
 
 use super::limits::WEAK_MAGNETS;
 use super::lines::lines;
-use super::loss::Group;
+use super::loss::{Group, LIMITS};
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, loss_on};
 use super::responses::Plants;
@@ -21,7 +21,7 @@ pub fn derivative_errors(
     machine: &Machine,
     task: &PolishTask<'_>,
     plane: &StateSpace<Discrete>,
-) -> Result<[f64; 5], VerificationError> {
+) -> Result<[f64; LIMITS + 1], VerificationError> {
     let plants = Plants::new(machine, 1.2, &[])?.with_weak_magnets(&WEAK_MAGNETS);
     let (law, x) = ModalLaw::of(plane)?;
     let lines = lines(&plants, 1.0, &[], 2e-3);
@@ -34,8 +34,9 @@ pub fn derivative_errors(
         Group::HighGain,
         Group::NoiseCurrent,
         Group::Specification,
+        Group::Margin,
     ];
-    let mut errors = [f64::NAN; 5];
+    let mut errors = [f64::NAN; LIMITS + 1];
     for (error, group) in errors.iter_mut().zip(groups) {
         let of_group = (0..found.values.len()).filter(|k| found.values[*k].group == group);
         let largest =

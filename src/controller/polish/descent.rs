@@ -192,6 +192,7 @@ fn near_largest(found: &Evaluation) -> Vec<Value> {
         Group::HighGain,
         Group::NoiseCurrent,
         Group::Specification,
+        Group::Margin,
     ];
     let reference = groups.map(|g| {
         let largest = found.largest(g);

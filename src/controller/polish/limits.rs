@@ -9,6 +9,8 @@ pub struct LoopLimits {
     pub sensitivity: f64,
     /// Factor on that limit for rotors with shifted modes and beyond the top speed.
     pub shifted_sensitivity: f64,
+    /// Largest |S_jj| with weak magnets.
+    pub weak_sensitivity: f64,
     /// From here on the gain of the controller is limited, Hz.
     pub high_frequency_hz: f64,
     /// Largest entry of K there, A/m.
@@ -38,4 +40,4 @@ pub(super) const WEAK_MAGNETS: [[f64; 2]; 5] = [
     [0.35, 1.0],
 ];
 /// Largest |S_jj| with those: the margin at which zone C of ISO 14839-3 ends, that of the anti-windup.
-pub(super) const WEAK_SENSITIVITY: f64 = 5.0;
+pub const WEAK_SENSITIVITY: f64 = 5.0;

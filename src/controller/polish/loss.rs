@@ -7,7 +7,7 @@
 //! line, and the structure of the controller turns Q into derivatives by parameters. At speed the x axis is the mean of
 //! both whirls.
 
-use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAK_SENSITIVITY};
+use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED};
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, closed, outer, product, times};
 use super::responses::{Role, Rotor, SpecificationLine};
@@ -26,10 +26,12 @@ pub(crate) enum Group {
     HighGain,
     NoiseCurrent,
     Specification,
+    /// |S| with weak magnets.
+    Margin,
 }
 
 /// Number of limits.
-pub(crate) const LIMITS: usize = 4;
+pub(crate) const LIMITS: usize = 5;
 
 impl Group {
     /// Number of the limit; `None` for the objective.
@@ -40,6 +42,7 @@ impl Group {
             Self::HighGain => Some(1),
             Self::NoiseCurrent => Some(2),
             Self::Specification => Some(3),
+            Self::Margin => Some(4),
         }
     }
 }
@@ -87,6 +90,7 @@ impl Evaluation {
             Group::HighGain,
             Group::NoiseCurrent,
             Group::Specification,
+            Group::Margin,
         ];
         let over: f64 = limits.iter().map(|g| self.largest(*g).max(0.0)).sum();
         let compliance = self.largest(Group::Compliance);
@@ -281,12 +285,13 @@ impl Loss {
             Role::Overspeed | Role::Weak => 0.0,
         };
         let nominal = matches!(role, Role::Rest | Role::TopSpeed);
-        let limit = match role {
-            Role::Rest | Role::TopSpeed => self.limits.sensitivity,
-            Role::Shifted | Role::Overspeed => {
-                self.limits.sensitivity * self.limits.shifted_sensitivity
-            }
-            Role::Weak => WEAK_SENSITIVITY,
+        let (group, limit) = match role {
+            Role::Rest | Role::TopSpeed => (Group::Sensitivity, self.limits.sensitivity),
+            Role::Shifted | Role::Overspeed => (
+                Group::Sensitivity,
+                self.limits.sensitivity * self.limits.shifted_sensitivity,
+            ),
+            Role::Weak => (Group::Margin, self.limits.weak_sensitivity),
         };
         let share = 1.0 / sides.len() as f64;
         let band = self.limits.stiffness_band_hz;
@@ -313,7 +318,7 @@ impl Loss {
             }
             for j in 0..2 {
                 let s = mean(&|l| l.s[j][j]).norm();
-                push(Group::Sensitivity, (s / limit).ln(), (j, j));
+                push(group, (s / limit).ln(), (j, j));
             }
             if nominal {
                 for l in loops {

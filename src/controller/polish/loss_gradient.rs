@@ -44,7 +44,7 @@ impl Loss {
             Group::Specification => {
                 q = state.specification[i].q;
             }
-            Group::Compliance | Group::Sensitivity => {
+            Group::Compliance | Group::Sensitivity | Group::Margin => {
                 let sides = self.sides(value.rotor);
                 let share = 1.0 / sides.len() as f64;
                 let parts = state.loops[sides]

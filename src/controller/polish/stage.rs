@@ -30,7 +30,8 @@ pub struct PolishRound {
     pub lines: usize,
     /// Smallest stiffness of the tool at the end over rest, top speed and shifted rotors as weighted in the loss, N/m.
     pub stiffness_n_per_m: f64,
-    /// Largest ratio of a quantity to its limit: sensitivity, high-frequency gain, noise current, specification.
+    /// Largest ratio of a quantity to its limit: sensitivity, high-frequency gain, noise current, specification,
+    /// sensitivity with weak magnets.
     pub over_limit: [f64; LIMITS],
 }
 
@@ -207,6 +208,7 @@ impl<'a> Polisher<'a> {
             &mut limits.high_frequency_gain_a_per_m,
             &mut limits.noise_current_a,
             &mut limits.mu,
+            &mut limits.weak_sensitivity,
         ];
         for (limit, over) in list.into_iter().zip(self.figures.over_limit) {
             if over > EXCEEDED {
@@ -255,6 +257,7 @@ fn figures(loss: &Loss, found: &Evaluation) -> PolishRound {
         Group::HighGain,
         Group::NoiseCurrent,
         Group::Specification,
+        Group::Margin,
     ];
     PolishRound {
         steps: 0,
