@@ -34,7 +34,7 @@ pub fn clippings(measurement: &Measurement, sweep: usize) -> Vec<(Signal, Vec<f6
             .collect();
         all.push((reached(SHARES[0] * top), signal, limits));
     }
-    all.sort_by(|a, b| b.0.cmp(&a.0));
+    all.sort_by_key(|own| std::cmp::Reverse(own.0));
     all.into_iter()
         .map(|(_, signal, limits)| (signal, limits))
         .collect()

@@ -100,7 +100,7 @@ fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>
     let mut worth: Vec<(Suspect, f64)> = vec![];
     for s in suspects(&trial.machine, &trial.evidence, &trial.measurement) {
         let twin = |w: &(Suspect, f64)| w.0.record == s.record && w.0.family == s.family;
-        if !worth.iter().any(|w| twin(w)) {
+        if !worth.iter().any(twin) {
             let fall = with_number(trial, &s, |n| {
                 n.predicted_fall(&from(&s), FINAL_MODEL_ERROR)
             })?;
