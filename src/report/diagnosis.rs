@@ -12,9 +12,9 @@ use crate::diagnose::decide::verdict::Rival;
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::locate::place::Place;
 use crate::diagnose::{Diagnosis, NamedEffect};
-use crate::spindle::Location;
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
+use crate::spindle::{Effect, Location};
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 
@@ -32,6 +32,9 @@ pub fn summarised(d: &Diagnosis) -> Value {
         "gap_before": number(d.gap_before),
         "gap_after": number(d.gap_after),
         "gap_nearest": number(d.gap_nearest),
+        "strained": d.strained.iter().map(|(name, sd)| json!({
+            "parameter": name, "prior_standard_deviations": number(*sd),
+        })).collect::<Vec<_>>(),
         "gap_before_used": number(used.0),
         "gap_after_used": number(used.1),
         "gap_before_held_out": number(d.gap_before_held_out),
@@ -50,13 +53,12 @@ pub fn summarised(d: &Diagnosis) -> Value {
             "measurement": m.text, "separation_chi2": number(m.separation),
         })).collect::<Vec<_>>(),
         "detectable": d.detectable.iter().map(|e| {
-            let names = e.effect.kind.parameters().iter().map(|p| p.name.to_owned());
-            let values = e.effect.values.iter().map(|x| number(*x));
             json!({
                 "effect": e.effect.kind.name(),
                 "where": place(&e.effect.location),
-                "parameters": names.zip(values).collect::<Map<String, Value>>(),
+                "parameters": parameters(&e.effect),
                 "words": size(&e.effect),
+                "named_from": parameters(&e.named_from),
             })
         }).collect::<Vec<_>>(),
         "ranking": d.ranking.iter().map(|(e, score)| json!({
@@ -80,6 +82,12 @@ pub fn summarised(d: &Diagnosis) -> Value {
         );
     }
     value
+}
+
+fn parameters(effect: &Effect) -> Map<String, Value> {
+    let names = effect.kind.parameters().iter().map(|p| p.name.to_owned());
+    let values = effect.values.iter().map(|x| number(*x));
+    names.zip(values).collect()
 }
 
 fn place(location: &Location) -> Value {

@@ -89,8 +89,9 @@ pub fn sentence(d: &Diagnosis) -> String {
                 None => unsafe_prediction(d),
             };
             format!(
-                "Something is missing that is in no catalogue{place}.{}{correction}{unsafe_words}",
-                tried(d)
+                "Something is missing that is in no catalogue{place}.{}{}{correction}{unsafe_words}",
+                tried(d),
+                strained(d)
             )
         }
     }
@@ -109,6 +110,17 @@ fn tried(d: &Diagnosis) -> String {
         " Of all effects and mistakes of a rig that were tried the nearest is: {}; it leaves a gap of {:.2} σ.",
         names.join(", and "),
         d.gap_nearest
+    )
+}
+
+/// Which nuisance parameters would have to be off beyond their priors.
+fn strained(d: &Diagnosis) -> String {
+    let Some((name, off)) = d.strained.first() else {
+        return String::new();
+    };
+    format!(
+        " With it a nuisance parameter ({name}) would be off by {off:.0} times its usual uncertainty, which is no small \
+         error: check it first."
     )
 }
 

@@ -82,6 +82,10 @@ pub fn fault_json(record: &str, fault: &RecordFault) -> Value {
             ("signal", json!(signal.name())),
             ("relative_change", json!(relative_change)),
         ],
+        RecordFault::Clipping { limit, signal } => {
+            vec![("limit", json!(limit)), ("signal", json!(signal.name()))]
+        }
+        RecordFault::Alias { sample_rate_hz } => vec![("sample_rate_hz", json!(sample_rate_hz))],
         RecordFault::Tool | RecordFault::Controller | RecordFault::Disagrees => vec![],
         RecordFault::Quantity(quantity) => vec![
             ("signal", json!(Signal::Compliance.name())),

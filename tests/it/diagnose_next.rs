@@ -1,18 +1,44 @@
 //! What separates two explanations, and what a data set can show at all.
 
 use super::diagnose_folder::read;
+use super::generator::Draw;
 use muspin::diagnose::Evidence;
 use muspin::diagnose::data::evidence::Subset;
 use muspin::diagnose::data::measurement::Measurement;
 use muspin::diagnose::decide::candidate::Candidate;
-use muspin::diagnose::decide::detectability::detectable;
+use muspin::diagnose::decide::detectability::{Detectable, detectable};
 use muspin::diagnose::decide::next_measurement::proposals;
 use muspin::diagnose::fit::case::Case;
 use muspin::diagnose::fit::hypothesis::{Hypothesis, Scope, catalogue};
 use muspin::diagnose::fit::model::Model;
 use muspin::diagnose::fit::problem::Point;
-use muspin::spindle::{Bearings, EffectKind, Location};
+use muspin::linalg::c64;
+use muspin::spindle::{Bearings, Effect, EffectKind, Location};
 use std::f64::consts::TAU;
+
+/// The same place.
+fn same_place(a: &Effect, b: &Effect) -> bool {
+    a.location == b.location && (a.kind != EffectKind::HousingMode || a.values[1] == b.values[1])
+}
+
+/// How far an effect is from nothing.
+fn size(effect: &Effect, kind: EffectKind) -> f64 {
+    let value = effect.values[0];
+    match kind {
+        // Bandwidths, corners, stiffness of a joint and mass of a housing: the larger, the less.
+        EffectKind::AmplifierBandwidth => (1.0 / value - 1.0 / 2000.0).abs(),
+        EffectKind::EddyCurrents
+        | EffectKind::SensorLowpass
+        | EffectKind::ToolJoint
+        | EffectKind::HousingMode => 1.0 / value,
+        EffectKind::NegativeStiffness
+        | EffectKind::ForceConstant
+        | EffectKind::SensorGain
+        | EffectKind::ModalDamping
+        | EffectKind::RegionStiffness => (value - 1.0).abs(),
+        _ => value.abs(),
+    }
+}
 
 #[test]
 fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
@@ -96,6 +122,37 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
         .find(|s| s.effect.kind == EffectKind::LoopDelay)
         .expect("delay");
     assert!((1e-9..2e-6).contains(&delay.effect.values[0]), "{delay:?}");
+    // Sixteen times the noise, in sweeps that are otherwise the same: no limit is smaller.
+    let mut draw = Draw::new(16);
+    for y in measurement.sweeps[0].signal.iter_mut() {
+        let sd = 16.0 * 0.7e-9 / 2f64.sqrt();
+        *y += c64::new(draw.normal(), draw.normal()) * sd;
+    }
+    let noisy = Evidence::new(&measurement).expect("evidence");
+    let noisy = Case {
+        evidence: &noisy,
+        ..search
+    };
+    let larger = detectable(&noisy, &[], &null.fit.at).expect("sizes");
+    for s in &sizes {
+        let twin =
+            |l: &&Detectable| l.effect.kind == s.effect.kind && same_place(&l.effect, &s.effect);
+        let own = larger.iter().find(twin);
+        let ratio = own.map(|l| size(&l.effect, s.effect.kind) / size(&s.effect, s.effect.kind));
+        // What is beyond all bounds with the noise has no limit; what is a nuisance parameter, too, is limited by its
+        // prior.
+        let free = matches!(
+            s.effect.kind,
+            EffectKind::LoopDelay
+                | EffectKind::ToolMass
+                | EffectKind::AddedMass
+                | EffectKind::AxisMisalignment
+                | EffectKind::BearingCoupling
+                | EffectKind::CrossCoupling
+        );
+        let least = if free { 1.05 } else { 1.0 - 1e-9 };
+        assert!(ratio.is_none_or(|r| r > least), "{s:?} {ratio:?}");
+    }
     let mass = sizes
         .iter()
         .find(|s| s.effect.kind == EffectKind::ToolMass)

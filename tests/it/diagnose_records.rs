@@ -98,6 +98,96 @@ fn sensors_that_drift_are_named() {
     }
 }
 
+/// Sensor signals cut off at a limit that every sixth line reaches.
+#[test]
+fn signals_that_are_cut_off_are_named_and_left_out() {
+    let folder = read("c03");
+    let mut sweep = thinned(&folder);
+    let lines = sweep.signal.outer_iter();
+    let mut sizes: Vec<f64> = lines
+        .map(|l| l.iter().map(|y| y.norm()).fold(0.0, f64::max))
+        .collect();
+    sizes.sort_by(f64::total_cmp);
+    let (count, limit) = (sizes.len(), sizes[sizes.len() * 5 / 6]);
+    sweep
+        .signal
+        .mapv_inplace(|y| y * (limit / y.norm()).min(1.0));
+    let d = diagnose(
+        &folder.machine,
+        &measured(&folder, sweep, hammer(&folder)),
+        &|_| {},
+    );
+    let d = d.expect("diagnosis");
+    match only_fault(&d, RecordId::Sweep(0)) {
+        RecordFault::Clipping {
+            limit: found,
+            signal: Signal::Displacement,
+        } => assert!((found / limit - 1.0).abs() < 0.01, "{found} {limit}"),
+        other => panic!("{other:?}"),
+    }
+    // The lines below the limit remain.
+    let left = d.sweeps[0].frequency_hz.len();
+    assert!(left <= count * 5 / 6 && left >= count * 4 / 5, "{left}");
+}
+
+/// Lines above half of 5.2 kHz as a logger without a filter records them.
+#[test]
+fn folded_lines_are_named_with_the_sample_rate() {
+    let folder = read("c03");
+    let rate = 5200.0;
+    let label: Vec<f64> = (0..160)
+        .map(|k| 50.0 * 80f64.powf(f64::from(k) / 159.0))
+        .collect();
+    let fold = |f: f64| if f > 0.5 * rate { rate - f } else { f };
+    let true_hz: Vec<f64> = label.iter().map(|f| fold(*f)).collect();
+    let mut sweep = simulate(
+        &folder.machine,
+        &folder.controller,
+        &[],
+        None,
+        0.0,
+        &true_hz,
+        &mut Draw::new(79),
+    )
+    .sweep;
+    for (k, f) in label.iter().enumerate() {
+        if *f > 0.5 * rate {
+            for values in [&mut sweep.current, &mut sweep.signal] {
+                let mut line = values.index_axis_mut(Dimension(0), k);
+                line.mapv_inplace(|v| v.conj());
+            }
+        }
+    }
+    sweep.frequency_hz = label;
+    let measurement = Measurement {
+        sweeps: vec![sweep],
+        taps: vec![],
+    };
+    let d = diagnose(&folder.machine, &measurement, &|_| {}).expect("diagnosis");
+    match only_fault(&d, RecordId::Sweep(0)) {
+        RecordFault::Alias { sample_rate_hz } => {
+            assert!(
+                (sample_rate_hz / rate - 1.0).abs() < 1e-3,
+                "{sample_rate_hz}"
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    let right = &d.sweeps[0].frequency_hz;
+    assert!(right.windows(2).all(|w| w[0] < w[1]) && right[right.len() - 1] <= 0.5 * rate);
+}
+
+/// A record without a mistake keeps its lines: its largest signals do not pile up, and folding brings it nowhere.
+#[test]
+fn a_right_record_is_neither_cut_off_nor_folded() {
+    let folder = read("c03");
+    let measurement = measured(&folder, thinned(&folder), hammer(&folder));
+    let d = diagnose(&folder.machine, &measurement, &|_| {}).expect("diagnosis");
+    assert_eq!(d.verdict, Verdict::Adequate);
+    assert!(d.record_faults.is_empty(), "{:?}", d.record_faults);
+    assert!(d.strained.is_empty());
+}
+
 #[test]
 fn swapped_channels_are_put_right_before_the_diagnosis() {
     let folder = read("c03");

@@ -11,6 +11,7 @@ mod control_cases;
 mod damage;
 mod design_options;
 mod dfit;
+mod diagnose_confusion;
 mod diagnose_examples;
 mod diagnose_folder;
 mod diagnose_localise;

@@ -13,6 +13,7 @@ use super::measurement::{Axis, Measurement};
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
 use crate::linalg::small::eliminate;
+use crate::lti::HeldResponse;
 use crate::spindle::response::{SIDE, Square, ZERO};
 use std::f64::consts::TAU;
 
@@ -60,13 +61,15 @@ pub struct SweepEvidence {
     /// Ĝ, row-major 4×4.
     pub response: Vec<[c64; 16]>,
     /// (ŪŪᴴ)⁻ᵀ/P, row-major 4×4.
-    spread: Vec<[c64; 16]>,
+    pub(super) spread: Vec<[c64; 16]>,
     /// S_i.
-    noise: Vec<[f64; 4]>,
+    pub(super) noise: Vec<[f64; 4]>,
     /// ½(|G|² + local mean).
-    size: Vec<[f64; 16]>,
+    pub(super) size: Vec<[f64; 16]>,
     /// σ of the gap.
-    gap_sigma: Vec<[f64; 16]>,
+    pub(super) gap_sigma: Vec<[f64; 16]>,
+    /// Share of the record that lies before a line.
+    pub(super) position: Vec<f64>,
     /// Standard deviation of the mean axis gain.
     pub axis_gain_sd: [f64; 4],
 }
@@ -80,11 +83,11 @@ pub struct TapEvidence {
     pub omega_rad_s: Vec<f64>,
     /// Compliance, m/N.
     pub compliance: Vec<c64>,
-    noise: Vec<f64>,
-    size: Vec<f64>,
-    gap_sigma: Vec<f64>,
+    pub(super) noise: Vec<f64>,
+    pub(super) size: Vec<f64>,
+    pub(super) gap_sigma: Vec<f64>,
     /// K, row-major 4×4.
-    controller: Vec<[c64; 16]>,
+    pub(super) controller: Vec<[c64; 16]>,
     /// 0 for x, 1 for y.
     pub axis: usize,
 }
@@ -166,13 +169,7 @@ impl Evidence {
                 noise: (0..lines).map(|k| frf.sigma(k, 0.0).powi(2)).collect(),
                 size: (0..lines).map(|k| 0.5 * (power[k] + mean[k])).collect(),
                 gap_sigma: (0..lines).map(|k| frf.sigma(k, GAP_FLOOR)).collect(),
-                controller: omega_rad_s
-                    .iter()
-                    .map(|w| {
-                        let k = tap.controller.held_at(*w);
-                        std::array::from_fn(|i| k[(i / 4, i % 4)])
-                    })
-                    .collect(),
+                controller: held(tap.controller, &omega_rad_s),
                 axis: usize::from(tap.axis == Axis::Y),
                 compliance: frf.compliance.clone(),
                 omega_rad_s,
@@ -189,6 +186,15 @@ impl Evidence {
     pub fn axis_gain_sd(&self) -> Vec<[f64; 4]> {
         self.sweeps.iter().map(|s| s.axis_gain_sd).collect()
     }
+}
+
+/// K on lines, row-major.
+pub(super) fn held(controller: &dyn HeldResponse, omega_rad_s: &[f64]) -> Vec<[c64; 16]> {
+    let line = |w: &f64| {
+        let k = controller.held_at(*w);
+        std::array::from_fn(|i| k[(i / 4, i % 4)])
+    };
+    omega_rad_s.iter().map(line).collect()
 }
 
 fn pooled(values: &[f64]) -> Vec<f64> {
@@ -279,7 +285,10 @@ fn scatter_of_neighbours(frf: &MeasuredFrf) -> Vec<[f64; 4]> {
         };
         let quiet: Vec<Vec<f64>> = (0..4).filter(|e| e % 2 != i % 2).map(of).collect();
         for (k, noise) in noise.iter_mut().enumerate() {
-            noise[i] = quiet.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min);
+            let low = quiet.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min);
+            let mean = quiet.iter().map(|q| q[k]).sum::<f64>() / quiet.len() as f64;
+            // Medians of some twenty lines scatter by a third; what is further apart is a response.
+            noise[i] = if mean < 2.0 * low { mean } else { low };
         }
     }
     noise
@@ -353,6 +362,9 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
         spread,
         noise,
         size,
+        position: (0..lines)
+            .map(|k| k as f64 / (lines.max(2) - 1) as f64)
+            .collect(),
         axis_gain_sd,
     })
 }

@@ -22,6 +22,17 @@ pub const FAILING_CHI2: f64 = 1.0;
 /// χ² per residual above which smaller model errors are not tried: a fit that is off by so much does not come closer.
 const HOPELESS_CHI2: f64 = 10.0;
 
+/// χ² per residual above which this many of them are not explained: four standard deviations of its scatter by chance
+/// above [`FAILING_CHI2`].
+pub fn failing_chi2(residuals: usize) -> f64 {
+    FAILING_CHI2 + 4.0 * (2.0 / residuals.max(1) as f64).sqrt()
+}
+
+/// Whether a fit leaves more than noise and model error do.
+pub fn fails(fit: &Fit) -> bool {
+    fit.data_chi2 > failing_chi2(fit.residuals) * fit.residuals as f64
+}
+
 /// A set of effects with its fit.
 #[derive(Clone, Debug)]
 pub struct Candidate {
@@ -74,17 +85,31 @@ impl Case<'_> {
         from: &Point,
         usage: Subset,
     ) -> Result<Standing, DiagnoseError> {
+        self.fit_until(effects, from, usage, FINAL_MODEL_ERROR)
+    }
+
+    /// The same down to a least model error.
+    ///
+    /// # Errors
+    /// As [`Self::fit_down`].
+    pub fn fit_until(
+        &self,
+        effects: &[Hypothesis],
+        from: &Point,
+        usage: Subset,
+        least: f64,
+    ) -> Result<Standing, DiagnoseError> {
         let problem = self.problem(effects, usage);
         let (mut at, mut before) = (from.clone(), from.clone());
         let mut last = None;
-        for model_error in MODEL_ERRORS {
+        for model_error in MODEL_ERRORS.into_iter().filter(|e| *e >= least) {
             let iterations = if model_error == FINAL_MODEL_ERROR {
                 FINAL_ITERATIONS
             } else {
                 ITERATIONS
             };
             let fit = problem.fit(&at, &[(model_error, iterations)])?;
-            let fails = fit.data_chi2 > FAILING_CHI2 * fit.residuals as f64;
+            let fails = fails(&fit);
             at = fit.at.clone();
             last = Some((fit, model_error));
             if fails {

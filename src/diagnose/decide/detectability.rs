@@ -4,17 +4,20 @@
 //! named, N = JᵀJ with priors: what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the
 //! score falls by [`FURTHER_EFFECT_BIC_GAIN`] ([`FIRST_EFFECT_BIC_GAIN`]); it is found nine times in ten when √λ
 //! exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are. What
-//! is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is: then that is the
-//! smallest size.
+//! is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is; from which size on it
+//! would be is told beside.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::jacobian::Jacobian;
+use super::super::fit::linearise::assembled_with_size;
+use super::super::fit::prediction::Linear;
 use super::super::fit::problem::{Point, Problem};
 use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN};
-use crate::linalg::{Mat, solve};
+use crate::linalg::solve;
 use crate::spindle::{Effect, EffectKind, Location};
 use rayon::prelude::*;
 
@@ -28,8 +31,10 @@ const NINE_IN_TEN: f64 = 1.28;
 /// Smallest size of an effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detectable {
-    /// The effect at its smallest size.
+    /// The effect at the smallest size that these records show.
     pub effect: Effect,
+    /// The effect at the smallest size that has a name: the same, or the least that is worth one.
+    pub named_from: Effect,
 }
 
 /// Smallest sizes beside `named` effects at `at`, in the order of the catalogue.
@@ -42,7 +47,6 @@ pub fn detectable(
     at: &Point,
 ) -> Result<Vec<Detectable>, DiagnoseError> {
     let base = problem(case, named).linear(at, FINAL_MODEL_ERROR)?;
-    let (jacobian, normal) = base.parts();
     let residuals = (base.residuals() * STRIDE).max(2) as f64;
     let least = if named.is_empty() {
         FIRST_EFFECT_BIC_GAIN
@@ -64,52 +68,86 @@ pub fn detectable(
         .map(|(_, h)| h)
         .filter(|h| !named.iter().any(|n| n.same_name(h)))
         .collect();
-    let sizes: Result<Vec<Option<Effect>>, DiagnoseError> = wanted
-        .into_par_iter()
-        .map(|h| {
-            let theta = h.nothing();
-            let with: Vec<Hypothesis> = named.iter().chain([h]).cloned().collect();
-            let problem = problem(case, &with);
-            let mut there = at.clone();
-            there.theta.push(theta.clone());
-            let linearised = problem.newest(&there, FINAL_MODEL_ERROR, None)?;
-            let start = theta.first().copied().unwrap_or_default();
-            // Of the numbers of an effect the first is its size.
-            let own = linearised.jacobian.normal()[(0, 0)];
-            let shared = jacobian.transpose_times_columns(&linearised.jacobian);
-            let shared = Mat::from_fn(shared.nrows(), 1, |i, _| shared[(i, 0)]);
-            let absorbed = solve(normal, &shared)?;
-            let taken: f64 = (0..shared.nrows())
-                .map(|i| shared[(i, 0)] * absorbed[(i, 0)])
-                .sum();
-            let left = (own - taken) * STRIDE as f64;
-            if left <= 1e-12 * own.max(f64::MIN_POSITIVE) * STRIDE as f64 {
-                return Ok(None);
-            }
-            let mut smallest = theta.clone();
-            if let Some(t) = smallest.first_mut() {
-                *t += needed / left.sqrt();
-            }
-            for _ in 0..400 {
-                if h.matters(&smallest) {
-                    break;
-                }
-                let nothing = start;
-                if let Some(t) = smallest.first_mut() {
-                    *t = nothing + (*t - nothing) * GROWTH;
-                }
-            }
-            let meant = smallest.first().copied();
-            h.clamp(&mut smallest);
-            // A size beyond what the coordinate allows is none.
-            Ok((smallest.first().copied() == meant).then(|| h.effect(&smallest)))
-        })
-        .collect();
-    Ok(sizes?
-        .into_iter()
-        .flatten()
-        .map(|effect| Detectable { effect })
-        .collect())
+    let (sized, without): (Vec<&Hypothesis>, Vec<&Hypothesis>) = wanted
+        .iter()
+        .copied()
+        .partition(|h| assembled_with_size(h.kind));
+    let without: Vec<Hypothesis> = without.into_iter().cloned().collect();
+    let shared = problem(case, named).beside(at, FINAL_MODEL_ERROR, &without)?;
+    let mut left: Vec<(Hypothesis, f64)> = vec![];
+    let all = remaining(&base, &shared.jacobian)?;
+    let mut first = 0;
+    for h in without {
+        // Of the numbers of an effect the first is its size.
+        left.push((h.clone(), all[first]));
+        first += h.nothing().len();
+    }
+    let each = sized.into_par_iter().map(|h| {
+        let with: Vec<Hypothesis> = named.iter().chain([h]).cloned().collect();
+        let mut there = at.clone();
+        there.theta.push(h.nothing());
+        let linearised = problem(case, &with).newest(&there, FINAL_MODEL_ERROR, None)?;
+        Ok((h.clone(), remaining(&base, &linearised.jacobian)?[0]))
+    });
+    left.extend(each.collect::<Result<Vec<_>, DiagnoseError>>()?);
+    let mut found = vec![];
+    for h in wanted {
+        // Hypotheses are few: their place in the list is found by looking.
+        if let Some((_, left)) = left.iter().find(|(l, _)| l == h)
+            && let Some(smallest) = smallest(h, *left, needed)
+        {
+            found.push(smallest);
+        }
+    }
+    Ok(found)
+}
+
+/// For each column the curvature that is its own, the earlier parameters following: all lines counted, zero where the
+/// earlier ones take up everything.
+fn remaining(base: &Linear, further: &Jacobian) -> Result<Vec<f64>, DiagnoseError> {
+    let (jacobian, normal) = base.parts();
+    let shared = jacobian.transpose_times_columns(further);
+    let own = further.normal();
+    let absorbed = solve(normal, &shared)?;
+    let each = (0..shared.ncols()).map(|c| {
+        let taken: f64 = (0..shared.nrows())
+            .map(|i| shared[(i, c)] * absorbed[(i, c)])
+            .sum();
+        let left = own[(c, c)] - taken;
+        let told = left > 1e-12 * own[(c, c)].max(f64::MIN_POSITIVE);
+        if told { left * STRIDE as f64 } else { 0.0 }
+    });
+    Ok(each.collect())
+}
+
+/// The effect at the size of which nine in ten are found, and at which it has a name; none where no size that makes
+/// sense would be found.
+fn smallest(h: &Hypothesis, left: f64, needed: f64) -> Option<Detectable> {
+    if left <= 0.0 {
+        return None;
+    }
+    let nothing = h.nothing();
+    let start = nothing.first().copied().unwrap_or_default();
+    let of_size = |size: f64| {
+        let mut theta = nothing.clone();
+        if let Some(t) = theta.first_mut() {
+            *t = start + size;
+        }
+        let meant = theta.first().copied();
+        h.clamp(&mut theta);
+        // A size beyond what the coordinate allows is none.
+        (theta.first().copied() == meant).then_some(theta)
+    };
+    let mut size = needed / left.sqrt();
+    let effect = h.effect(&of_size(size)?);
+    for _ in 0..400 {
+        match of_size(size) {
+            Some(theta) if !h.matters(&theta) => size *= GROWTH,
+            _ => break,
+        }
+    }
+    let named_from = h.effect(&of_size(size)?);
+    Some(Detectable { effect, named_from })
 }
 
 fn problem<'a>(case: &Case<'a>, effects: &'a [Hypothesis]) -> Problem<'a> {

@@ -61,6 +61,8 @@ pub(super) struct Judgement {
     pub predicted: Overall,
     /// Gaps of the set fitted to all records.
     pub after: Overall,
+    /// Nuisance parameters beyond their priors.
+    pub strained: Vec<(String, f64)>,
 }
 
 /// Judges a set of effects by its worst block, by the gap, and by records that its fit has not seen.
@@ -72,11 +74,7 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
     let fits = best.model_error == FINAL_MODEL_ERROR && misfit.value < FAILING_BLOCK_CHI2;
     // What noise and the floor of the gap explain needs no other explanation.
     let explained = fits || after.all <= 1.0;
-    let start = Point {
-        theta: best.fit.at.theta.clone(),
-        ..case.origin()
-    };
-    let mut trained = case.finish(&best.effects, &start, 0.03, held_out.training)?;
+    let mut trained = case.finish(&best.effects, &best.fit.at, 0.001, held_out.training)?;
     let mut predicted = overall(case, &best.effects, &trained.fit.at)?;
     if predicted.held_out > PREDICTED {
         trained = better_trained(case, best, trained, held_out.training)?;
@@ -85,7 +83,10 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
     // A name must also predict what it has not seen; where nothing is left to predict, it need not.
     let share = PREDICTED.max(REMAINS * before.held_out);
     let predicts = predicted.held_out < share.min(MOST_HELD_OUT);
+    let strained = case.model.strained(&best.fit.at.p);
     let verdict = match (explained, predicts, best.effects.is_empty()) {
+        // What no prior allows is no explanation.
+        _ if !strained.is_empty() => Verdict::Unexplained,
         (true, true, false) => Verdict::Named,
         (true, true, true) => Verdict::Adequate,
         (true, false, true) if after.all <= 1.0 && after.held_out <= PREDICTED => Verdict::Adequate,
@@ -99,35 +100,59 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
         trained,
         predicted,
         after,
+        strained,
     })
 }
 
-/// Of a fit without the held-out records and one from the fit to all of them the better one: without those records the
-/// way down has more side valleys.
+/// Of a fit without the held-out records from the fit to all of them, and one from the machine as it is, the better one:
+/// without those records the way down has more side valleys.
 fn better_trained(
     case: &Case,
     best: &Candidate,
     first: Candidate,
     training: Subset,
 ) -> Result<Candidate, DiagnoseError> {
-    let second = case.finish(&best.effects, &best.fit.at, 0.003, training)?;
+    let start = Point {
+        theta: best.fit.at.theta.clone(),
+        ..case.origin()
+    };
+    let second = case.finish(&best.effects, &start, 0.03, training)?;
     let by_error = first.model_error.total_cmp(&second.model_error);
     let order = by_error.then(first.fit.chi2.total_cmp(&second.fit.chi2));
     Ok(if order.is_le() { first } else { second })
 }
 
-/// Whether a set of effects lowers the gap by more than its numbers do by chance.
+/// Whether a longer set of effects lowers the gap of a shorter one by more than its further numbers do by chance. Beside
+/// a set whose gap is above 1 the question is open: only the next effect may show what this one explains.
 pub(super) fn lowers_the_gap(
     case: &Case,
-    null: &Point,
-    best: &Candidate,
+    shorter: &Candidate,
+    longer: &Candidate,
 ) -> Result<bool, DiagnoseError> {
-    let without = overall(case, &[], null)?;
-    let with = overall(case, &best.effects, &best.fit.at)?;
-    let free: usize = best.fit.at.theta.iter().map(Vec::len).sum();
+    let without = overall(case, &shorter.effects, &shorter.fit.at)?;
+    let with = overall(case, &longer.effects, &longer.fit.at)?;
+    let numbers = |c: &Candidate| -> usize { c.fit.at.theta.iter().map(Vec::len).sum() };
+    let free = numbers(longer).saturating_sub(numbers(shorter));
     // The real and the imaginary part of each residual count.
     let fall = 2.0 * with.count as f64 * (without.all.powi(2) - with.all.powi(2));
     Ok(fall > free as f64 * (2.0 * with.count as f64).max(2.0).ln())
+}
+
+/// Whether nuisance parameters that a shorter set drives out of their priors stay within them beside a longer one: the
+/// shorter set has a small gap for a reason that cannot be.
+pub(super) fn relieves(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
+    let strained = |c: &Candidate| !case.model.strained(&c.fit.at.p).is_empty();
+    strained(shorter) && !strained(longer)
+}
+
+/// Whether a longer set explains more than noise and the floor of the gap do with a shorter one.
+pub(super) fn needed(
+    case: &Case,
+    shorter: &Candidate,
+    longer: &Candidate,
+) -> Result<bool, DiagnoseError> {
+    let open = overall(case, &shorter.effects, &shorter.fit.at)?.all > 1.0;
+    Ok(open || relieves(case, shorter, longer) || lowers_the_gap(case, shorter, longer)?)
 }
 
 /// What a fit may not see.

@@ -13,8 +13,9 @@ use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
 use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
 use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::linearise::assembled_with_size;
 use super::super::fit::problem::Point;
-use super::candidate::{Candidate, FAILING_CHI2, Standing, next_model_error};
+use super::candidate::{Candidate, Standing, failing_chi2, fails, next_model_error};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
@@ -37,11 +38,8 @@ const STARTS: usize = 2;
 /// as many are fitted to all lines.
 const PAIR_SEEDS: usize = 2;
 
-/// Every third line: enough to rank hypotheses.
-const THIN: Subset = Subset {
-    stride: 3,
-    ..Subset::ALL
-};
+/// Lines that rank hypotheses, at least every third.
+const LINES: usize = 60;
 
 /// The present effects and one more.
 fn beside_present(present: &[Hypothesis], h: &Hypothesis) -> Vec<Hypothesis> {
@@ -81,7 +79,8 @@ impl Case<'_> {
         };
         let with = |h: &Hypothesis| beside_present(present, h);
         // Where nothing fails, a linear step on all lines tells what is worth a fit.
-        let settled = w == FINAL_MODEL_ERROR && standing.failure < FAILING_CHI2;
+        let fit = &standing.candidate.fit;
+        let settled = w == FINAL_MODEL_ERROR && standing.failure < failing_chi2(fit.residuals);
         let free = self.free(present, settled);
         (self.progress)(&format!(
             "{} hypotheses, beside {} accepted",
@@ -107,7 +106,7 @@ impl Case<'_> {
         let second: Vec<(Hypothesis, Fit)> = begun
             .into_par_iter()
             .filter_map(|(h, f)| {
-                let further = fit(&h, &f.at, THIN, &[(lower, 4)]).ok()?;
+                let further = fit(&h, &f.at, self.thin(), &[(lower, 4)]).ok()?;
                 Some((h, further))
             })
             .collect();
@@ -147,14 +146,22 @@ impl Case<'_> {
         Ok(Round { finalists, others })
     }
 
+    /// The lines that rank hypotheses.
+    pub(super) fn thin(&self) -> Subset {
+        Subset {
+            stride: (self.evidence.lines() / LINES).max(3),
+            ..Subset::ALL
+        }
+    }
+
     /// Hypotheses of the catalogue that are not among the present ones.
     fn free(&self, present: &[Hypothesis], settled: bool) -> Vec<Hypothesis> {
         let mut free: Vec<Hypothesis> = vec![];
         for h in self.catalogue {
             let taken = |p: &Hypothesis| p.same_name(h) && p.kind != EffectKind::HousingMode;
             let mut h = h.clone();
-            // What is missing then is small: of a joint, from the rigid one on.
-            if settled && h.kind == EffectKind::ToolJoint {
+            // What is missing then is small: of a joint, from the rigid one on. A housing needs a frequency.
+            if settled && h.kind != EffectKind::HousingMode {
                 h.start = h.nothing();
             }
             if !present.iter().any(taken) && !free.contains(&h) {
@@ -174,24 +181,34 @@ impl Case<'_> {
     ) -> Result<Vec<(Hypothesis, Fit)>, DiagnoseError> {
         let (present, w) = (&standing.candidate.effects, standing.working_error);
         let with = |h: &Hypothesis| beside_present(present, h);
-        let screen = if settled { Subset::ALL } else { THIN };
+        let screen = if settled { Subset::ALL } else { self.thin() };
         // Where the nuisance parameters fit the data, the step starts from their fit.
         let origin = if settled {
             &standing.candidate.fit.at
         } else {
             &standing.from
         };
-        let base = self.problem(present, screen).linear(origin, w)?;
-        let screened: Vec<Screened> = free
-            .par_iter()
-            .filter_map(|h| {
-                let with = with(h);
-                let problem = self.problem(&with, screen);
-                let (at, chi2) = problem.predicted(&base, &beside(origin, h), w).ok()?;
-                let hopeful = chi2 < standing.candidate.fit.chi2 - 0.5 * FURTHER_EFFECT_BIC_GAIN;
-                (!settled || hopeful).then(|| (h.clone(), at, chi2))
-            })
-            .collect();
+        let problem = self.problem(present, screen);
+        let base = problem.linear(origin, w)?;
+        let enough = standing.candidate.fit.chi2 - 0.5 * FURTHER_EFFECT_BIC_GAIN;
+        let sized = |h: &Hypothesis| !settled || assembled_with_size(h.kind);
+        let (with_size, without): (Vec<_>, Vec<_>) = free.into_iter().partition(sized);
+        // What has no size yet shares one linearisation.
+        let steps = match without.is_empty() {
+            true => vec![],
+            false => problem.predicted_beside(&base, origin, w, &without)?,
+        };
+        let both = without.into_iter().zip(steps);
+        let mut screened: Vec<Screened> = both.map(|(h, (at, chi2))| (h, at, chi2)).collect();
+        let each = with_size.into_par_iter().filter_map(|h| {
+            let with = with(&h);
+            let problem = self.problem(&with, screen);
+            let step = problem.predicted(&base, &beside(origin, &h), w);
+            let (at, chi2) = step.ok()?;
+            Some((h, at, chi2))
+        });
+        screened.par_extend(each);
+        screened.retain(|s| !settled || s.2 < enough);
         let kept = shortlist(self.best_starts(screened, &with, origin, w), most);
         // From a larger model error again: the nuisance parameters were fitted without the new effect.
         let stages: &[Stage] = if settled {
@@ -201,7 +218,7 @@ impl Case<'_> {
         };
         let fits = kept.par_iter().filter_map(|(h, at, _)| {
             let with = with(h);
-            let problem = self.problem(&with, THIN);
+            let problem = self.problem(&with, self.thin());
             let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
             Some((h.clone(), problem.fit(&start, stages).ok()?))
         });
@@ -226,7 +243,7 @@ impl Case<'_> {
                     return 0.0;
                 }
                 let with = with(h);
-                let problem = self.problem(&with, THIN);
+                let problem = self.problem(&with, self.thin());
                 let there = problem.downhill(&beside(origin, h), at, model_error);
                 there.map_or(f64::INFINITY, |(_, chi2)| chi2)
             })
@@ -277,7 +294,7 @@ fn ahead(
 ) -> Vec<(Hypothesis, Fit)> {
     all.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
     let Some((best, limit, most)) = all.first().map(|(_, best)| {
-        let fails = best.data_chi2 > FAILING_CHI2 * best.residuals as f64;
+        let fails = fails(best);
         let limit = match limits.surplus {
             Some(surplus) if !fails => best.chi2 + surplus,
             _ => limits.factor * best.chi2 + 100.0,

@@ -7,17 +7,19 @@
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
-use super::super::fit::estimate::FINAL_MODEL_ERROR;
+use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::Point;
 use super::super::locate::place::Place;
-use super::candidate::{Candidate, Standing};
+use super::candidate::{Candidate, Standing, fails};
+use super::judgement::needed;
 use super::misfit::FAILING_BLOCK_CHI2;
 use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round};
-use crate::spindle::{Effect, EffectKind};
+use crate::spindle::{Effect, EffectKind, Location};
+use rayon::prelude::*;
 
 /// Most effects at once: what domain practice separates in one set of sweeps.
-const MOST_EFFECTS: usize = 4;
+pub(super) const MOST_EFFECTS: usize = 4;
 /// First effects that are tried as the beginning of a pair.
 const BEAM: usize = 2;
 
@@ -37,7 +39,7 @@ pub(super) struct Chosen {
     pub strength: f64,
 }
 
-/// Chooses the effects beyond the machine as it is.
+/// Chooses at most so many effects beyond the machine as it is.
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
@@ -45,6 +47,7 @@ pub(super) fn choose(
     case: &Case,
     null: &Standing,
     sole: Option<&Place>,
+    most: usize,
 ) -> Result<Chosen, DiagnoseError> {
     let round = case.round(null)?;
     let ranking = ranked(&round);
@@ -60,6 +63,9 @@ pub(super) fn choose(
     let Some(first) = better(case, &finalists, fall, FIRST_EFFECT_BIC_GAIN)? else {
         return Ok(chosen(null.clone(), vec![]));
     };
+    if !needed(case, &null.candidate, &first.candidate)? {
+        return Ok(chosen(null.clone(), vec![]));
+    }
     let done = complete(case, &first)?;
     if let (Some(place), false) = (sole, done) {
         let alone = (first.clone(), finalists.clone());
@@ -80,9 +86,12 @@ pub(super) fn choose(
     }
     let (mut standing, mut rivals) = (first, finalists);
     while let Some((next, others)) = extend(case, &begins)? {
+        if !needed(case, &standing.candidate, &next.candidate)? {
+            break;
+        }
         let fruitless = !complete(case, &next)? && !next.nearer_than(&standing);
         (standing, rivals) = (next, others);
-        if fruitless || standing.candidate.effects.len() >= MOST_EFFECTS {
+        if fruitless || standing.candidate.effects.len() >= most {
             break;
         }
         begins = vec![standing.clone()];
@@ -215,6 +224,7 @@ fn thinned(
         let mut at = standing.candidate.fit.at.clone();
         effects.remove(i);
         at.theta.remove(i);
+        let at = elsewhere(case, &effects, at)?;
         let without = case.finish(&effects, &at, 0.01, Subset::ALL)?;
         if without.score() < standing.candidate.score() + FURTHER_EFFECT_BIC_GAIN {
             standing = settle(case, &without)?;
@@ -227,6 +237,36 @@ fn thinned(
     Ok(standing)
 }
 
+/// Of all places of the effects that have one, one after the other, the best start: beside an effect that is gone the
+/// place may have been another.
+fn elsewhere(case: &Case, effects: &[Hypothesis], at: Point) -> Result<Point, DiagnoseError> {
+    let problem = case.problem(effects, case.thin());
+    let fit = |from: &Point| problem.fit(from, &[(0.01, 3), (0.003, 3)]);
+    let mut best = fit(&at)?;
+    for (e, effect) in effects.iter().enumerate() {
+        let own = |h: &&Hypothesis| h.same_name(effect);
+        let placed = matches!(effect.place, Location::Position(_));
+        let stations: Vec<&Hypothesis> = match placed {
+            true => case.catalogue.iter().filter(own).collect(),
+            false => vec![],
+        };
+        let tried: Vec<Fit> = stations
+            .par_iter()
+            .filter_map(|h| {
+                let mut from = best.at.clone();
+                *from.theta[e].last_mut()? = *h.start.last()?;
+                fit(&from).ok()
+            })
+            .collect();
+        for other in tried {
+            if other.chi2 < best.chi2 {
+                best = other;
+            }
+        }
+    }
+    Ok(best.at)
+}
+
 /// Score of a standing at the final model error.
 fn final_score(case: &Case, standing: &Standing) -> Result<f64, DiagnoseError> {
     if standing.candidate.model_error == FINAL_MODEL_ERROR {
@@ -237,7 +277,7 @@ fn final_score(case: &Case, standing: &Standing) -> Result<f64, DiagnoseError> {
     Ok(case.finish(effects, from, top, Subset::ALL)?.score())
 }
 
-/// Whether nothing significant is left.
+/// Whether nothing significant is left, and no nuisance parameter had to leave its prior for that.
 pub fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError> {
     let Candidate {
         effects,
@@ -245,6 +285,7 @@ pub fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError>
         model_error,
     } = &standing.candidate;
     Ok(*model_error == FINAL_MODEL_ERROR
+        && case.model.strained(&fit.at.p).is_empty()
         && case.misfit(effects, &fit.at, FINAL_MODEL_ERROR)?.value < FAILING_BLOCK_CHI2)
 }
 
@@ -295,8 +336,7 @@ fn better(
 }
 
 fn settle(case: &Case, best: &Candidate) -> Result<Standing, DiagnoseError> {
-    let fails = best.fit.data_chi2 > best.fit.residuals as f64;
-    if !fails {
+    if !fails(&best.fit) {
         return Ok(Standing {
             candidate: best.clone(),
             from: best.fit.at.clone(),

@@ -6,7 +6,6 @@
 //! bearings) are predicted from a fit that has not seen them.
 
 use super::super::DiagnoseError;
-use super::super::data::common_error::USUAL;
 use super::super::data::evidence::{Evidence, Subset};
 use super::super::data::measurement::Measurement;
 use super::super::fit::hypothesis::{self, Hypothesis, Scope, catalogue};
@@ -20,15 +19,15 @@ use super::super::records::search::explained;
 use super::super::records::trial::Trial;
 use super::candidate::{Candidate, Standing};
 use super::detectability::{Detectable, detectable};
-use super::judgement::{Judgement, Verdict, judge, lowers_the_gap, overall};
+use super::judgement::{Judgement, Verdict, judge, lowers_the_gap, overall, relieves};
 use super::misfit::Misfit;
 use super::next_measurement::{Proposal, proposals};
 use super::residuals::{Channel, Fitted, channels, gaps};
 use super::screening::TIE_BIC;
-use super::selection::choose;
+use super::selection::{MOST_EFFECTS, choose};
 use crate::identify::plausibility::RecordFault;
 use crate::identify::{HammerFrf, SweepRecord};
-use crate::spindle::{Effect, Machine};
+use crate::spindle::{Effect, EffectKind, Location, Machine};
 
 /// An effect with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +62,9 @@ pub struct Diagnosis {
     pub nearest: Vec<Effect>,
     /// The gap that the best explanation leaves over all records.
     pub gap_nearest: f64,
+    /// Nuisance parameters that the best explanation drives beyond what their priors allow, with how many standard
+    /// deviations, the furthest first: what is missing shows in them.
+    pub strained: Vec<(String, f64)>,
     /// Members of a tie, the best first; empty otherwise.
     pub tie: Vec<Rival>,
     /// Best explanations at the last case, best first: names with score above the best.
@@ -145,32 +147,34 @@ pub fn diagnose_with(
     let trial = Trial::new(machine, measurement)?;
     progress("the machine as it is");
     let (null, explained_by_nothing) = trial.stands(Subset::ALL)?;
-    let mut faulty = None;
-    // A smooth error that is larger than usual may be a mistake.
-    if !explained_by_nothing || null.candidate.fit.at.smooth > 1.5 * USUAL {
-        progress("mistakes of the rig");
-        faulty = explained(&trial, &null, alternatives)?;
-    }
+    progress("mistakes of the rig");
+    let mut faulty = explained(&trial, &null, explained_by_nothing, alternatives)?;
     if let Some(found) = faulty.take_if(|f| f.complete) {
-        let faults = gross.into_iter().chain(found.faults).collect();
-        return conclude(&found.trial, &found.null, faults, progress);
+        let faults = gross.iter().cloned().chain(found.faults).collect();
+        let without = conclude(&found.trial, &found.null, (faults, MOST_EFFECTS), progress)?;
+        if without.verdict != Verdict::Unexplained {
+            return Ok(without);
+        }
     }
-    let plain = conclude(&trial, &null, gross.clone(), progress)?;
+    let wide = match explained_by_nothing {
+        true => None,
+        false => trial.widened(&null)?,
+    };
+    // A machine that is off everywhere has one explanation; three effects and more would not be a simpler one.
+    let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
+    let plain = conclude(&trial, &null, (gross.clone(), most), progress)?;
     // One effect is simpler than a machine that is off everywhere.
     let many = plain.verdict == Verdict::Unexplained || plain.effects.len() > 1;
-    if !explained_by_nothing
-        && many
-        && let Some((wide, null)) = trial.widened(&null, plain.score)?
-    {
+    if let Some(wide) = wide.filter(|w| many && w.score < plain.score) {
         progress("a machine that is further off than usual");
-        return conclude(&wide, &null, gross, progress);
+        return conclude(&wide.trial, &wide.null, (gross, MOST_EFFECTS), progress);
     }
     if plain.verdict != Verdict::Unexplained {
         return Ok(plain);
     }
     if let Some(found) = faulty {
         let faults = gross.iter().cloned().chain(found.faults).collect();
-        let both = conclude(&found.trial, &found.null, faults, progress)?;
+        let both = conclude(&found.trial, &found.null, (faults, MOST_EFFECTS), progress)?;
         if both.verdict != Verdict::Unexplained {
             return Ok(both);
         }
@@ -189,17 +193,17 @@ pub fn diagnose_with(
                 name: None,
             };
             let faults = gross.into_iter().chain([alone]).collect();
-            return conclude(&rest, &null, faults, progress);
+            return conclude(&rest, &null, (faults, MOST_EFFECTS), progress);
         }
     }
     Ok(plain)
 }
 
-/// The diagnosis of records without `faults`.
+/// The diagnosis of records without `faults`, with at most so many effects.
 fn conclude(
     trial: &Trial,
     null: &Standing,
-    faults: Vec<FoundFault>,
+    (faults, most): (Vec<FoundFault>, usize),
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     let Trial {
@@ -212,9 +216,11 @@ fn conclude(
     let case = trial.case(&catalogue, progress);
     progress("where it sits");
     let localisation = localise(&case)?;
-    let mut chosen = choose(&case, null, localisation.sole())?;
+    let mut chosen = choose(&case, null, localisation.sole(), most)?;
     let mut best = chosen.standing.candidate.clone();
-    if !best.effects.is_empty() && !lowers_the_gap(&case, &null.candidate.fit.at, &best)? {
+    let empty = best.effects.is_empty();
+    let relieves = relieves(&case, &null.candidate, &best);
+    if !empty && !relieves && !lowers_the_gap(&case, &null.candidate, &best)? {
         best = null.candidate.clone();
         chosen.rivals.clear();
     }
@@ -227,6 +233,7 @@ fn conclude(
         trained,
         predicted,
         after,
+        strained,
     } = judge(&case, &best)?;
     if verdict == Verdict::Adequate && !faults.is_empty() {
         verdict = Verdict::Named;
@@ -272,11 +279,7 @@ fn conclude(
     let axis_gains = (0..evidence.sweeps.len())
         .map(|s| std::array::from_fn(|i| shown.point.p[model.layout.axis(s, i)]))
         .collect();
-    let mut corrected = model.layout.machine.apply(machine, &shown.point.p);
-    corrected
-        .spindle
-        .effects
-        .extend(shown.effects.iter().map(|e| e.effect.clone()));
+    let corrected = corrected_machine(trial, &shown);
     Ok(Diagnosis {
         next_measurement: next_measurement(verdict, &menu),
         menu,
@@ -303,6 +306,7 @@ fn conclude(
         channels: shown_channels,
         correction,
         gap_nearest: after.all,
+        strained,
         score: match verdict {
             Verdict::Unexplained => f64::INFINITY,
             _ => best.score(),
@@ -316,6 +320,30 @@ fn conclude(
             .map(|t| t.frf.clone())
             .collect(),
     })
+}
+
+/// The machine with effects and nuisance parameters. Gains of axes that are further off than calibration usually leaves
+/// belong to the sensors, and are kept.
+fn corrected_machine(trial: &Trial, shown: &Shown) -> Machine {
+    let layout = &trial.model.layout;
+    let mut corrected = layout.machine.apply(&trial.machine, &shown.point.p);
+    let effects = &mut corrected.spindle.effects;
+    effects.extend(shown.effects.iter().map(|e| e.effect.clone()));
+    for axis in 0..4 {
+        let all = (0..layout.sweeps).map(|s| layout.axis(s, axis));
+        let usual = all.clone().map(|k| layout.sd[k]).fold(0.0, f64::max);
+        let mean = all.map(|k| shown.point.p[k]).sum::<f64>() / layout.sweeps.max(1) as f64;
+        if mean.abs() <= usual {
+            continue;
+        }
+        let place = Location::Axis(axis);
+        let own = |e: &&mut Effect| e.kind == EffectKind::SensorGain && e.location == place;
+        match effects.iter_mut().find(own) {
+            Some(named) => named.values.iter_mut().for_each(|v| *v *= 1.0 + mean),
+            None => effects.extend(Effect::new(EffectKind::SensorGain, place, vec![1.0 + mean])),
+        }
+    }
+    corrected
 }
 
 /// The best set of effects, and the rivals with other names whose score the data cannot tell from its own.

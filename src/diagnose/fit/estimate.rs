@@ -3,12 +3,9 @@
 
 use super::super::DiagnoseError;
 use super::geodesic::GaussNewtonStep;
-use super::jacobian::Jacobian;
 use super::linearise::Linearised;
 use super::problem::{Point, Problem};
 use crate::linalg::{Mat, solve, symmetric_eigen};
-use crate::spindle::response::Receptance;
-use crate::spindle::response::electronics_change::on_electronics;
 use crate::spindle::{Effect, EffectKind, Location};
 
 /// Model model error of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
@@ -29,125 +26,19 @@ pub struct Fit {
     pub information: Mat<f64>,
 }
 
-/// Effects at a point, linearised.
-pub struct Linear {
-    residual: Vec<f64>,
-    jacobian: Jacobian,
-    normal: Mat<f64>,
-    shaft: Vec<Receptance>,
-}
-
-impl Linear {
-    /// Derivatives of the predicted residuals, and JᵀJ with priors.
-    pub fn parts(&self) -> (&Jacobian, &Mat<f64>) {
-        (&self.jacobian, &self.normal)
-    }
-
-    /// Number of real residuals.
-    pub fn residuals(&self) -> usize {
-        self.residual.len()
-    }
-
-    /// The residuals.
-    pub(super) fn residual(&self) -> &[f64] {
-        &self.residual
-    }
-}
-
 /// A step of the schedule: model error and iterations.
 pub type Stage = (f64, usize);
 
 /// Curvature of χ² that every effect's coordinate has at least in a step. A unit is a large effect, so that a
 /// coordinate of which the data know nothing (the place of no mass) stays where it is, and next to priors (weights of
 /// 25 to 10⁴) it is nothing.
-const UNKNOWN: f64 = 1.0;
+pub(super) const UNKNOWN: f64 = 1.0;
 /// Share of a place's inertia that a negative mass may take away: two of them leave some of it.
 const MOST_TAKEN: f64 = 0.45;
 /// Relative decrease of χ² below which an iteration ends a stage; χ² differences below 0.01 mean nothing.
 const SETTLED: f64 = 1e-5;
 
 impl Problem<'_> {
-    /// Residuals and derivatives of these effects at a point, for [`Self::predicted`].
-    ///
-    /// # Errors
-    /// As [`Self::residual`].
-    pub fn linear(&self, at: &Point, model_error: f64) -> Result<Linear, DiagnoseError> {
-        let Linearised {
-            residual,
-            jacobian,
-            shaft,
-        } = self.linearised(at, model_error)?;
-        let mut normal = jacobian.normal();
-        for (k, sd) in self.model.layout.sd.iter().enumerate() {
-            normal[(k, k)] += sd.powi(-2);
-        }
-        Ok(Linear {
-            residual,
-            jacobian,
-            normal,
-            shaft,
-        })
-    }
-
-    /// χ² predicted after one joint Gauss–Newton step from `from`, the last effect of the problem being new; and the
-    /// point of that step.
-    ///
-    /// # Errors
-    /// As [`Self::residual`].
-    pub fn predicted(
-        &self,
-        base: &Linear,
-        from: &Point,
-        model_error: f64,
-    ) -> Result<(Point, f64), DiagnoseError> {
-        let (Some(hypothesis), Some(theta)) = (self.effects.last(), from.theta.last()) else {
-            return Ok((from.clone(), f64::INFINITY));
-        };
-        let alone = on_electronics(hypothesis.kind);
-        let shaft = alone.then_some(base.shaft.as_slice());
-        let Linearised {
-            residual: here,
-            jacobian,
-            ..
-        } = self.newest(from, model_error, shaft)?;
-        let (n, d) = (base.jacobian.columns(), theta.len());
-        let r = Mat::from_fn(here.len(), 1, |i, _| here[i]);
-        let cross = base.jacobian.transpose_times_columns(&jacobian);
-        let own = jacobian.normal();
-        let mut slope = Mat::zeros(n + d, 1);
-        let (small, new) = (
-            base.jacobian.transpose_times(&r),
-            jacobian.transpose_times(&r),
-        );
-        for k in 0..n {
-            let weight = self.model.layout.sd.get(k).map_or(0.0, |sd| sd.powi(-2));
-            slope[(k, 0)] = small[(k, 0)] - weight * from.p.get(k).copied().unwrap_or_default();
-        }
-        for k in 0..d {
-            slope[(n + k, 0)] = new[(k, 0)];
-        }
-        let normal = Mat::from_fn(n + d, n + d, |i, j| match (i < n, j < n) {
-            (true, true) => base.normal[(i, j)],
-            (true, false) => cross[(i, j - n)],
-            (false, true) => cross[(j, i - n)],
-            (false, false) => own[(i - n, j - n)] + if i == j { UNKNOWN } else { 0.0 },
-        });
-        let step = solve(&normal, &slope)?;
-        let gain: f64 = (0..n + d).map(|k| step[(k, 0)] * slope[(k, 0)]).sum();
-        // The whole step where it is short, the same direction where it is long: the prediction is linear. The nuisance
-        // parameters go along, as they have taken up what the new effect explains.
-        let share = (0..d).fold(1.0f64, |share, i| {
-            let limit = 2.0 + theta[i].abs();
-            share.min(limit / step[(n + i, 0)].abs().max(f64::MIN_POSITIVE))
-        });
-        let taken = Mat::from_fn(n + d, 1, |k, _| share * step[(k, 0)]);
-        let there = self.stepped(from, &taken);
-        let data: f64 = here.iter().map(|r| r * r).sum();
-        let chi2 = data + self.prior(&from.p) + self.cost(from, model_error)? - gain;
-        // The longer a step, the less a linear prediction is worth; a negative χ² is none.
-        Ok((there, chi2.max(0.0)))
-    }
-
     /// A point between two that lies lower than the first: the second, or half the way, or half of that; the last of
     /// them when all lie higher (a start without any size may be no better). With its χ², which is infinite where there
     /// is no model.
@@ -190,7 +81,7 @@ impl Problem<'_> {
     }
 
     /// What the amplitude of the smooth model error costs.
-    fn cost(&self, at: &Point, model_error: f64) -> Result<f64, DiagnoseError> {
+    pub(super) fn cost(&self, at: &Point, model_error: f64) -> Result<f64, DiagnoseError> {
         let smooth = self.smooth(model_error)?;
         Ok(smooth.map_or(0.0, |s| s.cost(at.smooth)))
     }

@@ -4,13 +4,15 @@
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::whiten;
-use super::hypothesis;
+use super::hypothesis::{self, Hypothesis};
 use super::jacobian::Jacobian;
 use super::nuisance::Layout;
 use super::problem::{Point, Problem};
 use crate::linalg::{Mat, c64};
+use crate::spindle::response::probe::Probe;
 use crate::spindle::response::term::Number;
 use crate::spindle::response::{Assembled, Assembly, Line, Receptance, SIDE, Square, ZERO};
+use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -54,14 +56,16 @@ struct Task {
 }
 
 /// Which derivatives are wanted.
-#[derive(Clone, Copy, PartialEq)]
-enum Wanted {
+#[derive(Clone, Copy)]
+enum Wanted<'a> {
     /// None.
     Residual,
     /// Those to the last effect.
     Newest,
     /// Those to everything.
     All,
+    /// Those to effects that have no size yet.
+    Beside(&'a [Hypothesis]),
 }
 
 /// What a linearisation gives.
@@ -76,9 +80,11 @@ pub(crate) struct Linearised {
 
 impl Problem<'_> {
     fn speeds(&self) -> Vec<f64> {
-        let sweeps = self.evidence.sweeps.iter().map(|s| s.speed_rad_s);
-        let taps = self.evidence.taps.iter().map(|t| t.speed_rad_s);
-        let all = sweeps.chain(taps.filter(|_| self.usage.taps));
+        let sweeps = self.evidence.sweeps.iter();
+        let taps = self.evidence.taps.iter().filter(|_| self.usage.taps);
+        let sweeps = sweeps.map(|s| (s.speed_rad_s, s.omega_rad_s.len()));
+        let all = sweeps.chain(taps.map(|t| (t.speed_rad_s, t.omega_rad_s.len())));
+        let all = all.filter(|(_, lines)| *lines > 0).map(|(speed, _)| speed);
         let mut speeds: Vec<f64> = all.collect();
         speeds.sort_by(f64::total_cmp);
         speeds.dedup();
@@ -162,6 +168,55 @@ impl Problem<'_> {
         self.evaluated(at, model_error, Wanted::Newest, shaft)
     }
 
+    /// Residuals at a point, and derivatives to further effects that have no size yet and are not assembled: one column
+    /// per coordinate, the effects one behind the other. Not for joints and housings ([`assembled_with_size`]).
+    ///
+    /// # Errors
+    /// As [`Self::residual`].
+    pub(crate) fn beside(
+        &self,
+        at: &Point,
+        model_error: f64,
+        further: &[Hypothesis],
+    ) -> Result<Linearised, DiagnoseError> {
+        self.evaluated(at, model_error, Wanted::Beside(further), None)
+    }
+
+    /// Numbers of the effects that derivatives are wanted to, in fit coordinates.
+    fn numbers(
+        &self,
+        effects: &[Effect],
+        theta: &[Vec<f64>],
+        wanted: Wanted,
+        probes: &mut Vec<Probe>,
+    ) -> Vec<Number> {
+        let reduced = &self.model.reduced;
+        let mut numbers = vec![];
+        let mut add = |h: &Hypothesis, theta: &[f64], own: Vec<Number>| {
+            let scaled = own.into_iter().enumerate();
+            numbers.extend(scaled.map(|(i, number)| number.scaled(h.slope(i, theta))));
+        };
+        let from = match wanted {
+            Wanted::Residual | Wanted::Beside(_) => effects.len(),
+            Wanted::Newest => effects.len().saturating_sub(1),
+            Wanted::All => 0,
+        };
+        for e in from..effects.len() {
+            let own = reduced.sensitivity(effects, e, probes);
+            add(&self.effects[e], &theta[e], own);
+        }
+        if let Wanted::Beside(further) = wanted {
+            for h in further {
+                let theta = h.nothing();
+                let mut with = effects.to_vec();
+                with.push(h.effect(&theta));
+                let own = reduced.sensitivity(&with, effects.len(), probes);
+                add(h, &theta, own);
+            }
+        }
+        numbers
+    }
+
     fn evaluated(
         &self,
         at: &Point,
@@ -170,24 +225,15 @@ impl Problem<'_> {
         shaft: Option<&[Receptance]>,
     ) -> Result<Linearised, DiagnoseError> {
         let (model, speeds) = (self.model, self.speeds());
-        let layout = (wanted == Wanted::All).then_some(&model.layout);
+        let all = matches!(wanted, Wanted::All);
+        let layout = all.then_some(&model.layout);
         let effects = hypothesis::effects(self.effects, &at.theta);
-        let (mut probes, mut numbers) = (vec![], vec![]);
-        let from = match wanted {
-            Wanted::Residual => effects.len(),
-            Wanted::Newest => effects.len().saturating_sub(1),
-            Wanted::All => 0,
-        };
-        for e in from..effects.len() {
-            let own = model.reduced.sensitivity(&effects, e, &mut probes);
-            for (i, number) in own.into_iter().enumerate() {
-                numbers.push(number.scaled(self.effects[e].slope(i, &at.theta[e])));
-            }
-        }
+        let mut probes = vec![];
+        let mut numbers = self.numbers(&effects, &at.theta, wanted, &mut probes);
         // The readings of planes between nodes, nuisance parameters that an effect may switch on.
         let coordinates = numbers.len();
         let mut readings = [None; 4];
-        if wanted == Wanted::All {
+        if all {
             for (plane, number) in model.reduced.readings(&effects, &mut probes)? {
                 readings[plane] = Some(numbers.len());
                 numbers.push(number);
@@ -332,6 +378,12 @@ impl Problem<'_> {
             }
         }
     }
+}
+
+/// Whether effects of a kind have to be assembled before responses can be differentiated to them: a joint makes another
+/// shaft, a housing has a frequency.
+pub(crate) fn assembled_with_size(kind: EffectKind) -> bool {
+    matches!(kind, EffectKind::ToolJoint | EffectKind::HousingMode)
 }
 
 /// Where the derivative to a parameter comes from.

@@ -8,6 +8,7 @@ pub mod jacobian;
 pub mod linearise;
 pub mod model;
 pub mod nuisance;
+pub mod prediction;
 pub mod problem;
 pub mod record_number;
 pub mod smooth;

@@ -2,8 +2,13 @@
 
 use super::super::DiagnoseError;
 use super::nuisance::Layout;
+use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::response::{Assembled, Assembly, ReducedMachine};
 use crate::spindle::{Effect, Machine};
+
+/// Most prior standard deviations that a nuisance parameter may be off. Of fifty normal ones the largest exceeds four in
+/// three of a thousand machines: what is beyond is a finding, not a small error.
+const MOST_SD: f64 = 4.0;
 
 /// What answers for a hypothesis.
 #[derive(Clone, Debug)]
@@ -45,5 +50,47 @@ impl Model {
             probes: &[],
         };
         Ok(self.reduced.assemble(p, assembly)?)
+    }
+
+    /// Nuisance parameters that are further from the machine as given than any prior allows, the furthest first: their
+    /// names, and how many prior standard deviations they are off.
+    pub fn strained(&self, p: &[f64]) -> Vec<(String, f64)> {
+        let off = p.iter().zip(&self.layout.sd).map(|(p, sd)| (p / sd).abs());
+        let mut far: Vec<(usize, f64)> =
+            off.enumerate().filter(|(_, off)| *off > MOST_SD).collect();
+        far.sort_by(|a, b| b.1.total_cmp(&a.1));
+        far.into_iter()
+            .map(|(k, off)| (self.name_of(k), off))
+            .collect()
+    }
+
+    /// A nuisance parameter in words.
+    pub fn name_of(&self, k: usize) -> String {
+        let layout = &self.layout;
+        let machine = &layout.machine;
+        for (at, words) in [
+            ([0, 1].map(|b| machine.ki(b)), "force constant"),
+            ([0, 1].map(|b| machine.ks(b)), "negative stiffness"),
+            ([0, 1].map(|b| machine.gain(b)), "sensor gain"),
+        ] {
+            if let Some(b) = at.iter().position(|i| *i == k) {
+                return format!("{} bearing, {words}", ["front", "rear"][b]);
+            }
+        }
+        let regions = self.reduced.machine.regions().into_iter();
+        let mut own = regions.filter(|r| self.reduced.groups_of(r).contains(&k));
+        match own.next() {
+            Some(region) => format!("modulus of {region}"),
+            None if k < machine.groups => format!("modulus of element group {}", k + 1),
+            None if k < machine.mesh() => {
+                format!("damping of flexible mode {}", k + 1 - machine.damping(0))
+            }
+            None if k == machine.mesh() => "mesh of the shaft".into(),
+            None if k < machine.count() => "reading of a plane between two nodes".into(),
+            None => {
+                let (sweep, axis) = ((k - machine.count()) / 4, (k - machine.count()) % 4);
+                format!("sensor gain of {} in sweep {}", AXIS_NAMES[axis], sweep + 1)
+            }
+        }
     }
 }

@@ -6,8 +6,8 @@
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::{Evidence, Subset};
-use super::estimate::Linear;
 use super::model::Model;
+use super::prediction::Linear;
 use super::problem::{Point, Problem};
 use crate::linalg::{Mat, solve};
 
@@ -23,7 +23,7 @@ pub struct RecordNumber<'a> {
     /// The other records.
     pub rest: &'a Evidence,
     /// The record by itself for a number.
-    pub own: &'a (dyn Fn(f64) -> Result<Evidence, DiagnoseError> + Sync),
+    pub own: &'a (dyn Fn(f64) -> Evidence + Sync),
     /// Which lines.
     pub usage: Subset,
     /// Over which difference the record is differentiated.
@@ -64,7 +64,7 @@ impl RecordNumber<'_> {
         number: f64,
         model_error: f64,
     ) -> Result<(f64, usize), DiagnoseError> {
-        let own = (self.own)(number)?;
+        let own = (self.own)(number);
         let (mut sum, mut count) = (self.problem(self.rest).prior(&at.p), 0);
         for evidence in [self.rest, &own] {
             let r = self.problem(evidence).residual(at, model_error)?;
@@ -115,10 +115,37 @@ impl RecordNumber<'_> {
         Ok(best)
     }
 
+    /// How far χ² falls at most in a linear model of the number and the nuisance parameters (a score test): a scalar of
+    /// χ² distribution with one degree of freedom where the number is right, the nuisance parameters fitted.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a model cannot be assembled.
+    pub fn predicted_fall(&self, from: &Numbered, model_error: f64) -> Result<f64, DiagnoseError> {
+        let (normal, slope) = self.equations(from, model_error)?;
+        let step = solve(&normal, &slope)?;
+        let n = step.nrows() - 1;
+        // What is left of the number's own curvature once the nuisance parameters follow.
+        let shared = Mat::from_fn(n, 1, |k, _| normal[(k, n)]);
+        let block = Mat::from_fn(n, n, |i, j| normal[(i, j)]);
+        let absorbed = solve(&block, &shared)?;
+        let taken: f64 = (0..n).map(|k| shared[(k, 0)] * absorbed[(k, 0)]).sum();
+        Ok(step[(n, 0)].powi(2) * (normal[(n, n)] - taken).max(0.0))
+    }
+
     /// The Gauss–Newton step of nuisance parameters and number, n+1×1.
     fn step(&self, from: &Numbered, model_error: f64) -> Result<Mat<f64>, DiagnoseError> {
-        let own = (self.own)(from.number)?;
-        let moved = (self.own)(from.number + self.difference)?;
+        let (normal, slope) = self.equations(from, model_error)?;
+        Ok(solve(&normal, &slope)?)
+    }
+
+    /// The bordered normal equations, the number last.
+    fn equations(
+        &self,
+        from: &Numbered,
+        model_error: f64,
+    ) -> Result<(Mat<f64>, Mat<f64>), DiagnoseError> {
+        let own = (self.own)(from.number);
+        let moved = (self.own)(from.number + self.difference);
         let rest = self.problem(self.rest).linear(&from.at, model_error)?;
         let here = self.problem(&own).linear(&from.at, model_error)?;
         let there = self.problem(&moved).residual(&from.at, model_error)?;
@@ -152,6 +179,6 @@ impl RecordNumber<'_> {
             true => slopes[0][(k, 0)] + slopes[1][(k, 0)] - from.at.p[k] * sd[k].powi(-2),
             false => pull,
         });
-        Ok(solve(&normal, &slope)?)
+        Ok((normal, slope))
     }
 }

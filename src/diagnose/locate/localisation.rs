@@ -19,14 +19,17 @@ use std::f64::consts::TAU;
 
 /// Model model error of the comparison: what an independent simulation or a good test rig leaves, relative.
 pub const MODEL_ERROR: f64 = 2e-3;
-/// Floors with steps, and which lines are looked at (every n-th), of the three rounds: all places, the better half, the
-/// best few.
+/// Floors with steps, and which lines are looked at (every n-th at least), of the three rounds: all places, the better
+/// half, the best few.
 type Round = (&'static [(f64, usize)], usize);
 const ROUNDS: [Round; 3] = [
     (&[(0.1, 1), (0.03, 1)], 8),
     (&[(0.01, 2)], 4),
     (&[(MODEL_ERROR, 3)], 4),
 ];
+/// Lines of a record that compare places before the last round: a law is free at each of them, so that more say little
+/// more.
+const LINES: usize = 50;
 /// Places that pass each round.
 const PASS: [usize; 2] = [20, 8];
 /// Steps by which the best station is moved: stations are a few centimetres apart.
@@ -252,7 +255,10 @@ fn ranked_places(case: &Case) -> Result<Vec<Entry>, DiagnoseError> {
         .collect();
     for (round, (stages, stride)) in ROUNDS.iter().enumerate() {
         let usage = Subset {
-            stride: *stride,
+            stride: match round + 1 == ROUNDS.len() {
+                true => *stride,
+                false => (case.evidence.lines() / LINES).max(*stride),
+            },
             ..Subset::ALL
         };
         field = fitted(case, next, stages, usage)?;
@@ -361,37 +367,11 @@ fn strained(model: &Model, p: &[f64]) -> Vec<Start> {
         .filter(|(_, away)| *away > STRAINED.0)
         .collect();
     far.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let name = |k: usize| -> String {
-        let bearing = |at: [usize; 2]| at.iter().position(|i| *i == k);
-        for (at, words) in [
-            ([0, 1].map(|b| layout.machine.ki(b)), "force constant"),
-            ([0, 1].map(|b| layout.machine.ks(b)), "negative stiffness"),
-            ([0, 1].map(|b| layout.machine.gain(b)), "sensor gain"),
-        ] {
-            if let Some(b) = bearing(at) {
-                return format!("{} bearing, {words}", ["front", "rear"][b]);
-            }
-        }
-        let region = model
-            .reduced
-            .machine
-            .regions()
-            .into_iter()
-            .find(|r| model.reduced.groups_of(r).contains(&k));
-        match region {
-            Some(region) => format!("modulus of {region}"),
-            None if k < layout.machine.groups => format!("modulus of element group {}", k + 1),
-            None => format!(
-                "damping of flexible mode {}",
-                k + 1 - layout.machine.damping(0)
-            ),
-        }
-    };
     far.into_iter()
         // The mesh belongs to the model and axis gains to a record, not to the machine.
         .filter(|(k, _)| *k < layout.machine.mesh())
         .take(STRAINED.1)
-        .map(|(k, _)| (name(k), Place::Freed(k), p.to_vec()))
+        .map(|(k, _)| (model.name_of(k), Place::Freed(k), p.to_vec()))
         .collect()
 }
 

@@ -1,32 +1,38 @@
 //! Which mistakes of the rig explain records that the machine alone does not.
 //!
-//! Every suspect is fitted with the nuisance parameters, at model errors that are lowered until it fails, as effects
-//! are. The one that brings the data nearest is kept, and the search goes on without it until the records are explained.
+//! Where the machine alone fails, every suspect is fitted with the nuisance parameters on thinned lines, at model errors
+//! that are lowered until it fails, as effects are. The one that brings the data nearest is kept, and the search goes on
+//! without it until the records are explained; only then are its numbers fitted to all lines. Where nothing fails, a
+//! score test on all lines tells which suspect is worth a fit.
 
 use super::super::DiagnoseError;
-use super::super::data::common_error::USUAL;
-use super::super::data::evidence::{Evidence, Subset};
-use super::super::data::measurement::{Measurement, RecordId};
+use super::super::data::evidence::Subset;
+use super::super::data::measurement::RecordId;
 use super::super::decide::candidate::{FAILING_CHI2, MODEL_ERRORS, Standing};
 use super::super::decide::screening::FIRST_EFFECT_BIC_GAIN;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
-use super::super::fit::problem::Point;
 use super::super::fit::record_number::{Numbered, RecordNumber};
+use super::clipped::clippings;
 use super::finding::{Alternatives, FoundFault};
+use super::folded::folded;
 use super::suspect::{Suspect, suspects};
 use super::trial::Trial;
 use crate::identify::plausibility::RecordFault;
+use crate::identify::plausibility::correction::largest;
+use crate::lti::HeldResponse;
 use rayon::prelude::*;
 
 /// Most faults that are named together.
 const MOST: usize = 4;
-/// Lines of a fit that ranks, at least a third of them: faults act on all lines alike.
-const LINES: usize = 80;
+/// Lines of a fit that ranks, at least every third: faults act on all lines alike.
+const LINES: usize = 60;
 /// Iterations at each model error.
 const ITERATIONS: usize = 3;
 /// Model errors at which all starts are fitted.
 const FIRST: usize = 2;
-/// Faults that are fitted to all lines.
+/// Model errors of the fit to all lines: from where the thinned fit has ended.
+const LAST: [f64; 2] = [1e-3, FINAL_MODEL_ERROR];
+/// Faults whose records are fitted again without them.
 const FINALISTS: usize = 2;
 
 /// A measurement without the faults that were found.
@@ -41,15 +47,6 @@ pub struct Explained<'a> {
     pub complete: bool,
 }
 
-/// The lines of a fit that ranks.
-fn thin(trial: &Trial) -> Subset {
-    let lines = trial.evidence.sweeps.iter().map(|s| s.omega_rad_s.len());
-    Subset {
-        stride: (lines.max().unwrap_or_default() / LINES).max(3),
-        ..Subset::ALL
-    }
-}
-
 /// The faults that bring the records nearest to the machine, one after the other; none where no fault does.
 ///
 /// # Errors
@@ -57,72 +54,169 @@ fn thin(trial: &Trial) -> Subset {
 pub fn explained<'a>(
     trial: &Trial<'a>,
     null: &Standing,
+    explained_by_nothing: bool,
     alternatives: &Alternatives<'a>,
 ) -> Result<Option<Explained<'a>>, DiagnoseError> {
-    let mut found: Option<Explained<'a>> = None;
+    if explained_by_nothing {
+        return hidden(trial, null);
+    }
+    let stride = (trial.evidence.lines() / LINES).max(3);
+    let thin = trial.observing(trial.evidence.thinned(stride));
+    let (standing, complete) = thin.stands(Subset::ALL)?;
+    let mut here = Explained {
+        faults: vec![],
+        trial: thin,
+        null: standing,
+        complete,
+    };
     for _ in 0..MOST {
-        let (here, standing) = match &found {
-            Some(found) => (&found.trial, &found.null),
-            None => (trial, null),
-        };
-        let known = found.as_ref().map_or(&[][..], |f| &f.faults);
-        let Some(mut next) = next(here, standing, known, alternatives)? else {
+        let Some(next) = next(&here, alternatives)? else {
             break;
         };
-        if let Some(found) = found {
-            next.faults.splice(0..0, found.faults);
-        }
-        let complete = next.complete;
-        found = Some(next);
-        if complete {
+        here = next;
+        if here.complete {
             break;
         }
     }
-    Ok(found)
+    if here.faults.is_empty() {
+        return Ok(None);
+    }
+    let found = on_all_lines(trial, &here, alternatives)?;
+    Ok((found.complete || found.null.nearer_than(null)).then_some(found))
+}
+
+/// A fault that a smooth model error or the nuisance parameters have taken up: what is more likely a mistake of one
+/// number than an error of every channel.
+fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>>, DiagnoseError> {
+    let free = (null.candidate.fit.residuals.max(2) as f64).ln();
+    let needed = free + FIRST_EFFECT_BIC_GAIN;
+    let from = |s: &Suspect| Numbered {
+        number: s.present(&trial.measurement),
+        at: null.candidate.fit.at.clone(),
+        chi2: f64::INFINITY,
+        failure: f64::INFINITY,
+        model_error: FINAL_MODEL_ERROR,
+    };
+    let mut worth: Vec<(Suspect, f64)> = vec![];
+    for s in suspects(&trial.machine, &trial.evidence, &trial.measurement) {
+        let twin = |w: &(Suspect, f64)| w.0.record == s.record && w.0.family == s.family;
+        if !worth.iter().any(twin) {
+            let fall = with_number(trial, &s, |n| {
+                n.predicted_fall(&from(&s), FINAL_MODEL_ERROR)
+            })?;
+            worth.push((s, fall));
+        }
+    }
+    worth.retain(|w| w.1 > needed);
+    worth.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut best: Option<Explained<'a>> = None;
+    for (s, _) in worth.iter().take(FINALISTS) {
+        let fit = lowered(trial, s, &from(s), &[FINAL_MODEL_ERROR])?;
+        if !s.matters(fit.number, &trial.measurement) {
+            continue;
+        }
+        let fault = s.fault(fit.number);
+        let measurement = trial.measurement.clone().corrected(s.record, fault);
+        let found = explanation(trial.with(measurement)?, vec![(s.record, fault, None)])?;
+        let score = found.null.candidate.score();
+        let lowest = best.as_ref().map(|b| b.null.candidate.score());
+        let enough = score < null.candidate.score() - needed;
+        if found.complete && enough && lowest.is_none_or(|lowest| score < lowest) {
+            best = Some(found);
+        }
+    }
+    Ok(best)
+}
+
+/// The same faults with all lines, their numbers fitted again.
+fn on_all_lines<'a>(
+    trial: &Trial<'a>,
+    thin: &Explained<'a>,
+    alternatives: &Alternatives<'a>,
+) -> Result<Explained<'a>, DiagnoseError> {
+    let tool = thin.faults.iter().find(|f| f.fault == RecordFault::Tool);
+    let tool = tool.and_then(|f| {
+        alternatives
+            .tools
+            .iter()
+            .find(|t| Some(&t.0) == f.name.as_ref())
+    });
+    let mut full = match tool {
+        Some((_, machine)) => Trial::new(machine, trial.measurement.clone())?,
+        None => trial.observing(trial.evidence.clone()),
+    };
+    let mut faults = vec![];
+    for found in &thin.faults {
+        let mut fault = found.fault;
+        let mut measurement = full.measurement.clone();
+        if let (RecordFault::Controller, RecordId::Hammer(t)) = (fault, found.record) {
+            let mut all = alternatives.controllers.iter();
+            if let Some((_, k)) = all.find(|(name, _)| Some(name) == found.name.as_ref()) {
+                measurement.taps[t].controller = *k;
+            }
+        } else if let Some(s) = Suspect::of(found.record, fault) {
+            let from = Numbered {
+                number: s.start,
+                at: thin.null.candidate.fit.at.clone(),
+                chi2: f64::INFINITY,
+                failure: f64::INFINITY,
+                model_error: LAST[0],
+            };
+            fault = s.fault(lowered(&full, &s, &from, &LAST)?.number);
+            measurement = measurement.corrected(found.record, fault);
+        } else if let RecordFault::Clipping { .. } = fault {
+            measurement = measurement.corrected(found.record, fault);
+        }
+        full = full.with(measurement)?;
+        faults.push((found.record, fault, found.name.clone()));
+    }
+    explanation(full, faults)
 }
 
 /// The fault that brings the records nearest.
 fn next<'a>(
-    trial: &Trial<'a>,
-    standing: &Standing,
-    known: &[FoundFault],
+    here: &Explained<'a>,
     alternatives: &Alternatives<'a>,
 ) -> Result<Option<Explained<'a>>, DiagnoseError> {
-    let mut all = with_numbers(trial, standing, known)?;
-    all.extend(with_names(trial, standing, known, alternatives)?);
+    let mut all = with_numbers(here)?;
+    all.extend(with_names(here, alternatives)?);
+    all.extend(with_limits(here)?);
     let rank = |e: &Explained| (e.null.working_error, e.null.failure);
-    // What explains the records is enough: a smooth model error may have taken up much of a fault before.
-    let free = (standing.candidate.fit.residuals.max(2) as f64).ln();
-    let needed = standing.candidate.score() - free - FIRST_EFFECT_BIC_GAIN;
-    all.retain(|e| match standing.working_error == FINAL_MODEL_ERROR {
-        true => e.complete && e.null.candidate.score() < needed,
-        false => e.complete || e.null.nearer_than(standing),
-    });
+    all.retain(|e| e.complete || e.null.nearer_than(&here.null));
     all.sort_by(|a, b| {
         let ((a, x), (b, y)) = (rank(a), rank(b));
         a.total_cmp(&b).then(x.total_cmp(&y))
     });
-    Ok(all.into_iter().next())
+    Ok(all.into_iter().next().map(|mut next| {
+        next.faults.splice(0..0, here.faults.iter().cloned());
+        next
+    }))
 }
 
 /// Faults that have a number.
-fn with_numbers<'a>(
-    trial: &Trial<'a>,
-    standing: &Standing,
-    known: &[FoundFault],
-) -> Result<Vec<Explained<'a>>, DiagnoseError> {
-    let free: Vec<Suspect> = suspects(&trial.machine, &trial.evidence, &trial.measurement)
-        .into_iter()
-        .filter(|s| {
-            let name = s.fault(s.start).name();
-            !known
-                .iter()
-                .any(|k| k.record == s.record && k.fault.name() == name)
-        })
-        .collect();
+fn with_numbers<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, DiagnoseError> {
+    let (trial, standing) = (&here.trial, &here.null);
+    let known = |s: &&Suspect| {
+        let name = s.fault(s.start).name();
+        let same = |k: &FoundFault| k.record == s.record && k.fault.name() == name;
+        !here.faults.iter().any(same)
+    };
+    let mut all = suspects(&trial.machine, &trial.evidence, &trial.measurement);
+    all.extend(folded(trial)?);
+    let free: Vec<Suspect> = all.iter().filter(known).copied().collect();
+    let origin = |s: &Suspect| Numbered {
+        number: s.start,
+        at: trial.case(&[], &|_| {}).origin(),
+        chi2: f64::INFINITY,
+        failure: f64::INFINITY,
+        model_error: MODEL_ERRORS[0],
+    };
     let started: Vec<(Suspect, Numbered)> = free
         .par_iter()
-        .filter_map(|s| Some((*s, fitted(trial, s, None, thin(trial)).ok()?)))
+        .filter_map(|s| {
+            let fit = lowered(trial, s, &origin(s), &MODEL_ERRORS[..FIRST]);
+            Some((*s, fit.ok()?))
+        })
         .collect();
     // The best start of every fault.
     let mut best: Vec<(Suspect, Numbered)> = vec![];
@@ -134,9 +228,9 @@ fn with_numbers<'a>(
             None => best.push((s, fit)),
         }
     }
-    let mut lowered: Vec<(Suspect, Numbered)> = best
+    let mut ahead: Vec<(Suspect, Numbered)> = best
         .par_iter()
-        .filter_map(|(s, fit)| Some((*s, fitted(trial, s, Some(fit), thin(trial)).ok()?)))
+        .filter_map(|(s, fit)| Some((*s, lowered(trial, s, fit, &MODEL_ERRORS[FIRST - 1..]).ok()?)))
         .filter(|(s, fit)| s.matters(fit.number, &trial.measurement))
         .filter(|(_, fit)| {
             fit.failure < FAILING_CHI2
@@ -144,92 +238,105 @@ fn with_numbers<'a>(
                 || fit.model_error == standing.working_error && fit.failure < 0.8 * standing.failure
         })
         .collect();
-    lowered.sort_by(|a, b| {
+    ahead.sort_by(|a, b| {
         let by_error = a.1.model_error.total_cmp(&b.1.model_error);
         by_error.then(a.1.failure.total_cmp(&b.1.failure))
     });
-    let finalists = lowered.iter().take(FINALISTS).map(|(s, fit)| {
-        let fit = fitted(trial, s, Some(fit), Subset::ALL)?;
+    let finalists = ahead.iter().take(FINALISTS).map(|(s, fit)| {
         let fault = s.fault(fit.number);
-        let measurement = trial.measurement.clone().corrected(s.record, fault);
-        explanation(trial.with(measurement)?, vec![(s.record, fault, None)])
+        let controller = trial.controller(s.record);
+        let evidence = trial.evidence.corrected(s.record, fault, controller);
+        explanation(trial.observing(evidence), vec![(s.record, fault, None)])
     });
     finalists.collect()
 }
 
-/// Fits a suspect: all starts at the first model errors, then down to where it fails.
-fn fitted(
-    trial: &Trial,
-    suspect: &Suspect,
-    from: Option<&Numbered>,
-    usage: Subset,
-) -> Result<Numbered, DiagnoseError> {
-    let measurement = &trial.measurement;
-    let rest = Evidence::of(&measurement.without(suspect.record))?;
-    let alone = measurement.only(suspect.record);
-    let own = |number: f64| {
-        let alone = alone.clone();
-        let only = match suspect.record {
-            RecordId::Sweep(_) => RecordId::Sweep(0),
-            RecordId::Hammer(_) => RecordId::Hammer(0),
-        };
-        Evidence::of(&alone.corrected(only, suspect.fault(number)))
-    };
-    let numbered = RecordNumber {
+/// Sweeps without the lines that reach a limit; only where that explains everything.
+fn with_limits<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, DiagnoseError> {
+    let trial = &here.trial;
+    let mut all = vec![];
+    for (s, record) in trial.measurement.sweeps.iter().enumerate() {
+        for (signal, limits) in clippings(&trial.measurement, s) {
+            // The lowest limit comes first: where that does not help, no higher one does.
+            let mut highest = None;
+            for limit in limits {
+                let kept = |k: usize| largest(record, signal, k) < limit;
+                let lines = record.frequency_hz.len();
+                let evidence = trial.evidence.with_lines(s, lines, kept);
+                let fault = RecordFault::Clipping { limit, signal };
+                let named = vec![(RecordId::Sweep(s), fault, None)];
+                let found = explanation(trial.observing(evidence), named)?;
+                if !found.complete {
+                    break;
+                }
+                highest = Some(found);
+            }
+            if highest.is_some() {
+                all.extend(highest);
+                break;
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Does something with a suspect whose number is free.
+fn with_number<T>(trial: &Trial, suspect: &Suspect, of: impl FnOnce(&RecordNumber) -> T) -> T {
+    let (alone, rest) = trial.evidence.apart(suspect.record);
+    let controller = trial.controller(suspect.record);
+    let own = |number: f64| alone.corrected(suspect.record, suspect.fault(number), controller);
+    of(&RecordNumber {
         model: &trial.model,
         rest: &rest,
         own: &own,
-        usage,
+        usage: Subset::ALL,
         difference: suspect.difference(),
         longest: suspect.longest(),
-    };
-    let origin = Numbered {
-        number: suspect.start,
-        at: Point {
-            p: vec![0.0; trial.model.layout.len()],
-            theta: vec![],
-            smooth: USUAL,
-        },
-        chi2: f64::INFINITY,
-        failure: f64::INFINITY,
-        model_error: MODEL_ERRORS[0],
-    };
-    let first = from.is_none();
-    let mut fit = from.cloned().unwrap_or(origin);
-    let errors = MODEL_ERRORS.into_iter().filter(|e| match first {
-        true => *e >= MODEL_ERRORS[FIRST - 1],
-        false => *e <= fit.model_error,
-    });
-    for error in errors.collect::<Vec<_>>() {
-        let iterations = if error == FINAL_MODEL_ERROR {
-            2 * ITERATIONS
-        } else {
-            ITERATIONS
-        };
-        fit = numbered.fit(&fit, error, iterations)?;
-        if !first && fit.failure > FAILING_CHI2 {
-            break;
+    })
+}
+
+/// Fits a suspect at decreasing model errors until it fails at one beyond the first few.
+fn lowered(
+    trial: &Trial,
+    suspect: &Suspect,
+    from: &Numbered,
+    errors: &[f64],
+) -> Result<Numbered, DiagnoseError> {
+    with_number(trial, suspect, |numbered| {
+        let mut fit = from.clone();
+        for error in errors {
+            let iterations = if *error == FINAL_MODEL_ERROR {
+                2 * ITERATIONS
+            } else {
+                ITERATIONS
+            };
+            fit = numbered.fit(&fit, *error, iterations)?;
+            if fit.failure > FAILING_CHI2 && *error < MODEL_ERRORS[FIRST - 1] {
+                break;
+            }
         }
-    }
-    Ok(fit)
+        Ok(fit)
+    })
 }
 
 /// Other tools and other controllers.
 fn with_names<'a>(
-    trial: &Trial<'a>,
-    standing: &Standing,
-    known: &[FoundFault],
+    here: &Explained<'a>,
     alternatives: &Alternatives<'a>,
 ) -> Result<Vec<Explained<'a>>, DiagnoseError> {
+    let (trial, standing) = (&here.trial, &here.null);
     let mut all = vec![];
     let tried = |fault: RecordFault, record: RecordId| {
-        known.iter().any(|k| k.fault == fault && k.record == record)
+        let same = |k: &FoundFault| k.fault == fault && k.record == record;
+        here.faults.iter().any(same)
     };
     let records: Vec<RecordId> = trial.measurement.records().collect();
     let tools = alternatives.tools.par_iter().filter_map(|(name, machine)| {
-        let other = Trial::new(machine, trial.measurement.clone()).ok()?;
-        let (thin, _) = other.stands(thin(trial)).ok()?;
-        thin.nearer_than(standing).then_some((name, other, thin))
+        let other = trial.of_machine(machine).ok()?;
+        let reached = other.reaches(standing.working_error).ok()?;
+        reached
+            .nearer_than(standing)
+            .then_some((name, other, reached))
     });
     if !records.iter().any(|r| tried(RecordFault::Tool, *r)) {
         let mut nearer: Vec<(&String, Trial, Standing)> = tools.collect();
@@ -250,10 +357,12 @@ fn with_names<'a>(
             continue;
         }
         for (name, controller) in &alternatives.controllers {
-            let mut measurement: Measurement<'a> = trial.measurement.clone();
-            measurement.taps[t].controller = *controller;
-            let other = trial.with(measurement)?;
-            if other.stands(thin(trial))?.0.nearer_than(standing) {
+            let mut other = trial.under(t, *controller);
+            let own: Option<&dyn HeldResponse> = Some(*controller);
+            other.evidence = other
+                .evidence
+                .corrected(record, RecordFault::Controller, own);
+            if other.reaches(standing.working_error)?.nearer_than(standing) {
                 let fault = (record, RecordFault::Controller, Some(name.clone()));
                 all.push(explanation(other, vec![fault])?);
             }

@@ -26,6 +26,8 @@ pub enum Family {
     Drift,
     /// Logarithm of the factor on a compliance.
     Calibration,
+    /// Logarithm of the sample rate of the logger in Hz.
+    Alias,
 }
 
 /// A fault of one record with its start.
@@ -40,6 +42,33 @@ pub struct Suspect {
 }
 
 impl Suspect {
+    /// The suspect of a fault that was found, starting where that ended; none for a fault without such a number.
+    pub fn of(record: RecordId, fault: RecordFault) -> Option<Self> {
+        let (family, start) = match fault {
+            RecordFault::SpeedLabel { speed_rpm } => (Family::Speed, speed_rpm / SPEED_UNIT_RPM),
+            RecordFault::Clock { factor } => (Family::Clock, factor.ln()),
+            RecordFault::Drift {
+                relative_change, ..
+            } => (Family::Drift, relative_change),
+            RecordFault::HammerCalibration { factor } => (Family::Calibration, factor.ln()),
+            RecordFault::Alias { sample_rate_hz } => (Family::Alias, sample_rate_hz.ln()),
+            _ => return None,
+        };
+        Some(Self {
+            record,
+            family,
+            start,
+        })
+    }
+
+    /// The number of a record that has no such fault.
+    pub fn present(&self, measurement: &Measurement) -> f64 {
+        match self.family {
+            Family::Speed => measurement.speed_rpm(self.record) / SPEED_UNIT_RPM,
+            _ => 0.0,
+        }
+    }
+
     /// The fault for a number.
     pub fn fault(&self, number: f64) -> RecordFault {
         match self.family {
@@ -57,6 +86,9 @@ impl Suspect {
             Family::Calibration => RecordFault::HammerCalibration {
                 factor: number.exp(),
             },
+            Family::Alias => RecordFault::Alias {
+                sample_rate_hz: number.exp(),
+            },
         }
     }
 
@@ -64,7 +96,7 @@ impl Suspect {
     pub fn difference(&self) -> f64 {
         match self.family {
             Family::Speed => 1e-2,
-            Family::Clock => 1e-6,
+            Family::Clock | Family::Alias => 1e-6,
             Family::Drift | Family::Calibration => 1e-4,
         }
     }
@@ -73,7 +105,7 @@ impl Suspect {
     pub fn longest(&self) -> f64 {
         match self.family {
             Family::Speed => 10.0,
-            Family::Clock => 0.02,
+            Family::Clock | Family::Alias => 0.02,
             Family::Drift | Family::Calibration => 0.3,
         }
     }
@@ -88,6 +120,15 @@ impl Suspect {
             Family::Clock => number.abs() > 1e-3,
             Family::Drift => number.abs() > 5e-3,
             Family::Calibration => number.abs() > 0.03,
+            // A sample rate at which nothing is folded is no fault.
+            Family::Alias => {
+                let own = match self.record {
+                    RecordId::Sweep(s) => measurement.sweeps.get(s),
+                    RecordId::Hammer(_) => None,
+                };
+                let top = own.and_then(|s| s.frequency_hz.last());
+                top.is_some_and(|top| number.exp() < 2.0 * top)
+            }
         }
     }
 }

@@ -2,12 +2,13 @@
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::{Evidence, Subset};
-use super::super::data::measurement::Measurement;
+use super::super::data::measurement::{Measurement, RecordId};
 use super::super::decide::candidate::Standing;
 use super::super::decide::selection::complete;
 use super::super::fit::case::Case;
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::model::Model;
+use crate::lti::HeldResponse;
 use crate::spindle::Machine;
 
 /// Share of the prior variance below which the data know a parameter.
@@ -25,6 +26,16 @@ pub struct Trial<'a> {
     pub evidence: Evidence,
     /// The machine, reduced.
     pub model: Model,
+}
+
+/// A machine with wider priors.
+pub struct Widened<'a> {
+    /// The machine.
+    pub trial: Trial<'a>,
+    /// Its fit without effects.
+    pub null: Standing,
+    /// Its score, with what the width costs.
+    pub score: f64,
 }
 
 impl<'a> Trial<'a> {
@@ -55,6 +66,55 @@ impl<'a> Trial<'a> {
         })
     }
 
+    /// The same machine and records as other evidence shows them.
+    pub fn observing(&self, evidence: Evidence) -> Self {
+        Self {
+            evidence,
+            model: self.model.clone(),
+            machine: self.machine.clone(),
+            measurement: self.measurement.clone(),
+        }
+    }
+
+    /// The same evidence with another machine.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] for a machine that cannot be used.
+    pub fn of_machine(&self, machine: &Machine) -> Result<Self, DiagnoseError> {
+        Ok(Self {
+            evidence: self.evidence.clone(),
+            model: Model::new(machine, &self.evidence.axis_gain_sd())?,
+            machine: machine.clone(),
+            measurement: self.measurement.clone(),
+        })
+    }
+
+    /// The same with a controller in one hammer test; the evidence stays.
+    pub fn under(&self, tap: usize, controller: &'a dyn HeldResponse) -> Self {
+        let mut other = self.observing(self.evidence.clone());
+        if let Some(tap) = other.measurement.taps.get_mut(tap) {
+            tap.controller = controller;
+        }
+        other
+    }
+
+    /// The controller of a hammer test.
+    pub fn controller(&self, record: RecordId) -> Option<&'a dyn HeldResponse> {
+        match record {
+            RecordId::Hammer(t) => self.measurement.taps.get(t).map(|tap| tap.controller),
+            RecordId::Sweep(_) => None,
+        }
+    }
+
+    /// The fit without effects down to a model error.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when the model cannot be assembled.
+    pub fn reaches(&self, model_error: f64) -> Result<Standing, DiagnoseError> {
+        let case = self.case(&[], &|_| {});
+        case.fit_until(&[], &case.origin(), Subset::ALL, model_error)
+    }
+
     /// The case with a catalogue.
     pub fn case<'b>(
         &'b self,
@@ -80,33 +140,27 @@ impl<'a> Trial<'a> {
         Ok((standing, complete))
     }
 
-    /// The machine with all priors wider, and its fit, where that explains the records better than a `score` of named
-    /// effects: a machine that was updated less carefully has every number further off, a missing effect only few. The
-    /// width costs the logarithm of itself for each number that the data know.
+    /// The machine with all priors wider, and its fit, where that explains the records: a machine that was updated less
+    /// carefully has every number further off, a missing effect only few. The width costs the logarithm of itself for
+    /// each number that the data know.
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub fn widened(
-        &self,
-        null: &Standing,
-        score: f64,
-    ) -> Result<Option<(Self, Standing)>, DiagnoseError> {
+    pub fn widened(&self, null: &Standing) -> Result<Option<Widened<'a>>, DiagnoseError> {
         let covariance = null.candidate.fit.covariance()?;
         let own = self.model.layout.machine.mesh();
         let sd = &self.model.layout.sd;
         let known = (0..own).filter(|k| covariance[(*k, *k)] < KNOWN * sd[*k].powi(2));
         let known = known.count() as f64;
-        let mut best: Option<(Self, Standing)> = None;
-        let mut lowest = score;
+        let mut best: Option<Widened<'a>> = None;
         for width in WIDTHS {
-            let mut wide = self.with(self.measurement.clone())?;
-            let own_sd = &mut wide.model.layout.sd[..own];
+            let mut trial = self.observing(self.evidence.clone());
+            let own_sd = &mut trial.model.layout.sd[..own];
             own_sd.iter_mut().for_each(|sd| *sd *= width);
-            let (standing, complete) = wide.stands(Subset::ALL)?;
-            let own_score = standing.candidate.score() + 2.0 * known * width.ln();
-            if complete && own_score < lowest {
-                lowest = own_score;
-                best = Some((wide, standing));
+            let (null, complete) = trial.stands(Subset::ALL)?;
+            let score = null.candidate.score() + 2.0 * known * width.ln();
+            if complete && best.as_ref().is_none_or(|b| score < b.score) {
+                best = Some(Widened { trial, null, score });
             }
         }
         Ok(best)

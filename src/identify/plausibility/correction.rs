@@ -39,6 +39,24 @@ impl RecordFault {
                     line.mapv_inplace(|v| v / factor);
                 }
             }
+            Self::Clipping { limit, signal } => {
+                let lines: Vec<usize> = (0..record.frequency_hz.len())
+                    .filter(|k| largest(record, signal, *k) < limit)
+                    .collect();
+                right = chosen(record, &lines);
+            }
+            Self::Alias { sample_rate_hz } => {
+                for (k, f) in right.frequency_hz.iter_mut().enumerate() {
+                    if *f > 0.5 * sample_rate_hz {
+                        *f = sample_rate_hz - *f;
+                        for values in [&mut right.current, &mut right.signal] {
+                            let mut line = values.index_axis_mut(Axis(0), k);
+                            line.mapv_inplace(|v| v.conj());
+                        }
+                    }
+                }
+                right = ascending(&right);
+            }
             Self::Tool
             | Self::Controller
             | Self::HammerCalibration { .. }
@@ -72,6 +90,34 @@ impl RecordFault {
         }
         right
     }
+}
+
+/// Largest magnitude of a signal at a line, over axes, experiments and repeats.
+pub fn largest(record: &SweepRecord, signal: Signal, line: usize) -> f64 {
+    let values = match signal {
+        Signal::Current => &record.current,
+        _ => &record.signal,
+    };
+    let line = values.index_axis(Axis(0), line);
+    line.iter().map(|v| v.norm()).fold(0.0, f64::max)
+}
+
+fn chosen(record: &SweepRecord, lines: &[usize]) -> SweepRecord {
+    SweepRecord {
+        frequency_hz: lines.iter().map(|k| record.frequency_hz[*k]).collect(),
+        current: record.current.select(Axis(0), lines),
+        signal: record.signal.select(Axis(0), lines),
+        ..record.clone()
+    }
+}
+
+/// Lines in ascending order, each frequency above zero once.
+fn ascending(record: &SweepRecord) -> SweepRecord {
+    let hz = &record.frequency_hz;
+    let mut lines: Vec<usize> = (0..hz.len()).filter(|k| hz[*k] > 0.0).collect();
+    lines.sort_by(|a, b| hz[*a].total_cmp(&hz[*b]));
+    lines.dedup_by(|a, b| hz[*a] == hz[*b]);
+    chosen(record, &lines)
 }
 
 fn of(record: &mut SweepRecord, signal: Signal) -> &mut Array4<c64> {

@@ -124,6 +124,18 @@ pub enum RecordFault {
         /// Relative change over the record.
         relative_change: f64,
     },
+    /// The largest signals of the record were cut off at a limit.
+    Clipping {
+        /// The limit, in the unit of the signal.
+        limit: f64,
+        /// Currents or sensor signals.
+        signal: Signal,
+    },
+    /// Lines above half the sample rate of the logger are folded: at f the record has what belongs to sample rate − f.
+    Alias {
+        /// Sample rate, Hz.
+        sample_rate_hz: f64,
+    },
     /// The record alone contradicts all others.
     Disagrees,
 }
@@ -144,6 +156,8 @@ impl RecordFault {
             Self::Controller => "controller",
             Self::HammerCalibration { .. } => "hammer_calibration",
             Self::Drift { .. } => "drift",
+            Self::Clipping { .. } => "clipping",
+            Self::Alias { .. } => "alias",
             Self::Disagrees => "disagrees",
         }
     }
@@ -230,6 +244,15 @@ impl RecordFault {
                 signal.words(),
                 100.0 * relative_change
             ),
+            Self::Clipping { limit, signal } => format!(
+                "the {}s are cut off at {limit:.4e} {}",
+                signal.words(),
+                if signal == Signal::Current { "A" } else { "m" }
+            ),
+            Self::Alias { sample_rate_hz } => format!(
+                "the lines above {:.1} Hz are folded at half a sample rate of {sample_rate_hz:.1} Hz",
+                0.5 * sample_rate_hz
+            ),
             Self::Disagrees => {
                 "this record alone contradicts all others, and no known mistake explains it".into()
             }
@@ -295,6 +318,12 @@ impl RecordFault {
             }
             Self::Drift { .. } => {
                 "let the electronics warm up, and repeat the sweep in the opposite direction".into()
+            }
+            Self::Clipping { .. } => {
+                "leave out the lines that reach the limit, and repeat the record with less excitation".into()
+            }
+            Self::Alias { .. } => {
+                "sample faster than twice the highest line, with a filter before the converter".into()
             }
             Self::Disagrees => "repeat the record".into(),
         }

@@ -56,7 +56,7 @@ impl ReducedMachine {
         let effective = machine.effective();
         let joint = effects.iter().find(|e| e.kind == EffectKind::ToolJoint);
         let shaft = match joint {
-            Some(_) => &self.jointed,
+            Some(_) => self.jointed()?,
             None => &self.rigid,
         };
         let scale = self.modulus_factors(p, effects);

@@ -51,8 +51,11 @@ impl ReducedMachine {
         };
         let value = effect.values.first().copied().unwrap_or_default();
         let mut probe = |p: Probe| {
-            probes.push(p);
-            probes.len() - 1
+            let known = probes.iter().position(|q| *q == p);
+            known.unwrap_or_else(|| {
+                probes.push(p);
+                probes.len() - 1
+            })
         };
         // A law at a port, and the same at a port that moves: its own derivative to the position.
         let placed = |probe: &mut dyn FnMut(Probe) -> usize, [at, along]: [Probe; 2], law: Law| {

@@ -3,6 +3,7 @@
 use super::parameters::MachineParameters;
 use super::ritz::ReducedShaft;
 use crate::spindle::{Effect, Effective, Machine, SpindleError};
+use std::sync::OnceLock;
 
 /// The base machine in reduced coordinates, rigid and with a joint at the nose.
 #[derive(Clone, Debug)]
@@ -12,7 +13,8 @@ pub struct ReducedMachine {
     /// The parameters that responses are differentiated to.
     pub parameters: MachineParameters,
     pub(super) rigid: ReducedShaft,
-    pub(super) jointed: ReducedShaft,
+    /// Made when an effect needs it: most machines are only compared as they are.
+    jointed: OnceLock<Result<ReducedShaft, SpindleError>>,
 }
 
 impl ReducedMachine {
@@ -26,9 +28,18 @@ impl ReducedMachine {
         Ok(Self {
             machine: machine.clone(),
             rigid: ReducedShaft::new(machine, group, false)?,
-            jointed: ReducedShaft::new(machine, group, true)?,
+            jointed: OnceLock::new(),
             parameters,
         })
+    }
+
+    /// The shaft with a joint at the nose.
+    pub(super) fn jointed(&self) -> Result<&ReducedShaft, SpindleError> {
+        let groups = &self.parameters.group_of_element;
+        let made = self
+            .jointed
+            .get_or_init(|| ReducedShaft::new(&self.machine, groups, true));
+        made.as_ref().map_err(Clone::clone)
     }
 
     /// Bearings and electronics alone, for effects that leave the shaft as it is.
@@ -58,7 +69,11 @@ impl ReducedMachine {
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
     pub fn inertia_kg(&self, position_m: f64, jointed: bool) -> Result<f64, SpindleError> {
-        let shaft = if jointed { &self.jointed } else { &self.rigid };
+        let shaft = if jointed {
+            self.jointed()?
+        } else {
+            &self.rigid
+        };
         let row = shaft.row(position_m)?;
         Ok(row.iter().map(|a| a * a).sum::<f64>().recip())
     }
