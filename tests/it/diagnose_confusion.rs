@@ -9,7 +9,7 @@
 
 use super::generator::{Draw, Outside, simulate};
 use muspin::controller::Controller;
-use muspin::controller::pid::{pid_controller, textbook_gains};
+use muspin::pid::parameters::{pid_controller, textbook_gains};
 use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
 use muspin::diagnose::{Alternatives, Diagnosis, NamedEffect, Verdict, diagnose_with};
 use muspin::identify::plausibility::{RecordFault, Signal};
