@@ -119,7 +119,8 @@ fn strained(d: &Diagnosis) -> String {
         return String::new();
     };
     format!(
-        " With it a nuisance parameter ({name}) would be off by {off:.0} times its usual uncertainty, which is no small \
+        " With it a nuisance parameter ({name}) would be off by {off:.0} times its usual uncertainty, which is no \
+         small \
          error: check it first."
     )
 }

@@ -9,13 +9,13 @@
 
 use super::generator::{Draw, Outside, simulate};
 use muspin::controller::Controller;
-use muspin::pid::parameters::{pid_controller, textbook_gains};
 use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
 use muspin::diagnose::{Alternatives, Diagnosis, NamedEffect, Verdict, diagnose_with};
 use muspin::identify::plausibility::{RecordFault, Signal};
 use muspin::identify::{HammerFrf, SweepRecord};
 use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64, solve_complex};
+use muspin::pid::parameters::{pid_controller, textbook_gains};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 use ndarray::Axis as Dimension;
 use std::collections::BTreeMap;

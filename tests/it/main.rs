@@ -1,4 +1,8 @@
 //! One integration binary: less linking of heavy dependencies.
+
+// A test tells its story in one piece.
+#![allow(clippy::too_many_lines)]
+
 mod anti_windup;
 mod architecture;
 mod augment;

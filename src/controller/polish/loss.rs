@@ -7,7 +7,7 @@
 //! line, and the structure of the controller turns Q into derivatives by parameters. At speed the x axis is the mean of
 //! both whirls.
 
-use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED};
+use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAKEST};
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, closed, outer, product, times};
 use super::responses::{Role, Rotor, SpecificationLine};
@@ -282,7 +282,7 @@ impl Loss {
             Role::Rest => 1.0,
             Role::TopSpeed => AT_TOP_SPEED,
             Role::Shifted => SHIFTED,
-            Role::Overspeed | Role::Weak => 0.0,
+            Role::Overspeed | Role::Weak | Role::Weakest => 0.0,
         };
         let nominal = matches!(role, Role::Rest | Role::TopSpeed);
         let (group, limit) = match role {
@@ -292,6 +292,7 @@ impl Loss {
                 self.limits.sensitivity * self.limits.shifted_sensitivity,
             ),
             Role::Weak => (Group::Margin, self.limits.weak_sensitivity),
+            Role::Weakest => (Group::Margin, WEAKEST * self.limits.weak_sensitivity),
         };
         let share = 1.0 / sides.len() as f64;
         let band = self.limits.stiffness_band_hz;

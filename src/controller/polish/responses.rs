@@ -6,6 +6,7 @@
 //! counts. What couples x and y otherwise (cross terms of the magnets, turned sensor axes) is left out here and comes
 //! back in verification.
 
+use super::limits::HALF;
 use super::matrix2::{Matrix2, ZERO};
 use super::structure::Line;
 use crate::augment::assembly::{UncertainMode, input_weights, output_weights};
@@ -50,6 +51,8 @@ pub(crate) enum Role {
     Overspeed,
     /// The machine at rest with magnets that give a part of their force: what a limited current does to the loop.
     Weak,
+    /// The same with less than half of it.
+    Weakest,
 }
 
 /// A rotor that the controller serves: one direction at rest, two at speed (forwards, backwards).
@@ -168,7 +171,10 @@ impl Plants {
                 ..*g
             };
             Rotor {
-                role: Role::Weak,
+                role: match part[0].min(part[1]) < HALF {
+                    true => Role::Weakest,
+                    false => Role::Weak,
+                },
                 directions: directions
                     .iter()
                     .map(|lines| lines.iter().map(weaker).collect())

@@ -1,8 +1,8 @@
 //! Residuals with errors in common, multiplied by the inverse root of their covariance.
 //!
-//! Whitened residuals have the covariance I + a² B Bᵀ, B = U S Vᵀ given in groups of rows, a the amplitude of the errors.
-//! The inverse root is I − U (I − (I + a²S²)^(−1/2)) Uᵀ; the determinant belongs to χ², and the amplitude is the most
-//! probable one, its logarithm normal about that of 0.2 %.
+//! Whitened residuals have the covariance I + a² B Bᵀ, B = U S Vᵀ given in groups of rows, a the amplitude of the
+//! errors. The inverse root is I − U (I − (I + a²S²)^(−1/2)) Uᵀ; the determinant belongs to χ², and the amplitude is
+//! the most probable one, its logarithm normal about that of 0.2 %.
 
 use crate::linalg::Mat;
 use rayon::prelude::*;
@@ -80,8 +80,8 @@ impl Smooth {
         best.1
     }
 
-    /// Multiplies residuals, and the rows of their derivatives in blocks, by the root for amplitude `to`; they hold that
-    /// for `from`, none where that is zero.
+    /// Multiplies residuals, and the rows of their derivatives in blocks, by the root for amplitude `to`; they hold
+    /// that for `from`, none where that is zero.
     pub fn apply(&self, residual: &mut [f64], blocks: &mut [Mat<f64>], from: f64, to: f64) {
         let mut place = Vec::with_capacity(residual.len());
         for (b, block) in blocks.iter().enumerate() {

@@ -25,8 +25,8 @@ const POOL: usize = 10;
 /// shows.
 const AXIS_GAIN_FLOOR: f64 = 2e-3;
 
-/// Whether a channel is held out where no hammer test is: that of the rear sensors from the front currents. The shaft is
-/// the same both ways, so that the channels of the front sensors from the rear currents predict it.
+/// Whether a channel is held out where no hammer test is: that of the rear sensors from the front currents. The shaft
+/// is the same both ways, so that the channels of the front sensors from the rear currents predict it.
 pub fn held_out(output: usize, input: usize) -> bool {
     output / 2 == 1 && input / 2 == 0
 }
@@ -207,7 +207,8 @@ fn pooled(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Gain errors of the axes in every repeat, and the noise of every line and axis (zero with one repeat), from what repeats differ by.
+/// Gain errors of the axes in every repeat, and the noise of every line and axis (zero with one repeat), from what
+/// repeats differ by.
 fn scatter_of_repeats(record: &SweepRecord, frf: &MeasuredFrf) -> (Vec<[f64; 4]>, Vec<[f64; 4]>) {
     let (lines, experiments, repeats, _) = record.current.dim();
     let g = |k: usize, i: usize, j: usize| frf.response[(k, i, j)];

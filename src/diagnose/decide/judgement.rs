@@ -104,8 +104,8 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
     })
 }
 
-/// Of a fit without the held-out records from the fit to all of them, and one from the machine as it is, the better one:
-/// without those records the way down has more side valleys.
+/// Of a fit without the held-out records from the fit to all of them, and one from the machine as it is, the better
+/// one: without those records the way down has more side valleys.
 fn better_trained(
     case: &Case,
     best: &Candidate,
@@ -122,8 +122,8 @@ fn better_trained(
     Ok(if order.is_le() { first } else { second })
 }
 
-/// Whether a longer set of effects lowers the gap of a shorter one by more than its further numbers do by chance. Beside
-/// a set whose gap is above 1 the question is open: only the next effect may show what this one explains.
+/// Whether a longer set of effects lowers the gap of a shorter one by more than its further numbers do by chance.
+/// Beside a set whose gap is above 1 the question is open: only the next effect may show what this one explains.
 pub(super) fn lowers_the_gap(
     case: &Case,
     shorter: &Candidate,

@@ -25,6 +25,7 @@ use super::next_measurement::{Proposal, proposals};
 use super::residuals::{Channel, Fitted, channels, gaps};
 use super::screening::TIE_BIC;
 use super::selection::{MOST_EFFECTS, choose};
+use crate::diagnose::fit::case::Case;
 use crate::identify::plausibility::RecordFault;
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
@@ -242,32 +243,19 @@ fn conclude(
         Verdict::Named => indistinguishable(&best, &chosen.rivals),
         _ => vec![&best],
     };
-    let mut tie = vec![];
-    if members.len() > 1 {
+    let tie = match members.len() {
+        0 | 1 => vec![],
+        _ => rivals(&members, &best)?,
+    };
+    if !tie.is_empty() {
         verdict = Verdict::Tie;
-        for member in &members {
-            tie.push(Rival {
-                effects: named(member)?,
-                score_above_best: member.score() - best.score(),
-            });
-        }
     }
     let shown = Shown::of(verdict, &best, &trained, null)?;
-    let mut correction = match (verdict, localisation.named()) {
+    let correction = match (verdict, localisation.named()) {
         (Verdict::Unexplained, Some(port)) => Some(correct(&case, port, held_out.training)?),
         _ => None,
     };
-    let fitted = Fitted {
-        small: shown.without_held_out.p.clone(),
-        effects: hypothesis::effects(shown.hypotheses, &shown.without_held_out.theta),
-    };
-    let mut shown_channels = channels(&case, &fitted, correction.as_ref())?;
-    let (as_given, with_law) = gaps(&shown_channels, |c| c.held_out);
-    if correction.is_some() && with_law >= as_given {
-        // What makes predictions worse is no correction.
-        correction = None;
-        shown_channels = channels(&case, &fitted, None)?;
-    }
+    let (correction, shown_channels) = worthwhile(&case, &shown, correction)?;
     let menu = match verdict {
         Verdict::Tie => proposals(&case, &members)?,
         _ => vec![],
@@ -276,10 +264,8 @@ fn conclude(
         Verdict::Unexplained => vec![],
         _ => detectable(&case, shown.hypotheses, shown.point)?,
     };
-    let axis_gains = (0..evidence.sweeps.len())
-        .map(|s| std::array::from_fn(|i| shown.point.p[model.layout.axis(s, i)]))
-        .collect();
     let corrected = corrected_machine(trial, &shown);
+    let taps = trial.measurement.taps.iter();
     Ok(Diagnosis {
         next_measurement: next_measurement(verdict, &menu),
         menu,
@@ -302,7 +288,7 @@ fn conclude(
         corrected,
         misfit,
         localisation,
-        axis_gains,
+        axis_gains: axis_gains(trial, shown.point),
         channels: shown_channels,
         correction,
         gap_nearest: after.all,
@@ -313,13 +299,47 @@ fn conclude(
         },
         record_faults: faults,
         sweeps: trial.measurement.sweeps.clone(),
-        hammers: trial
-            .measurement
-            .taps
-            .iter()
-            .map(|t| t.frf.clone())
-            .collect(),
+        hammers: taps.map(|t| t.frf.clone()).collect(),
     })
+}
+
+/// Gain errors of the axes in each sweep.
+fn axis_gains(trial: &Trial, point: &Point) -> Vec<[f64; 4]> {
+    let gain = |sweep: usize, axis: usize| point.p[trial.model.layout.axis(sweep, axis)];
+    let sweeps = 0..trial.evidence.sweeps.len();
+    sweeps
+        .map(|s| std::array::from_fn(|i| gain(s, i)))
+        .collect()
+}
+
+/// Explanations that the data do not tell apart, beside the best.
+fn rivals(members: &[&Candidate], best: &Candidate) -> Result<Vec<Rival>, DiagnoseError> {
+    let one = |member: &&Candidate| {
+        Ok(Rival {
+            effects: named(member)?,
+            score_above_best: member.score() - best.score(),
+        })
+    };
+    members.iter().map(one).collect()
+}
+
+/// The correction where it improves held-out data, and the channels with it.
+fn worthwhile(
+    case: &Case<'_>,
+    shown: &Shown<'_>,
+    correction: Option<Correction>,
+) -> Result<(Option<Correction>, Vec<Channel>), DiagnoseError> {
+    let fitted = Fitted {
+        small: shown.without_held_out.p.clone(),
+        effects: hypothesis::effects(shown.hypotheses, &shown.without_held_out.theta),
+    };
+    let found = channels(case, &fitted, correction.as_ref())?;
+    let (as_given, with_law) = gaps(&found, |c| c.held_out);
+    if correction.is_some() && with_law >= as_given {
+        // What makes predictions worse is no correction.
+        return Ok((None, channels(case, &fitted, None)?));
+    }
+    Ok((correction, found))
 }
 
 /// The machine with effects and nuisance parameters. Gains of axes that are further off than calibration usually leaves

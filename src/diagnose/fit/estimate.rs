@@ -243,7 +243,8 @@ impl Problem<'_> {
         }
     }
 
-    /// A point of smaller χ², with its linearisation where that is known; none where no step decreases χ² by more than a negligible part.
+    /// A point of smaller χ², with its linearisation where that is known; none where no step decreases χ² by more than
+    /// a negligible part.
     fn improved(
         &self,
         at: &Point,

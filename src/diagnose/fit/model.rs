@@ -6,8 +6,8 @@ use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::response::{Assembled, Assembly, ReducedMachine};
 use crate::spindle::{Effect, Machine};
 
-/// Most prior standard deviations that a nuisance parameter may be off. Of fifty normal ones the largest exceeds four in
-/// three of a thousand machines: what is beyond is a finding, not a small error.
+/// Most prior standard deviations that a nuisance parameter may be off. Of fifty normal ones the largest exceeds four
+/// in three of a thousand machines: what is beyond is a finding, not a small error.
 const MOST_SD: f64 = 4.0;
 
 /// What answers for a hypothesis.

@@ -1,8 +1,8 @@
 //! One number of a record (a speed, a factor) fitted jointly with the nuisance parameters.
 //!
 //! The other records stand; the residuals of this one are functions of the number c, differentiated by a difference.
-//! With D = −∂r/∂c beside the Jacobian of the nuisance parameters the Gauss–Newton step follows from the bordered normal
-//! equations.
+//! With D = −∂r/∂c beside the Jacobian of the nuisance parameters the Gauss–Newton step follows from the bordered
+//! normal equations.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::{Evidence, Subset};

@@ -1,11 +1,11 @@
 //! The smooth model error of every channel: what calibration, drift and the model of the electronics leave on any rig.
 //!
 //! Channel G_ij is off by the relative error δ_ij(f), complex and smooth over frequency (Kennedy and O'Hagan, J. R.
-//! Statist. Soc. B 63, 2001):  δ = a Σ_b √v_b z_b φ_b(x), φ_b = √2 cos πbx over x, the logarithm of frequency in the band
-//! of the record, z complex and normal, Σ v_b = 1. Its amplitude a is estimated with every fit; the logarithm of a is
-//! normal about that of 0.2 %. Whitened residuals then have the covariance I + a² B Bᵀ. With B = U S Vᵀ they are
-//! multiplied by its inverse root I − U (I − (I + a²S²)^(−1/2)) Uᵀ, and so are their derivatives; the determinant of the
-//! covariance belongs to χ².
+//! Statist. Soc. B 63, 2001):  δ = a Σ_b √v_b z_b φ_b(x), φ_b = √2 cos πbx over x, the logarithm of frequency in the
+//! band of the record, z complex and normal, Σ v_b = 1. Its amplitude a is estimated with every fit; the logarithm of a
+//! is normal about that of 0.2 %. Whitened residuals then have the covariance I + a² B Bᵀ. With B = U S Vᵀ they are
+//! multiplied by its inverse root I − U (I − (I + a²S²)^(−1/2)) Uᵀ, and so are their derivatives; the determinant of
+//! the covariance belongs to χ².
 
 use super::linearise::Record;
 use super::problem::Problem;

@@ -1,8 +1,8 @@
 //! Lines whose signals reach a limit.
 //!
 //! The fundamental of a sine that is cut off at l lies between l and 4 l/π, however large the sine. Lines in that range
-//! below the largest signal of a sweep are left out; where enough of them pile up and the machine explains what is left,
-//! they were cut off. A resonance that is lower than in the model passes through the range in a line or two only.
+//! below the largest signal of a sweep are left out; where enough of them pile up and the machine explains what is
+//! left, they were cut off. A resonance that is lower than in the model passes through the range in a line or two only.
 
 use super::super::data::measurement::Measurement;
 use crate::identify::plausibility::Signal;

@@ -1,9 +1,9 @@
 //! Which mistakes of the rig explain records that the machine alone does not.
 //!
-//! Where the machine alone fails, every suspect is fitted with the nuisance parameters on thinned lines, at model errors
-//! that are lowered until it fails, as effects are. The one that brings the data nearest is kept, and the search goes on
-//! without it until the records are explained; only then are its numbers fitted to all lines. Where nothing fails, a
-//! score test on all lines tells which suspect is worth a fit.
+//! Where the machine alone fails, every suspect is fitted with the nuisance parameters on thinned lines, at model
+//! errors that are lowered until it fails, as effects are. The one that brings the data nearest is kept, and the search
+//! goes on without it until the records are explained; only then are its numbers fitted to all lines. Where nothing
+//! fails, a score test on all lines tells which suspect is worth a fit.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
