@@ -27,8 +27,7 @@ impl From<ResultsError> for Failure {
         let hint = match &error {
             ResultsError::Foreign { .. } | ResultsError::Edited { .. } => {
                 "muspin replaces only unchanged files that its muspin-manifest.json lists: move the file away, delete \
-                 it, \
-                 or choose another folder with --out"
+                 it, or choose another folder with --out"
             }
             ResultsError::Manifest { .. } => {
                 "delete the manifest if the folder is yours, or choose another folder with --out"

@@ -200,8 +200,7 @@ fn infeasible(tried: usize, unstable: i64) -> ControllerError {
         step: "PID",
         reason: format!(
             "of {tried} settings drawn from the rigid-body and bending dynamics none levitates the rotor at rest and \
-             at top \
-             speed; the best leaves {unstable} unstable poles"
+             at top speed; the best leaves {unstable} unstable poles"
         ),
         advice: "check delay, bandwidths and sensor planes of the spindle",
     }

@@ -387,8 +387,7 @@ fn sentence(outcome: &PolishOutcome) -> String {
     let figures = |attempt: &PolishAttempt, judged: &Judged| {
         format!(
             "The polish from the {} has a smallest tool stiffness of {} at rest and {} at top speed (D-K iteration: \
-             {} and {}), \
-             µ of the specification at most {} from rest to 1.2 times the top speed",
+             {} and {}), µ of the specification at most {} from rest to 1.2 times the top speed",
             attempt.start,
             words(judged.stiffness_n_per_m[0]),
             words(judged.stiffness_n_per_m[1]),

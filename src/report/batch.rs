@@ -212,14 +212,18 @@ pub fn sentences(rows: &[Row]) -> Value {
         .filter(|r| r.minimum(0).is_finite())
         .filter(|r| r.minimum(1).is_nan() || r.minimum(0) > r.minimum(1))
         .count();
-    words.push(format!(
-        "Smallest tool stiffness at rest: {} with the µ controllers, {} with PIDs tuned for it; the µ controller is \
-         the \
-         stiffer one for {wins} of {} tools.",
-        range(0),
-        range(1),
-        rows.len()
-    ));
+    let own = format!(
+        "Smallest tool stiffness at rest: {} with the µ controllers",
+        range(0)
+    );
+    words.push(match has_pid(rows.iter()) {
+        true => format!(
+            "{own}, {} with PIDs tuned for it; the µ controller is the stiffer one for {wins} of {} tools.",
+            range(1),
+            rows.len()
+        ),
+        false => format!("{own}."),
+    });
     words.into()
 }
 
@@ -229,6 +233,7 @@ pub fn overview(rows: &[Row]) -> Value {
         let figures = r.figures.as_ref();
         json!({
             "tool": r.tool,
+            "page": format!("{}/report.html", r.tool),
             "mu_as_specified": number(r.mu()),
             "largest_mu": figures.and_then(|f| f.largest_mu),
             "order": figures.map(|f| f.order),
@@ -242,7 +247,6 @@ pub fn overview(rows: &[Row]) -> Value {
             "meets_specification": r.met(),
             "largest_tool_tightening": r.tightening().map(number),
             "failure": r.failure,
-            "page": format!("{}/report.html", r.tool),
         })
     };
     Value::Array(rows.iter().map(record).collect())
@@ -291,6 +295,11 @@ pub fn table(rows: &[Row]) -> Table {
     table
 }
 
+/// True when a PID was tuned for some tool.
+fn has_pid<'a>(mut rows: impl Iterator<Item = &'a Row>) -> bool {
+    rows.any(|r| r.loop_of(1).is_some())
+}
+
 /// Bars over the tools, and their stiffness curves.
 pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
     let rows: Vec<&Row> = rows.iter().filter(|r| r.figures.is_some()).collect();
@@ -311,7 +320,10 @@ pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
         })
         .collect()
     };
-    let panels = [("µ controllers", curves(0)), ("tuned PIDs", curves(1))];
+    let mut panels = vec![("µ controllers", curves(0))];
+    if has_pid(rows.iter().copied()) {
+        panels.push(("tuned PIDs", curves(1)));
+    }
     vec![
         (
             "tools",
@@ -328,10 +340,11 @@ pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
 fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
     let column = |f: &dyn Fn(&Row) -> f64| rows.iter().map(|r| f(r)).collect::<Vec<f64>>();
     let both = |f: &dyn Fn(&Row, usize) -> f64| {
-        vec![
-            ("µ controller", column(&|r| f(r, 0))),
-            ("tuned PID", column(&|r| f(r, 1))),
-        ]
+        let mut bars = vec![("µ controller", column(&|r| f(r, 0)))];
+        if has_pid(rows.iter().copied()) {
+            bars.push(("tuned PID", column(&|r| f(r, 1))));
+        }
+        bars
     };
     let mut quantities = vec![
         ToolQuantity {

@@ -161,8 +161,7 @@ pub fn limit_json(limit: &StiffnessLimit, reached_n_per_m: f64) -> Value {
         "lines": limit.lines,
         "share_reached": number(reached_n_per_m / limit.stiffness_n_per_m),
         "model": "rotor at rest, whole plant with hold and delay at lines of frequency, zone A, limits of gain and \
-         noise \
-                  current; over the stabilising sampled linear controllers whose Youla parameter has these taps: more \
+         noise current; over the stabilising sampled linear controllers whose Youla parameter has these taps: more \
                   taps can only raise it",
     })
 }

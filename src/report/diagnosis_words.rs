@@ -17,8 +17,7 @@ pub fn sentence(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::Adequate => format!(
             "The model describes the measurement: no discrepancy is detectable beyond nuisance parameters (force \
-             constants, sensor \
-             gains, moduli, damping).{} {gap}",
+             constants, sensor gains, moduli, damping).{} {gap}",
             smallest(d)
         ),
         Verdict::Named if d.effects.is_empty() => format!("{}{gap}", faults(d)),
@@ -79,8 +78,7 @@ pub fn sentence(d: &Diagnosis) -> String {
                     " With the law recovered there as a correction without a name the gap falls from {ub:.2} σ to \
                      {ua:.2} σ on the \
                      records it was taken from, and from {hb:.2} σ to {ha:.2} σ on held-out data ({}): use \
-                     correction.csv for predictions, \
-                     and look for the cause before a design.",
+                     correction.csv for predictions, and look for the cause before a design.",
                     d.held_out
                 )
             });
@@ -120,8 +118,7 @@ fn strained(d: &Diagnosis) -> String {
     };
     format!(
         " With it a nuisance parameter ({name}) would be off by {off:.0} times its usual uncertainty, which is no \
-         small \
-         error: check it first."
+         small error: check it first."
     )
 }
 
@@ -130,8 +127,7 @@ fn unsafe_prediction(d: &Diagnosis) -> String {
     let (from, to) = d.misfit.band_hz;
     format!(
         " No correction improves the held-out data ({}): no prediction of this machine is safe, least of all from \
-         {from:.0} to \
-         {to:.0} Hz from {} to {}.",
+         {from:.0} to {to:.0} Hz from {} to {}.",
         d.held_out,
         AXIS_NAMES[d.misfit.input % 4],
         AXIS_NAMES[d.misfit.output % 4]

@@ -307,8 +307,7 @@ impl Measured<'_> {
             decides: false,
             words: format!(
                 "the condition number of U is {condition:.1e} at half of the lines: the four injections hardly \
-                 differ, or one \
-                 current has another scale"
+                 differ, or one current has another scale"
             ),
         })
     }

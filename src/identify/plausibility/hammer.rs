@@ -79,8 +79,7 @@ fn checks(data: &Spectrum, nominal: &Spectrum, distance: f64) -> Vec<Check> {
             decides: true,
             words: format!(
                 "the compliance at the lowest lines is {:.3e} m/N, {:.3e} times that of the nominal machine under \
-                 the controller \
-                 of the record",
+                 the controller of the record",
                 level.exp(),
                 ratio.exp()
             ),

@@ -67,8 +67,7 @@ impl Plausibility {
                 .collect();
             return Some(format!(
                 "{}: the record is implausible and no known mistake explains it: {}; check that spindle and tool \
-                 are those that \
-                 were measured, and the wiring",
+                 are those that were measured, and the wiring",
                 self.record,
                 failed.join("; ")
             ));

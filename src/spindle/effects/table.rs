@@ -453,8 +453,7 @@ pub const TABLE: &[Entry] = &[
         matters: |size, _, _| size.abs() > 0.2,
         sentence: "a tilting stiffness of {0} acts at {at}",
         advice: "repeat with the axial bearing at another bias (magnetic tilting is negative and grows with its \
-            square), and design \
-                 with the corrected file",
+            square), and design with the corrected file",
         ..COMMON
     },
 ];
