@@ -133,10 +133,9 @@ fn add_key(schema: &mut Value, key: &Key) {
 pub fn page() -> String {
     let mut text = String::from(
         "# Keys of all files\n\nEvery key with its unit, whether it may be left out and what it is then, the range \
-         that real \
-         machines keep to (outside it muspin warns) and the range outside which a value is refused. This page is \
-         generated from the readers: `muspin schema --page`. [File formats](super::formats) has examples and \
-         meaning.\n",
+         that real machines keep to (outside it muspin warns) and the range outside which a value is refused. This \
+         page is generated from the readers: `muspin schema --page`. [File formats](crate::guide::formats) has \
+         examples and meaning.\n",
     );
     for kind in SchemaKind::ALL {
         let schema = schema(kind);

@@ -1,4 +1,4 @@
-//! μ of the whole machine on its exact frequency responses ([`super::rotating_loop`]), at rest and over speed.
+//! μ of the whole machine on its exact frequency responses (`rotating_loop`), at rest and over speed.
 //!
 //! The values are upper bounds on a grid that is dense round the closed-loop poles, not certified between its lines. An
 //! unstable loop has no μ.

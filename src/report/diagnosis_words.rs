@@ -76,9 +76,8 @@ pub fn sentence(d: &Diagnosis) -> String {
                 let ((ub, ua), (hb, ha)) = (d.gaps(false), d.gaps(true));
                 format!(
                     " With the law recovered there as a correction without a name the gap falls from {ub:.2} σ to \
-                     {ua:.2} σ on the \
-                     records it was taken from, and from {hb:.2} σ to {ha:.2} σ on held-out data ({}): use \
-                     correction.csv for predictions, and look for the cause before a design.",
+                     {ua:.2} σ on the records it was taken from, and from {hb:.2} σ to {ha:.2} σ on held-out data \
+                     ({}): use correction.csv for predictions, and look for the cause before a design.",
                     d.held_out
                 )
             });

@@ -92,7 +92,7 @@ impl Problem<'_> {
     }
 
     /// The same for many effects of no size beside those of the problem: `further` of which none has to be assembled
-    /// first ([`assembled_with_size`]). With the problem's effects and each of them in turn, `with` gives the fit.
+    /// first (`assembled_with_size`). With the problem's effects and each of them in turn, `with` gives the fit.
     ///
     /// # Errors
     /// As [`Self::residual`].

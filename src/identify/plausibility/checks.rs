@@ -365,9 +365,8 @@ impl Measured<'_> {
             decides: false,
             words: format!(
                 "the currents of axes without injection differ by {distance:.2} (nepers and radians) from the \
-                 named controller \
-                 acting on the signals: another controller, another unit or sign, or an injection elsewhere than \
-                 at the currents"
+                 named controller acting on the signals: another controller, another unit or sign, or an injection \
+                 elsewhere than at the currents"
             ),
         })
     }
