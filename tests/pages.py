@@ -59,7 +59,7 @@ def findings(browser, page, width, dark):
         scheme = ["--blink-settings=preferredColorScheme=0"] if dark else []
         command = [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--window-size={width},2000"]
         command += scheme + ["--virtual-time-budget=4000", "--dump-dom", "file://" + probed]
-        dom = subprocess.run(command, capture_output=True, text=True, timeout=120).stdout
+        dom = subprocess.run(command, capture_output=True, text=True, timeout=300).stdout
     answer = re.search(r'<pre id="probe-answer">(.*?)</pre>', dom, re.S)
     if not answer:
         return ["the page did not finish"]
