@@ -93,24 +93,25 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         ),
         Some(asked) => tightened(&machine, &written, &settings, asked, &progress)?,
     };
+    // The specification that the design was asked to meet.
+    let asked = Weights {
+        tool_tightening: written.tool_tightening * factor,
+        ..written.clone()
+    };
     let mut report = Report::of("design", &machine);
     report.summary.set("weights", written.name.as_str());
     report.summary.set("design", design_json(&found));
     let delivered = at_rest_and_top_speed(&machine, &found.delivery.controller)?;
     let [rest, speed] = delivered.each_ref();
     report.arithmetic(&found, &by_arithmetic(&machine, &found)?);
-    if let Some(asked) = arguments.tighten {
+    if let Some(tighten) = arguments.tighten {
         let own = (&found, rest);
-        let tightening = (factor, asked);
+        let tightening = (factor, tighten);
         let json = tightening_json(&machine, &written, &settings, own, tightening, &progress)?;
         report.summary.set("tightening", json);
     }
     if arguments.compare_routes {
-        let weights = Weights {
-            tool_tightening: written.tool_tightening * factor,
-            ..written.clone()
-        };
-        let json = routes_json(&machine, &weights, &settings, (&found, rest), &progress)?;
+        let json = routes_json(&machine, &asked, &settings, (&found, rest), &progress)?;
         report.summary.set("routes.designs", json);
     }
     report.predictions("mu", [rest, speed]);
@@ -134,11 +135,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     report.loop_of(&machine, &found, [rest, speed])?;
     report.controller(&machine, &found, None)?;
     if arguments.problem {
-        let weights = Weights {
-            tool_tightening: written.tool_tightening * factor,
-            ..written.clone()
-        };
-        report.problem(&ProblemSet::of(&found, &weights)?)?;
+        report.problem(&ProblemSet::of(&found, &asked)?)?;
     }
     report.write(&arguments.out)?;
     arguments.timings.print(&progress.watch());

@@ -1,11 +1,11 @@
 //! One tool of a batch: the run, the worst cases of its controllers, and how far its specification could be tightened.
 
 use super::PipelineError;
+use super::progress::{Event, Listener};
 use super::run::{Run, Task, run};
 use super::settings::DesignSettings;
 use super::tightening::largest_tightening;
 use super::worst::{WorstPrediction, worst_predictions};
-use crate::pipeline::progress::{Event, Listener};
 use crate::predict::sensitivity::Zone;
 
 /// Smallest factor on the tool's specification that the search tries.

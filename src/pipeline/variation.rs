@@ -34,12 +34,6 @@ impl Quantity {
         (Self::Modulus, "modulus"),
     ];
 
-    /// The quantity of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        let mut all = Self::ALL.into_iter();
-        all.find(|(_, n)| *n == name).map(|(q, _)| q)
-    }
-
     /// The machine with this quantity times a factor.
     #[must_use]
     pub fn scaled(self, machine: &Machine, factor: f64) -> Machine {

@@ -40,7 +40,7 @@ pub(super) const WEAK_MAGNETS: [[f64; 2]; 5] = [
     [0.35, 1.0],
 ];
 /// Magnets weaker than this part only have to be stable with half the margin.
-pub(super) const HALF: f64 = 0.5;
+pub(super) const WEAKEST_BELOW: f64 = 0.5;
 /// Factor on the largest |S_jj| with those.
 pub(super) const WEAKEST: f64 = 2.0;
 /// Largest |S_jj| with the others: the margin at which zone C of ISO 14839-3 ends, that of the anti-windup.

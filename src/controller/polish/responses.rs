@@ -6,7 +6,7 @@
 //! counts. What couples x and y otherwise (cross terms of the magnets, turned sensor axes) is left out here and comes
 //! back in verification.
 
-use super::limits::HALF;
+use super::limits::WEAKEST_BELOW;
 use super::matrix2::{Matrix2, ZERO};
 use super::structure::Line;
 use crate::augment::assembly::{UncertainMode, input_weights, output_weights};
@@ -171,7 +171,7 @@ impl Plants {
                 ..*g
             };
             Rotor {
-                role: match part[0].min(part[1]) < HALF {
+                role: match part[0].min(part[1]) < WEAKEST_BELOW {
                     true => Role::Weakest,
                     false => Role::Weak,
                 },

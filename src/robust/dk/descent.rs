@@ -7,8 +7,7 @@
 
 use super::scale::DScales;
 use crate::augment::GeneralizedPlant;
-use crate::robust::dfit::factors::Factors;
-use crate::robust::dfit::factors::Limits;
+use crate::robust::dfit::factors::{Factors, Limits};
 use crate::robust::hinf::{HinfSettings, optimal_level};
 use crate::robust::structure::Structure;
 use rayon::prelude::*;
