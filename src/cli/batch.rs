@@ -23,7 +23,7 @@ use crate::report::batch::{
 };
 use crate::report::run::run_report;
 use crate::report::whole::{Report, ReportError, machine_tag};
-use crate::report::worst::worst_json;
+use crate::report::worst::worst_records;
 use std::path::Path;
 
 /// Runs the command.
@@ -148,11 +148,10 @@ fn own_report(
     weights: &Weights,
 ) -> Result<Report, ReportError> {
     let run = &found.run;
-    let mut report = run_report(run, &weights.name, None, !arguments.quick)?;
+    let (mut report, _) = run_report(run, &weights.name, None, !arguments.quick)?;
     for (name, worst) in ["mu", "pid"].iter().zip(&found.worst) {
-        report
-            .summary
-            .set(&format!("worst_case.{name}"), worst_json(worst));
+        let records = worst_records(worst);
+        report.summary.set(&format!("worst_case.{name}"), records);
     }
     let pid = run.pid().map(|p| &p.controller);
     report.controller_beside(&run.machine, &run.design, pid)?;
@@ -185,8 +184,7 @@ fn finish(
     let sentence = verdict(rows);
     report.summary.set("plain_words", sentences(rows));
     report.summary.set("table", overview(rows));
-    report.summary.set("verdict.met", met);
-    report.summary.set("verdict.sentence", sentence.as_str());
+    report.verdict(Some(met), &sentence);
     let table = table(rows);
     let out = arguments.out.as_str();
     if !arguments.no_table {

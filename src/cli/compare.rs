@@ -1,7 +1,7 @@
 //! `muspin compare`: dynamic stiffness and sensitivity of controllers, and of measured hammer tests, side by side.
 
 use super::console::{Console, Shown};
-use super::controlled_machine::other_machine;
+use super::controlled_machine::{UsedMachine, other_machine};
 use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
 use super::design_progress::run_design;
 use super::machine::Remarks;
@@ -22,14 +22,13 @@ use crate::predict::chatter::{Engagement, Material};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 use crate::report::compared::{Hammer, add_compared};
-use crate::report::comparison::{certificate_json, pid_json};
+use crate::report::pid_summary::{CertificateSummary, NoPid, PidSummary};
 use crate::report::plot::Role;
 use crate::report::run_figures::Measured;
 use crate::report::summary::Summary;
 use crate::report::whole::Report;
 use crate::rotor::modes::{PlanarModes, RIGID};
 use crate::spindle::Machine;
-use serde_json::Value;
 
 /// Flexible modes whose damping is listed and at which stiffness is stated.
 const LISTED_MODES: usize = 3;
@@ -125,8 +124,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
             "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
         }
     };
-    report.summary.set("verdict.met", met);
-    report.summary.set("verdict.sentence", sentence);
+    report.verdict(Some(met), sentence);
     report.write(&arguments.out)?;
     drop(progress);
     for (_, each) in &list {
@@ -167,17 +165,17 @@ fn own(
     let mut controllers = vec![(Role::Mu, found.delivery.controller)];
     match pid {
         Ok(pid) => {
-            summary.set("pid", pid_json(&pid, &effort));
+            summary.set("pid", PidSummary::of(&pid, &effort));
             controllers.push((Role::Pid, pid.controller));
         }
         Err(reason) => {
-            summary.set("pid.found", false);
             let words = format!("No PID was found ({reason}).");
-            summary.set("pid.sentence", words);
+            summary.set("pid", NoPid::because(words));
         }
     }
     if let Ok(plain) = plain {
-        summary.set("pid.textbook", certificate_json(&plain.certificate));
+        let certificate = CertificateSummary::from(&plain.certificate);
+        summary.set("pid.textbook", certificate);
         controllers.push((Role::TextbookPid, plain.controller));
     }
     Ok((controllers, met))
@@ -217,7 +215,12 @@ fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {
     resonances(&frf.frequency_hz, &[channel])
 }
 
-type Given = (Machine, Vec<(Role, Controller)>, Option<Value>, Remarks);
+type Given = (
+    Machine,
+    Vec<(Role, Controller)>,
+    Option<UsedMachine>,
+    Remarks,
+);
 
 /// The machine, the controllers of the command line, which machine was used for them, and what looks wrong in its
 /// files.
@@ -227,7 +230,7 @@ fn given(arguments: &Arguments) -> Result<Given, Failure> {
         return Ok((files.alone()?, vec![], None, Remarks::default()));
     };
     let (found, mut remarks) = files.with_controller(first)?;
-    let json = found.json();
+    let used = found.used_machine();
     let mut controllers = vec![(Role::Other(0), found.controller)];
     for file in others {
         let loaded = load_tagged_controller(file)?;
@@ -235,7 +238,7 @@ fn given(arguments: &Arguments) -> Result<Given, Failure> {
         remarks.0.extend(other);
         controllers.push((Role::Other(controllers.len()), loaded.controller));
     }
-    Ok((found.machine, controllers, Some(json), remarks))
+    Ok((found.machine, controllers, Some(used), remarks))
 }
 
 /// Relative uncertainty per mode: from the command line in percent, else from the weights.

@@ -8,7 +8,7 @@ use crate::input::{Warning, load_tagged_controller};
 use crate::report::summary::Summary;
 use crate::report::whole::machine_tag;
 use crate::spindle::Machine;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// A machine with a controller of a file.
@@ -21,6 +21,16 @@ pub struct ControlledMachine {
     pub used: MachineTag,
     /// What the controller was designed for, when its file says so.
     pub designed_for: Option<MachineTag>,
+}
+
+/// `machine`: files and hash of the machine that is used.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct UsedMachine {
+    spindle: String,
+    tool: String,
+    hash: String,
+    /// Absent where the controller names no machine.
+    is_that_of_the_design: Option<bool>,
 }
 
 /// Spindle and tool of the command line: a path or a shipped name each.
@@ -97,18 +107,18 @@ impl ControlledMachine {
     }
 
     /// What is used and whether it is the machine of the design.
-    pub fn json(&self) -> Value {
-        json!({
-            "spindle": self.used.spindle,
-            "tool": self.used.tool,
-            "hash": self.used.hash,
-            "is_that_of_the_design": self.designed_for.as_ref().map(|_| !self.differs()),
-        })
+    pub(super) fn used_machine(&self) -> UsedMachine {
+        UsedMachine {
+            spindle: self.used.spindle.clone(),
+            tool: self.used.tool.clone(),
+            hash: self.used.hash.clone(),
+            is_that_of_the_design: self.designed_for.as_ref().map(|_| !self.differs()),
+        }
     }
 
     /// The same as the key `machine` of a summary.
     pub fn add_to(&self, summary: &mut Summary) {
-        summary.set("machine", self.json());
+        summary.set("machine", self.used_machine());
     }
 }
 

@@ -3,7 +3,7 @@
 use super::console::{Console, Shown};
 use super::design_arguments::DesignArguments;
 use super::design_progress::run_design_with;
-use super::design_variants::{RouteArgument, Tighten, routes_json, tightened, tightening_json};
+use super::design_variants::{RouteArgument, Tighten, both_routes, tightened, tightening_beside};
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::timings::Timings;
@@ -19,11 +19,11 @@ use crate::pipeline::run::{at_rest_and_top_speed, by_arithmetic, unpolished};
 use crate::pipeline::settings::{DesignSettings, PolishEffort};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
-use crate::report::design_summary::limit_json;
+use crate::report::design_summary::DesignSummary;
 use crate::report::plot::Role;
 use crate::report::run::UNPOLISHED;
 use crate::report::run_figures::{Measured, predictions, robustness};
-use crate::report::run_summary::design_json;
+use crate::report::variant_summary::LimitSummary;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
 
@@ -100,19 +100,19 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     };
     let mut report = Report::of("design", &machine);
     report.summary.set("weights", written.name.as_str());
-    report.summary.set("design", design_json(&found));
+    report.summary.set("design", DesignSummary::from(&found));
     let delivered = at_rest_and_top_speed(&machine, &found.delivery.controller)?;
     let [rest, speed] = delivered.each_ref();
     report.arithmetic(&found, &by_arithmetic(&machine, &found)?);
     if let Some(tighten) = arguments.tighten {
         let own = (&found, rest);
         let tightening = (factor, tighten);
-        let json = tightening_json(&machine, &written, &settings, own, tightening, &progress)?;
-        report.summary.set("tightening", json);
+        let beside = tightening_beside(&machine, &written, &settings, own, tightening, &progress)?;
+        report.summary.set("tightening", beside);
     }
     if arguments.compare_routes {
-        let json = routes_json(&machine, &asked, &settings, (&found, rest), &progress)?;
-        report.summary.set("routes.designs", json);
+        let designs = both_routes(&machine, &asked, &settings, (&found, rest), &progress)?;
+        report.summary.set("routes.designs", designs);
     }
     report.predictions("mu", [rest, speed]);
     let unpolished = unpolished(&machine, &found)?;
@@ -125,8 +125,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     if arguments.limit {
         progress.stage("limit of the stiffness");
         let limit = found.stiffness_limit(&machine)?;
-        let json = limit_json(&limit, rest.minimum.0);
-        report.summary.set("design.stiffness_limit", json);
+        let figures = LimitSummary::of(&limit, rest.minimum.0);
+        report.summary.set("design.stiffness_limit", figures);
         limits.push(Measured::limit(&limit, BAND_HZ));
     }
     let top_hz = machine.spindle.max_rpm / 60.0;

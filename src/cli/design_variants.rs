@@ -10,10 +10,10 @@ use crate::pipeline::comparison::{Prediction, predict};
 use crate::pipeline::design::Design;
 use crate::pipeline::settings::DesignSettings;
 use crate::pipeline::tightening::largest_tightening;
-use crate::report::design_summary::{route_word, variant_json};
-use crate::report::summary::number;
+use crate::report::variant_summary::{
+    AskedTightening, Auto, TighteningSummary, VariantSummary, route_word,
+};
 use crate::spindle::Machine;
-use serde_json::{Value, json};
 use std::str::FromStr;
 
 /// Order of the Padé approximant of an emulated design: its phase is exact to 0.1° up to half the sample rate at 1.5
@@ -107,56 +107,38 @@ const STEP_BACK: f64 = 0.95;
 const STEPS_BACK: usize = 5;
 
 /// The design without tightening beside the tightened one.
-pub fn tightening_json(
+pub(super) fn tightening_beside(
     machine: &Machine,
     written: &Weights,
     settings: &DesignSettings,
     (tightened, rest): (&Design, &Prediction),
     (factor, asked): (f64, Tighten),
     progress: &Progress,
-) -> Result<Value, Failure> {
+) -> Result<TighteningSummary, Failure> {
     let before = run_design_with(machine, written, settings, progress)?;
     let before_rest = predict(machine, &before.delivery.controller, 0.0)?;
-    let gain = |now: f64, then: f64| number(now / then);
-    let percent = |now: f64, then: f64| 100.0 * (now / then - 1.0);
-    let sentence = format!(
-        "The tool's displacement limits divided by {factor:.2} give µ {}; against the design as written the softest \
-         point changes by {:+.0} % (now at {:.0} Hz), the stiffness at 10 Hz by {:+.0} %, at the frequency of the top \
-         speed by {:+.0} %.",
-        tightened.delivery.rounded.specification.words(),
-        percent(rest.minimum.0, before_rest.minimum.0),
-        rest.minimum.1,
-        percent(rest.at_10_hz_n_per_m, before_rest.at_10_hz_n_per_m),
-        percent(rest.at_max_speed_n_per_m, before_rest.at_max_speed_n_per_m),
-    );
-    Ok(json!({
-        "sentence": sentence,
-        "factor": number(factor),
-        "asked": match asked { Tighten::Auto => json!("auto"), Tighten::By(f) => number(f) },
-        "designs": [
-            variant_json("as written", &before, &before_rest),
-            variant_json("tightened", tightened, rest),
-        ],
-        "minimum_stiffness_gain": gain(rest.minimum.0, before_rest.minimum.0),
-        "stiffness_at_10_hz_gain": gain(rest.at_10_hz_n_per_m, before_rest.at_10_hz_n_per_m),
-        "stiffness_at_max_speed_gain": gain(rest.at_max_speed_n_per_m, before_rest.at_max_speed_n_per_m),
-    }))
+    let asked = match asked {
+        Tighten::Auto => AskedTightening::As(Auto::Auto),
+        Tighten::By(factor) => AskedTightening::By(factor),
+    };
+    let (written, tightened) = ((&before, &before_rest), (tightened, rest));
+    Ok(TighteningSummary::of(written, tightened, factor, asked))
 }
 
 /// Designs by both routes side by side, each judged on the sampled loop.
-pub fn routes_json(
+pub(super) fn both_routes(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
     own: (&Design, &Prediction),
     progress: &Progress,
-) -> Result<Value, Failure> {
-    let mut rows = vec![];
+) -> Result<Vec<VariantSummary>, Failure> {
+    let mut rows: Vec<VariantSummary> = vec![];
     for argument in [RouteArgument::Direct, RouteArgument::Emulation] {
         let route = Route::from(argument);
         let name = route_word(route);
         if name == route_word(settings.route) {
-            rows.push(variant_json(name, own.0, own.1));
+            rows.push(VariantSummary::of(name, own.0, own.1));
             continue;
         }
         let settings = DesignSettings {
@@ -167,16 +149,16 @@ pub fn routes_json(
             match crate::pipeline::design::design(machine, weights, &settings, &mut |_| {}) {
                 Ok(other) => {
                     let rest = predict(machine, &other.delivery.controller, 0.0)?;
-                    variant_json(name, &other, &rest)
+                    VariantSummary::of(name, &other, &rest)
                 }
                 // That it does not survive sampling is the answer of the comparison.
                 Err(error @ PipelineError::Emulated { .. }) => {
-                    json!({ "design": name, "stable": false, "failure": error.to_string() })
+                    VariantSummary::failed(name, error.to_string())
                 }
                 Err(error) => return Err(error.into()),
             },
         );
     }
     progress.line("both routes designed");
-    Ok(Value::Array(rows))
+    Ok(rows)
 }

@@ -16,13 +16,13 @@ use crate::input::{
 };
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::corrected_records::record_faults;
-use crate::report::diagnosis::{stage, summarised};
+use crate::report::diagnosis::stage;
+use crate::report::diagnosis_summary::DiagnosisSummary;
 use crate::report::diagnosis_words::sentence;
-use crate::report::identification::plausibility_json;
+use crate::report::identification::PlausibilitySummary;
 use crate::report::results::ResultsFolder;
 use crate::report::summary::Summary;
 use crate::report::whole::Report;
-use serde_json::{Value, json};
 
 /// Arguments of `muspin diagnose`.
 #[derive(clap::Args, Debug, Default)]
@@ -98,13 +98,10 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     drop(progress);
     unstable.iter().for_each(|line| eprintln!("{line}"));
     let mut summary = Summary::new();
-    summary.set("plausibility", plausibility_json(&records.reports));
-    let mut diagnosis = summarised(&found);
-    let names = known.names.clone();
-    if let Value::Object(map) = &mut diagnosis {
-        map.insert("record_faults".into(), json!(record_faults(&found, &names)));
-    }
-    summary.set("diagnosis", diagnosis);
+    summary.set("plausibility", PlausibilitySummary::of(&records.reports));
+    summary.set("diagnosis", DiagnosisSummary::from(&found));
+    let faults = record_faults(&found, &known.names);
+    summary.set("diagnosis.record_faults", faults);
     let mut folder = ResultsFolder::new();
     folder.add("spindle.yaml", spindle_yaml(&found.corrected.spindle))?;
     folder.add("tool.yaml", tool_yaml(&found.corrected.tool))?;

@@ -1,7 +1,7 @@
 //! `muspin export`: firmware tables of a controller, verified first on the sampled closed loop of the full plant.
 
 use super::console::{Console, Shown};
-use super::controlled_machine::{ControlledMachine, MachineArguments};
+use super::controlled_machine::{ControlledMachine, MachineArguments, UsedMachine};
 use super::machine::Remarks;
 use super::output::claim;
 use super::{Failure, Outcome};
@@ -19,9 +19,10 @@ use crate::export::firmware::{Firmware, FirmwareError, Format, write_all};
 use crate::export::table::controller_table;
 use crate::lti::{Discrete, StateSpace};
 use crate::report::results::ResultsFolder;
-use crate::report::simulation::anti_windup_json;
+use crate::report::simulation::AntiWindupSummary;
+use crate::report::summary::json;
 use crate::spindle::{Machine, ModelDetail, Plant};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -114,23 +115,57 @@ impl Prepared {
         }
     }
 
-    fn summary(&self, prefix: &str, files: &[String]) -> Value {
-        json!({
-            "controller": self.discrete.name,
-            "machine": self.given.json(),
-            "prefix": prefix,
-            "sample_time_s": self.rows.rows.sample_time_s,
-            "discretised": self.continuous.is_some(),
-            "form": self.rows.rows.form.name(),
-            "states": self.rows.rows.order(),
-            "multiplications_per_sample": self.rows.rows.multiplications(),
-            "notes": self.rows.rows.notes,
-            "anti_windup": anti_windup_json(&self.anti_windup),
-            "verified": self.verification.is_proven(),
-            "verification": stability_words(&self.verification),
-            "files": files,
-        })
+    fn summary(&self, prefix: &str, files: &[String]) -> ExportSummary {
+        let rows = &self.rows.rows;
+        ExportSummary {
+            controller: self.discrete.name.clone(),
+            machine: self.given.used_machine(),
+            prefix: prefix.to_owned(),
+            sample_time_s: rows.sample_time_s,
+            discretised: self.continuous.is_some(),
+            form: rows.form.name(),
+            states: rows.order(),
+            multiplications_per_sample: rows.multiplications(),
+            notes: rows.notes.clone(),
+            anti_windup: AntiWindupSummary::from(&self.anti_windup),
+            verified: self.verification.is_proven(),
+            verification: stability_words(&self.verification),
+            files: files.to_vec(),
+        }
     }
+}
+
+/// One controller of the answer.
+#[derive(Clone, Debug, Serialize)]
+struct ExportSummary {
+    controller: String,
+    machine: UsedMachine,
+    prefix: String,
+    sample_time_s: f64,
+    discretised: bool,
+    form: &'static str,
+    states: usize,
+    multiplications_per_sample: usize,
+    notes: Vec<String>,
+    anti_windup: AntiWindupSummary,
+    verified: bool,
+    verification: String,
+    files: Vec<String>,
+}
+
+/// The answer: one controller, or several under `controllers`.
+#[derive(Clone, Debug, Serialize)]
+struct Answer {
+    #[serde(flatten)]
+    exported: Exported,
+    out: String,
+}
+
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+enum Exported {
+    One(Box<ExportSummary>),
+    Several { controllers: Vec<ExportSummary> },
 }
 
 /// Runs the command.
@@ -173,13 +208,15 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         folder.add(name, bytes.as_slice())?;
     }
     folder.write(Path::new(&arguments.out))?;
-    let mut summary = match <[Value; 1]>::try_from(summaries) {
-        Ok([only]) => only,
-        Err(several) => json!({"controllers": several}),
+    let summary = Answer {
+        exported: match <[ExportSummary; 1]>::try_from(summaries) {
+            Ok([only]) => Exported::One(Box::new(only)),
+            Err(controllers) => Exported::Several { controllers },
+        },
+        out: arguments.out.clone(),
     };
-    summary["out"] = json!(arguments.out);
     let proven = prepared.iter().all(|p| p.verification.is_proven());
-    console.json(&format!("{summary:#}\n"), || {
+    console.json(&format!("{:#}\n", json(&summary)), || {
         let rows = prepared.iter().zip(&prefixes).map(|(one, prefix)| {
             let rows = &one.rows.rows;
             vec![

@@ -10,7 +10,7 @@ use crate::linalg::{Mat, c64};
 use crate::lti::Response;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::predict::closed_loop::compliance;
-use crate::report::summary::numbers;
+use crate::report::summary::{Named, finite_all, json};
 use crate::spindle::plant::AXES;
 use crate::spindle::{ModelDetail, Plant};
 use serde_json::Value;
@@ -189,14 +189,10 @@ fn csv_line(out: &mut dyn Write, row: &[f64]) -> std::io::Result<()> {
 
 /// One list a column.
 fn columns(header: &[String], table: &[Vec<f64>]) -> Value {
-    let column = |k: usize| numbers(&table.iter().map(|row| row[k]).collect::<Vec<f64>>());
-    Value::Object(
-        header
-            .iter()
-            .enumerate()
-            .map(|(k, name)| (name.clone(), column(k)))
-            .collect(),
-    )
+    let column = |k: usize| finite_all(&table.iter().map(|row| row[k]).collect::<Vec<f64>>());
+    let named = header.iter().enumerate();
+    let named: Named<Vec<Option<f64>>> = named.map(|(k, name)| (name.clone(), column(k))).collect();
+    json(named)
 }
 
 /// The largest magnitude of the diagonal entries and where it is.

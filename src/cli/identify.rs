@@ -8,10 +8,11 @@ use super::plausibility::{Records, named};
 use super::{Failure, Outcome};
 use crate::identify::{Identification, IdentifyError, identify};
 use crate::input::{Measurement, load_measurement};
-use crate::report::identification::{frf_csv, identification_json, plausibility_json};
+use crate::report::identification::{IdentificationSummary, PlausibilitySummary, frf_csv};
 use crate::report::results::ResultsFolder;
+use crate::report::summary::json;
 use crate::report::uff::{UffRecord, universal_file};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -72,15 +73,13 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         .with_hint("identification needs a sweep; frequencies that are known already go straight into `muspin \
             update`"));
     }
-    let mut answer = serde_json::Map::new();
+    let plausibility = PlausibilitySummary::of(&records.reports);
     let mut found = None;
-    answer.insert("plausibility".into(), plausibility_json(&records.reports));
     if let Some((frf, report)) = records.standstill() {
         // Units and order of channels decide what the magnets' stiffness shifts: no peaks from an implausible record.
         if report.plausible() {
             let peaks =
                 identify(frf, &machine).map_err(|e| named(e, &record_at_rest(&measurement)))?;
-            answer.insert("identification".into(), identification_json(&peaks));
             found = Some(peaks);
         }
     } else if let Some(frf) = frfs.first() {
@@ -89,9 +88,8 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         }
         .into());
     }
-    let text = serde_json::to_string_pretty(&answer["plausibility"])
-        .map_err(|e| Failure::new(e.to_string()))?;
-    let mut files = vec![("plausibility.json".to_owned(), text + "\n")];
+    let text = format!("{:#}\n", json(&plausibility));
+    let mut files = vec![("plausibility.json".to_owned(), text)];
     for (k, frf) in frfs.iter().enumerate() {
         files.push((format!("frf-{k}.csv"), frf_csv(frf)));
     }
@@ -125,11 +123,12 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         }
         folder.write(Path::new(out))?;
     }
-    let names: Vec<&String> = files.iter().skip(1).map(|(n, _)| n).collect();
-    answer.insert("records".into(), json!(names));
-    let text = serde_json::to_string_pretty(&Value::Object(answer))
-        .map_err(|e| Failure::new(e.to_string()))?;
-    console.json(&format!("{text}\n"), || {
+    let answer = Answer {
+        plausibility,
+        identification: found.as_ref().map(IdentificationSummary::from),
+        records: files.iter().skip(1).map(|(name, _)| name.clone()).collect(),
+    };
+    console.json(&format!("{:#}\n", json(&answer)), || {
         shown(arguments, &records, found.as_ref())
     })?;
     Ok(if records.plausible() {
@@ -137,6 +136,16 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     } else {
         Outcome::TargetMissed
     })
+}
+
+/// The answer.
+#[derive(Clone, Debug, Serialize)]
+struct Answer {
+    plausibility: PlausibilitySummary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    identification: Option<IdentificationSummary>,
+    /// Files of the responses.
+    records: Vec<String>,
 }
 
 /// File of the first sweep at standstill.

@@ -4,8 +4,8 @@
 use super::console::{Console, Shown};
 use super::machine::load_machine;
 use super::{Failure, Outcome};
-use crate::spindle::Machine;
-use serde_json::{Value, json};
+use crate::report::summary::json;
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Highest frequency listed, Hz: beyond the bandwidth of every magnetic bearing.
@@ -25,6 +25,28 @@ pub struct Arguments {
     speeds: Vec<f64>,
 }
 
+/// The answer.
+#[derive(Clone, Debug, Serialize)]
+struct Modes {
+    spindle: String,
+    tool: String,
+    mass_kg: f64,
+    centre_of_gravity_m: f64,
+    polar_inertia_kg_m2: f64,
+    diametral_inertia_kg_m2: f64,
+    speeds: Vec<SpeedModes>,
+}
+
+/// Modes at a speed; whirl is 1 for forward, -1 for backward, 0 for none.
+#[derive(Clone, Debug, Serialize)]
+struct SpeedModes {
+    speed_rpm: f64,
+    natural_frequencies_hz: Vec<f64>,
+    damped_frequencies_hz: Vec<f64>,
+    damping_ratio: Vec<f64>,
+    whirl: Vec<i64>,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let machine = load_machine(&arguments.spindle, &arguments.tool)?;
@@ -38,65 +60,60 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     }
     let rotor = machine.rotor()?;
     let properties = rotor.mass_properties();
-    let mut speeds: Vec<Value> = vec![];
+    let mut speeds = vec![];
     for rpm in &arguments.speeds {
         let found = machine.whirl(rpm * TAU / 60.0, TO_HZ)?;
         let list = |pick: fn(&crate::rotor::WhirlMode) -> f64| -> Vec<f64> {
             found.modes.iter().map(pick).collect()
         };
-        speeds.push(json!({
-            "speed_rpm": rpm,
-            "natural_frequencies_hz": list(|m| m.natural_rad_s / TAU),
-            "damped_frequencies_hz": list(|m| m.damped_rad_s / TAU),
-            "damping_ratio": list(|m| m.damping_ratio),
-            "whirl": found.modes.iter().map(|m| m.whirl as i64).collect::<Vec<_>>(),
-        }));
+        speeds.push(SpeedModes {
+            speed_rpm: *rpm,
+            natural_frequencies_hz: list(|m| m.natural_rad_s / TAU),
+            damped_frequencies_hz: list(|m| m.damped_rad_s / TAU),
+            damping_ratio: list(|m| m.damping_ratio),
+            whirl: found.modes.iter().map(|m| m.whirl as i64).collect(),
+        });
     }
-    let answer = json!({
-        "spindle": machine.spindle.name,
-        "tool": machine.tool.name,
-        "mass_kg": properties.mass_kg,
-        "centre_of_gravity_m": properties.centre_of_gravity_m,
-        "polar_inertia_kg_m2": properties.polar_inertia_kg_m2,
-        "diametral_inertia_kg_m2": properties.diametral_inertia_kg_m2,
-        "speeds": speeds,
-    });
-    console.json(&format!("{answer:#}\n"), || shown(&machine, &answer))?;
+    let answer = Modes {
+        spindle: machine.spindle.name.clone(),
+        tool: machine.tool.name.clone(),
+        mass_kg: properties.mass_kg,
+        centre_of_gravity_m: properties.centre_of_gravity_m,
+        polar_inertia_kg_m2: properties.polar_inertia_kg_m2,
+        diametral_inertia_kg_m2: properties.diametral_inertia_kg_m2,
+        speeds,
+    };
+    console.json(&format!("{:#}\n", json(&answer)), || shown(&answer))?;
     Ok(Outcome::Done)
 }
 
 /// Modes listed on a terminal: the rigid-body modes and the first bending modes.
 const LISTED: usize = 12;
 
-fn shown(machine: &Machine, answer: &Value) -> Shown {
-    let number = |key: &str| answer[key].as_f64().unwrap_or(f64::NAN);
+fn shown(answer: &Modes) -> Shown {
     let verdict = format!(
         "{} with {}: {:.3} kg, centre of gravity {:.1} mm from the nose face",
-        machine.spindle.name,
-        machine.tool.name,
-        number("mass_kg"),
-        1e3 * number("centre_of_gravity_m")
+        answer.spindle,
+        answer.tool,
+        answer.mass_kg,
+        1e3 * answer.centre_of_gravity_m
     );
-    let empty = vec![];
     let mut rows = vec![vec![
         "speed, rpm".to_owned(),
         "natural frequencies, Hz (- backward, + forward)".to_owned(),
     ]];
-    for speed in answer["speeds"].as_array().unwrap_or(&empty) {
-        let list = |key: &str| speed[key].as_array().cloned().unwrap_or_default();
-        let pairs = list("natural_frequencies_hz")
-            .into_iter()
-            .zip(list("whirl"));
-        let words = pairs.take(LISTED).map(|(f, w)| {
-            let sign = match w.as_i64() {
-                Some(1) => "+",
-                Some(-1) => "-",
+    for speed in &answer.speeds {
+        let pairs = speed.natural_frequencies_hz.iter().zip(&speed.whirl);
+        let words = pairs.take(LISTED).map(|(f, whirl)| {
+            let sign = match whirl {
+                1 => "+",
+                -1 => "-",
                 _ => "",
             };
-            format!("{:.1}{sign}", f.as_f64().unwrap_or(f64::NAN))
+            format!("{f:.1}{sign}")
         });
         rows.push(vec![
-            speed["speed_rpm"].to_string(),
+            format!("{:?}", speed.speed_rpm),
             words.collect::<Vec<_>>().join(" "),
         ]);
     }

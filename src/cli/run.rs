@@ -83,21 +83,19 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let found = run_chain(&task, &mut |event| told(&progress, event))?;
     progress.stage("report");
     let identification = given.identification.as_ref();
-    let mut report = run_report(&found, &weights.name, identification, !arguments.quick)?;
+    let (mut report, words) = run_report(&found, &weights.name, identification, !arguments.quick)?;
     let pid = found.pid().map(|p| &p.controller);
     report.controller(&found.machine, &found.design, pid)?;
     report.write(&arguments.out)?;
     arguments.timings.print(&progress.watch());
     drop(progress);
-    let words = report.summary.get("plain_words").and_then(|v| v.as_str());
-    let words = words.unwrap_or_default();
     let out = arguments.out.as_str();
     let ended = outcome(&found.design, found.delivered.each_ref());
     console.other(
         || format!("{words}\nresults in {out}\n"),
         || report.summary.value(),
         || {
-            shown_design(&found.design, ended, words)
+            shown_design(&found.design, ended, &words)
                 .file(format!("{out}/report.html"))
                 .file(format!("{out}/controller"))
                 .next(format!(

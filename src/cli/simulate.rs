@@ -15,11 +15,10 @@ use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::predict::recovery::{Recovery, touching_force_n};
 use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
 use crate::predict::time_cases::{Case, Quantisation, figures, run_case};
+use crate::report::pictures::Picture;
 use crate::report::plot::animation::animate;
-use crate::report::simulation::{
-    Limits, anti_windup_json, motion, quantisation_json, recovery_json, simulation_json,
-};
-use crate::report::summary::number;
+use crate::report::simulation::{Limits, Simulated, SimulationSummary, motion};
+use crate::report::summary::finite;
 use crate::report::time_response::add_response;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
@@ -132,30 +131,31 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let summary = &mut report.summary;
     summary.set("controller", discrete.name.as_str());
     summary.set("case", name);
-    summary.set("speed_rpm", number(speed_rpm));
-    summary.set("duration_s", number(duration_s));
+    summary.set("speed_rpm", finite(speed_rpm));
+    summary.set("duration_s", finite(duration_s));
     given.add_to(summary);
     summary.set("stability.stable", stable);
-    summary.set("stability.growth_rate_per_s", number(growth));
+    summary.set("stability.growth_rate_per_s", finite(growth));
     if let Case::Impulse { force_n, .. } | Case::Step { force_n } = case {
-        summary.set("force_n", number(force_n));
+        summary.set("force_n", finite(force_n));
     }
-    let mut rows = simulation_json(machine, &response, &found, &limits);
-    // What a loop that grows does in a moment tells no zone.
-    if let (false, Some(rows)) = (stable, rows.as_object_mut()) {
-        rows.retain(|key, _| !key.contains("zone"));
-    }
-    summary.set("simulation", rows);
-    summary.set("simulation.anti_windup", anti_windup_json(&anti_windup));
     let recovery = Recovery::of(machine, &response);
-    summary.set("simulation.backup_bearings", recovery_json(recovery));
     let smooth = TimeSettings {
         quantum_m: 0.0,
         ..settings
     };
     let smooth = run_case(machine, &program, case, speed, duration_s, &smooth)?;
     let steps = Quantisation::of(settings.quantum_m, &response, &smooth);
-    summary.set("simulation.quantisation", quantisation_json(&steps));
+    let simulated = Simulated {
+        response: &response,
+        figures: &found,
+        limits: &limits,
+        stable,
+        anti_windup: &anti_windup,
+        recovery,
+        steps: &steps,
+    };
+    summary.set("simulation", SimulationSummary::of(machine, &simulated));
     let (met, end) = match stable {
         true => {
             let (met, end) = verdict(arguments.case, &response, recovery);
@@ -169,13 +169,11 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
             "the closed loop is unstable at this speed".to_owned(),
         ),
     };
-    summary.set("verdict.met", met);
-    summary.set("verdict.sentence", end.as_str());
+    report.verdict(Some(met), &end);
     add_response(&mut report, machine, &response, name, &limits)?;
     let title = format!("Shaft in motion, {name}");
-    let (picture, frames) = animate(&motion(machine, &response, &title, speed)?);
-    report.folder.add("plots/animation.svg", picture)?;
-    report.folder.add("plots/animation.csv", frames)?;
+    let moving = animate(&motion(machine, &response, &title, speed)?);
+    report.folder.add_picture(Picture::Animation, moving)?;
     report.write(&arguments.out)?;
     let out = arguments.out.as_str();
     console.json(&report.summary.to_json(), || {

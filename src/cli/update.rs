@@ -10,18 +10,18 @@ use super::{Failure, Outcome};
 use crate::identify::{Identification, Reading, identify};
 use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::report::identification::{identification_json, plausibility_json};
+use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
 use crate::report::results::ResultsFolder;
-use crate::report::summary::number;
+use crate::report::summary::{finite, json};
 use crate::report::tables::Table;
-use crate::report::updating::{error_table, figures, updating_json};
+use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures};
 use crate::spindle::Machine;
 use crate::update::{
     FrfTargets, Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine,
     front_and_rear, gauss_newton, nelder_mead, tool_error_db,
 };
 use clap::ValueEnum;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::path::Path;
 
 /// How the factors are found.
@@ -136,17 +136,17 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     };
     let hammers = hammer_errors(&measurement, &machine, &delivered.machine)?;
     let only = resonances_only.is_some().then_some(&full.fit);
-    let mut summary = serde_json::Map::new();
-    if let Some(found) = &identification {
-        summary.insert("identification".into(), identification_json(found));
-    }
-    if !records.reports.is_empty() {
-        summary.insert("plausibility".into(), plausibility_json(&records.reports));
-    }
-    summary.insert("updating".into(), answer(&delivered.fit, only, &hammers));
-    let text = serde_json::to_string_pretty(&Value::Object(summary))
-        .map_err(|e| Failure::new(e.to_string()))?
-        + "\n";
+    let mut updating = UpdatingSummary::from(&delivered.fit);
+    updating.resonances_only = Some(only.is_some());
+    updating.full_update = only.map(|full| Box::new(UpdatingSummary::from(full)));
+    updating.held_out_tool_frf = hammers;
+    let reports = &records.reports;
+    let answer = Answer {
+        identification: identification.as_ref().map(IdentificationSummary::from),
+        plausibility: (!reports.is_empty()).then(|| PlausibilitySummary::of(reports)),
+        updating,
+    };
+    let text = format!("{:#}\n", json(&answer));
     write_all(&arguments.out, &machine, delivered, &models, &text)?;
     let explanation = &delivered.fit.explanation;
     let out = arguments.out.as_str();
@@ -183,19 +183,14 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     })
 }
 
-/// The `updating` object; `full` is the fit with antiresonances where the delivered one goes without them.
-fn answer(delivered: &Updated, full: Option<&Updated>, hammers: &[Value]) -> Value {
-    let mut updating = updating_json(delivered);
-    if let Value::Object(map) = &mut updating {
-        map.insert("resonances_only".into(), json!(full.is_some()));
-        if let Some(full) = full {
-            map.insert("full_update".into(), updating_json(full));
-        }
-        if !hammers.is_empty() {
-            map.insert("held_out_tool_frf".into(), json!(hammers));
-        }
-    }
-    updating
+/// The answer.
+#[derive(Clone, Debug, Serialize)]
+struct Answer {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    identification: Option<IdentificationSummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plausibility: Option<PlausibilitySummary>,
+    updating: UpdatingSummary,
 }
 
 /// Codes of the FRFs, output and input axis, in the order of the targets.
@@ -305,7 +300,7 @@ fn hammer_errors(
     measurement: &Measurement,
     before: &Machine,
     after: &Machine,
-) -> Result<Vec<Value>, Failure> {
+) -> Result<Vec<HammerError>, Failure> {
     let mut list = vec![];
     for hammer in &measurement.hammers {
         let Some(path) = &hammer.controller else {
@@ -313,31 +308,30 @@ fn hammer_errors(
         };
         let controller = load_controller(path)?;
         // A model whose loop is unstable predicts no compliance: the rotor was levitated, so the model is wrong there.
-        let error = |machine: &Machine| -> Result<[Value; 2], Failure> {
+        let error = |machine: &Machine| -> Result<(Option<f64>, f64), Failure> {
             let growth = growth_rate_at(machine, &controller, hammer.frf.speed_rpm)?;
             if growth >= 0.0 {
-                return Ok([Value::Null, number(growth)]);
+                return Ok((None, growth));
             }
             let db = tool_error_db(machine, &hammer.frf, hammer.axis, &controller)?;
-            Ok([number(db), number(growth)])
+            Ok((finite(db), growth))
         };
-        let ([before_db, before_growth], [after_db, after_growth]) =
+        let ((before_db, before_growth), (after_db, after_growth)) =
             (error(before)?, error(after)?);
-        if after_db.is_null() {
-            let growth = after_growth.as_f64().unwrap_or(f64::NAN);
+        if after_growth >= 0.0 {
             eprintln!(
                 "warning: {}: the updated model is {}",
                 hammer.name,
-                unstable_words(growth, hammer.frf.speed_rpm)
+                unstable_words(after_growth, hammer.frf.speed_rpm)
             );
         }
-        list.push(json!({
-            "file": hammer.name,
-            "before_db_rms": before_db,
-            "after_db_rms": after_db,
-            "before_growth_rate_per_s": before_growth,
-            "after_growth_rate_per_s": after_growth,
-        }));
+        list.push(HammerError {
+            file: hammer.name.clone(),
+            before_db_rms: before_db,
+            after_db_rms: after_db,
+            before_growth_rate_per_s: finite(before_growth),
+            after_growth_rate_per_s: finite(after_growth),
+        });
     }
     Ok(list)
 }
@@ -373,8 +367,8 @@ fn write_all(
         }
         folder.add_table("mode_shapes.csv", &table)?;
     }
-    for (stem, figure) in figures(before, models) {
-        folder.add_plot(stem, &figure)?;
+    for (name, figure) in figures(before, models) {
+        folder.add_plot(name, &figure)?;
     }
     folder.write(Path::new(out))?;
     Ok(())

@@ -1,9 +1,10 @@
 //! A batch as table, sentences and pictures: one row a tool or variant, made from what a run found, or read back from
 //! the folder of a tool that was finished before.
 
+use super::pictures::Picture;
 use super::plot::machining::{ToolQuantity, tool_stiffness, tools};
 use super::plot::{Curve, Figure, Role};
-use super::summary::number;
+use super::summary::finite;
 use super::tables::Table;
 use super::worst::least_over_speed;
 use crate::pipeline::batch::Finished;
@@ -11,7 +12,6 @@ use crate::pipeline::comparison::Prediction;
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::stiffness::stiffness_words;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 
 /// File of a row in the folder of its tool.
 pub const ROW_FILE: &str = "row.json";
@@ -164,10 +164,6 @@ impl LoopFigures {
     }
 }
 
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
-}
-
 /// How a batch ended, in a sentence.
 pub fn verdict(rows: &[Row]) -> String {
     let met = rows.iter().filter(|r| r.met()).count();
@@ -180,7 +176,7 @@ pub fn verdict(rows: &[Row]) -> String {
 }
 
 /// The batch in sentences.
-pub fn sentences(rows: &[Row]) -> Value {
+pub(crate) fn sentences(rows: &[Row]) -> Vec<String> {
     let mut words = vec![];
     let missed: Vec<String> = rows
         .iter()
@@ -224,32 +220,52 @@ pub fn sentences(rows: &[Row]) -> Value {
         ),
         false => format!("{own}."),
     });
-    words.into()
+    words
+}
+
+/// A record of `table`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct OverviewRow {
+    tool: String,
+    page: String,
+    mu_as_specified: Option<f64>,
+    largest_mu: Option<f64>,
+    order: Option<usize>,
+    minimum_stiffness_mu_n_per_m: Option<f64>,
+    minimum_stiffness_pid_n_per_m: Option<f64>,
+    worst_stiffness_mu_n_per_m: Option<f64>,
+    worst_stiffness_pid_n_per_m: Option<f64>,
+    zone_mu: String,
+    zone_pid: String,
+    stable_to_rpm: Option<f64>,
+    meets_specification: bool,
+    largest_tool_tightening: Option<f64>,
+    failure: Option<String>,
 }
 
 /// The table of the report: one record a tool.
-pub fn overview(rows: &[Row]) -> Value {
+pub(crate) fn overview(rows: &[Row]) -> Vec<OverviewRow> {
     let record = |r: &Row| {
         let figures = r.figures.as_ref();
-        json!({
-            "tool": r.tool,
-            "page": format!("{}/report.html", r.tool),
-            "mu_as_specified": number(r.mu()),
-            "largest_mu": figures.and_then(|f| f.largest_mu),
-            "order": figures.map(|f| f.order),
-            "minimum_stiffness_mu_n_per_m": number(r.minimum(0)),
-            "minimum_stiffness_pid_n_per_m": number(r.minimum(1)),
-            "worst_stiffness_mu_n_per_m": number(r.worst(0)),
-            "worst_stiffness_pid_n_per_m": number(r.worst(1)),
-            "zone_mu": r.zone(0),
-            "zone_pid": r.zone(1),
-            "stable_to_rpm": figures.map(|f| number(f.stable_to_rpm)),
-            "meets_specification": r.met(),
-            "largest_tool_tightening": r.tightening().map(number),
-            "failure": r.failure,
-        })
+        OverviewRow {
+            tool: r.tool.clone(),
+            page: format!("{}/report.html", r.tool),
+            mu_as_specified: finite(r.mu()),
+            largest_mu: figures.and_then(|f| f.largest_mu),
+            order: figures.map(|f| f.order),
+            minimum_stiffness_mu_n_per_m: finite(r.minimum(0)),
+            minimum_stiffness_pid_n_per_m: finite(r.minimum(1)),
+            worst_stiffness_mu_n_per_m: finite(r.worst(0)),
+            worst_stiffness_pid_n_per_m: finite(r.worst(1)),
+            zone_mu: r.zone(0).to_owned(),
+            zone_pid: r.zone(1).to_owned(),
+            stable_to_rpm: figures.and_then(|f| finite(f.stable_to_rpm)),
+            meets_specification: r.met(),
+            largest_tool_tightening: r.tightening().and_then(finite),
+            failure: r.failure.clone(),
+        }
     };
-    Value::Array(rows.iter().map(record).collect())
+    rows.iter().map(record).collect()
 }
 
 /// The table as CSV.
@@ -301,7 +317,7 @@ fn has_pid<'a>(mut rows: impl Iterator<Item = &'a Row>) -> bool {
 }
 
 /// Bars over the tools, and their stiffness curves.
-pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
+pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(Picture, Figure)> {
     let rows: Vec<&Row> = rows.iter().filter(|r| r.figures.is_some()).collect();
     if rows.is_empty() {
         return vec![];
@@ -326,11 +342,11 @@ pub fn figures(rows: &[Row], top_speed_hz: f64) -> Vec<(&'static str, Figure)> {
     }
     vec![
         (
-            "tools",
+            Picture::Tools,
             tools("A design per tool", &names, &quantities(&rows)),
         ),
         (
-            "tools_stiffness",
+            Picture::ToolsStiffness,
             tool_stiffness("Dynamic stiffness with each tool", &panels, top_speed_hz),
         ),
     ]

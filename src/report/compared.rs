@@ -1,22 +1,24 @@
 //! Controllers side by side, and beside measured hammer tests: figures by key, tables, words, pictures.
 
 use super::comparison::{
-    figure_9_words, measured_json, measured_row, ratio_json, statements_json, statements_table,
+    MeasuredSummary, RatioSummary, StatementRow, ToolPlaneSummary, figure_9_words, statements_table,
 };
 use super::comparison_figures::{NamedWorst, worst_figures};
-use super::design_summary::speed_proof_json;
+use super::pictures::Picture;
 use super::plot::machining::chatter_lobes;
 use super::plot::{Curve, Role};
+use super::prediction_summary::damping_ratios;
 use super::run_figures::{Measured, predictions};
-use super::run_summary::{modal_damping_json, verification_json};
-use super::summary::{Summary, number, numbers};
+use super::speed_summary::{SpeedProofSummary, VerificationSummary};
+use super::summary::{Summary, finite, finite_all};
 use super::whole::{Report, ReportError};
-use super::worst::worst_json;
+use super::worst::worst_records;
+use crate::controller::verification::Verification;
 use crate::identify::peaks::Resonance;
 use crate::pipeline::compared::{Compared, Ground};
 use crate::pipeline::comparison::Prediction;
 use crate::predict::chatter::StabilityLimit;
-use serde_json::Value;
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
@@ -48,15 +50,15 @@ pub fn add_compared(
     for (_, each) in list {
         if let (Some(first), Some(last)) = (each.predictions.first(), each.predictions.last()) {
             report.predictions(&each.name, [first, last]);
-            let damping = modal_damping_json(first, flexible_rad_s);
+            let damping = damping_ratios(first, flexible_rad_s.len());
             let key = format!("damping_ratio.{}", each.name);
             report.summary.set(&key, damping);
         }
         add_one(&mut report.summary, each, &flexible_hz, top_hz);
     }
     for hammer in &hammers {
-        let json = measured_json(&hammer.curve, &hammer.resonances, &flexible_hz, top_hz);
-        report.summary.set(&hammer.key, json);
+        let own = MeasuredSummary::of(&hammer.curve, &hammer.resonances, &flexible_hz, top_hz);
+        report.summary.set(&hammer.key, own);
     }
     let measured: Vec<Measured> = hammers.into_iter().map(|h| h.curve).collect();
     add_ratios(&mut report.summary, list);
@@ -67,12 +69,12 @@ pub fn add_compared(
         .collect();
     let mut statements = statements_table(&every, &worst, &flexible_hz, top_hz);
     let rows = measured.iter();
-    statements.extend(rows.map(|m| measured_row(m, &flexible_hz, top_hz)));
+    statements.extend(rows.map(|m| StatementRow::measured(m, &flexible_hz, top_hz)));
     let summary = &mut report.summary;
-    summary.set("statements", Value::Array(statements));
+    summary.set("statements", statements);
     summary.set("plain_words", figure_9_words(&every, &worst));
-    summary.set("speeds_rpm", numbers(ground.speeds_rpm));
-    summary.set("top_speed_hz", number(top_hz));
+    summary.set("speeds_rpm", finite_all(ground.speeds_rpm));
+    summary.set("top_speed_hz", finite(top_hz));
     let drawn: Vec<(Role, &Prediction)> = list
         .iter()
         .flat_map(|(role, c)| c.predictions.iter().map(|p| (*role, p)))
@@ -86,34 +88,49 @@ pub fn add_compared(
 fn add_one(summary: &mut Summary, each: &Compared, flexible_hz: &[f64], top_hz: f64) {
     let name = &each.name;
     let stations = each.predictions.iter();
-    let stations = stations.map(|p| statements_json(p, flexible_hz, top_hz));
-    summary.set(
-        &format!("tool_plane.{name}"),
-        Value::Array(stations.collect()),
-    );
-    let checked = &each.verification;
-    summary.set(&format!("stability.{name}.stable"), checked.is_proven());
-    if let Some(proof) = &checked.proof {
-        summary.set(&format!("stability.{name}.proof"), speed_proof_json(proof));
-    }
-    if let Some(failure) = &checked.proof_failure {
-        let key = format!("stability.{name}.proof_failure");
-        summary.set(&key, failure.as_str());
-    }
-    summary.set(&format!("worst_case.{name}"), worst_json(&each.worst));
-    summary.set(
-        &format!("stability.{name}.certificates"),
-        verification_json(checked),
-    );
+    let stations = stations.map(|p| ToolPlaneSummary::of(p, flexible_hz, top_hz));
+    let stations: Vec<ToolPlaneSummary> = stations.collect();
+    summary.set(&format!("tool_plane.{name}"), stations);
+    let stability = StabilitySummary::from(&each.verification);
+    summary.set(&format!("stability.{name}"), stability);
+    summary.set(&format!("worst_case.{name}"), worst_records(&each.worst));
     let minimum = each.lobes.as_ref().and_then(StabilityLimit::minimum);
     summary.set(
-        &format!("chatter.{name}.minimum_depth_m"),
-        number(minimum.map_or(f64::NAN, |m| m.depth_m)),
+        &format!("chatter.{name}"),
+        ChatterSummary {
+            minimum_depth_m: minimum.and_then(|m| finite(m.depth_m)),
+            frequency_hz: minimum.and_then(|m| finite(m.omega_rad_s / TAU)),
+        },
     );
-    summary.set(
-        &format!("chatter.{name}.frequency_hz"),
-        number(minimum.map_or(f64::NAN, |m| m.omega_rad_s / TAU)),
-    );
+}
+
+/// `stability.<controller>`.
+#[derive(Clone, Debug, Serialize)]
+struct StabilitySummary {
+    stable: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    proof: Option<SpeedProofSummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    proof_failure: Option<String>,
+    certificates: VerificationSummary,
+}
+
+impl From<&Verification> for StabilitySummary {
+    fn from(checked: &Verification) -> Self {
+        Self {
+            stable: checked.is_proven(),
+            proof: checked.proof.as_ref().map(SpeedProofSummary::from),
+            proof_failure: checked.proof_failure.clone(),
+            certificates: VerificationSummary::from(checked),
+        }
+    }
+}
+
+/// `chatter.<controller>`: the smallest stable depth of cut.
+#[derive(Clone, Debug, Serialize)]
+struct ChatterSummary {
+    minimum_depth_m: Option<f64>,
+    frequency_hz: Option<f64>,
 }
 
 /// Stiffness of the first controller over that of each other one, speed by speed.
@@ -123,10 +140,11 @@ fn add_ratios(summary: &mut Summary, list: &[(Role, Compared)]) {
     };
     for (_, other) in others {
         let both = first.predictions.iter().zip(&other.predictions);
-        let ratios = both.map(|(own, its)| ratio_json(own, its));
+        let ratios = both.map(|(own, its)| RatioSummary::of(own, its));
+        let ratios: Vec<RatioSummary> = ratios.collect();
         summary.set(
             &format!("stiffness_ratio.{}_over_{}", first.name, other.name),
-            Value::Array(ratios.collect()),
+            ratios,
         );
     }
 }
@@ -158,5 +176,5 @@ fn add_lobes(
         return Ok(());
     }
     let figure = chatter_lobes("Stable depth of cut", &curves, top_rpm);
-    report.figures([("chatter", figure)])
+    report.figures([(Picture::Chatter, figure)])
 }

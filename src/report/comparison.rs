@@ -1,12 +1,7 @@
-//! Figures of a comparison as JSON: the statements of the paper's figure 9 as numbers, measured hammer records, and the
-//! figures of a PID's certificate beside its limits.
+//! A comparison as topics of the summary: the statements of the paper's figure 9 as numbers, and measured hammer records.
 
-use super::run_summary::verification_json;
-use super::summary::{number, numbers};
+use super::summary::{Named, finite};
 use crate::identify::peaks::Resonance;
-use crate::pid::certificate::TunedPid;
-use crate::pid::certificate::{PeakSensitivity, PidCertificate, ZONE_B_DB};
-use crate::pid::settings::TuneSettings;
 use crate::pipeline::comparison::{LOW_HZ, Prediction};
 use crate::pipeline::worst::WorstPrediction;
 use crate::predict::dips::{Dip, dips};
@@ -14,7 +9,7 @@ use crate::predict::modes::{FLEXIBLE, LoopMode};
 use crate::report::comparison_figures::NamedWorst;
 use crate::report::run_figures::Measured;
 use crate::report::worst::worst_sentence;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
 /// A resonance that dents the curve by less than this is not seen in a plot over four decades: 1 dB.
 const SEEN: f64 = 1.122;
@@ -23,109 +18,211 @@ const RIGID_BAND_HZ: (f64, f64) = (5.0, 500.0);
 /// A dip within this factor of a natural frequency is that mode's.
 const NEAR: f64 = 1.15;
 
-fn mode_json(mode: &LoopMode) -> Value {
-    json!({
-        "frequency_hz": number(mode.frequency_hz),
-        "damping_ratio": number(mode.damping_ratio),
-    })
+/// A mode of a loop.
+#[derive(Clone, Debug, Serialize)]
+struct ModeSummary {
+    frequency_hz: Option<f64>,
+    damping_ratio: Option<f64>,
 }
 
-fn dip_json(dip: &Dip) -> Value {
-    json!({
-        "frequency_hz": number(dip.frequency_hz),
-        "stiffness_n_per_m": number(dip.stiffness_n_per_m),
-        "depth_db": number(20.0 * dip.prominence.log10()),
-    })
+/// A local minimum of the tool stiffness.
+#[derive(Clone, Debug, Serialize)]
+struct DipSummary {
+    frequency_hz: Option<f64>,
+    stiffness_n_per_m: Option<f64>,
+    depth_db: Option<f64>,
 }
 
-/// The statements of figure 9 for one controller at one speed; `flexible_hz` are the natural frequencies of the free
-/// rotor.
-pub fn statements_json(prediction: &Prediction, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
-    let axes: Map<String, Value> = ["x", "y"]
-        .into_iter()
-        .zip(&prediction.stiffness)
-        .map(|(axis, curve)| {
+/// A lightly damped resonance of a measured record.
+#[derive(Clone, Debug, Serialize)]
+struct ResonanceSummary {
+    frequency_hz: Option<f64>,
+    standard_deviation_hz: Option<f64>,
+    damping_ratio: Option<f64>,
+}
+
+/// A curve of the tool stiffness in figures.
+#[derive(Clone, Debug, Serialize)]
+struct CurveSummary {
+    from_hz: Option<f64>,
+    at_lowest_line_n_per_m: Option<f64>,
+    at_10_hz_n_per_m: Option<f64>,
+    at_max_speed_n_per_m: Option<f64>,
+    minimum_n_per_m: Option<f64>,
+    minimum_frequency_hz: Option<f64>,
+    flexible_mode_dips: Vec<Option<DipSummary>>,
+    deepest_rigid_body_dip: Option<DipSummary>,
+}
+
+/// The curves of both axes.
+#[derive(Clone, Debug, Serialize)]
+struct AxesSummary {
+    x: CurveSummary,
+    y: CurveSummary,
+}
+
+/// The statements of figure 9 for one controller at one speed: a record of `tool_plane.<controller>`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ToolPlaneSummary {
+    speed_rpm: Option<f64>,
+    tool_stiffness: AxesSummary,
+    flexible_modes: Vec<Option<ModeSummary>>,
+    rigid_body_modes: Vec<ModeSummary>,
+}
+
+/// The same statements for a measured record, as far as it shows them: `tool_plane.measured_<record>`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct MeasuredSummary {
+    speed_rpm: Option<f64>,
+    tool_stiffness: CurveSummary,
+    lightly_damped_modes: Vec<ResonanceSummary>,
+}
+
+/// Ratios of the first controller's stiffness to that of another at the same speed: `stiffness_ratio.<a>_over_<b>`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RatioSummary {
+    speed_rpm: Option<f64>,
+    at_10_hz: Option<f64>,
+    at_max_speed: Option<f64>,
+    minimum: Option<f64>,
+}
+
+/// A row of `statements`: a controller at a speed on an axis, or a measured record.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct StatementRow {
+    controller: String,
+    speed_rpm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    axis: Option<&'static str>,
+    at_10_hz_n_per_m: Option<f64>,
+    at_top_speed_n_per_m: Option<f64>,
+    smallest_n_per_m: Option<f64>,
+    where_hz: Option<f64>,
+    #[serde(flatten)]
+    predicted: Option<PredictedColumns>,
+}
+
+/// What only a prediction has.
+#[derive(Clone, Debug, Serialize)]
+struct PredictedColumns {
+    worst_n_per_m: Option<f64>,
+    /// `damping_mode_<number>_percent`.
+    #[serde(flatten)]
+    damping_percent: Named<Option<f64>>,
+    rigid_body_modes: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unstable_growth_rate_per_s: Option<Option<f64>>,
+}
+
+impl From<&LoopMode> for ModeSummary {
+    fn from(mode: &LoopMode) -> Self {
+        Self {
+            frequency_hz: finite(mode.frequency_hz),
+            damping_ratio: finite(mode.damping_ratio),
+        }
+    }
+}
+
+impl From<&Dip> for DipSummary {
+    fn from(dip: &Dip) -> Self {
+        Self {
+            frequency_hz: finite(dip.frequency_hz),
+            stiffness_n_per_m: finite(dip.stiffness_n_per_m),
+            depth_db: finite(20.0 * dip.prominence.log10()),
+        }
+    }
+}
+
+impl From<&Resonance> for ResonanceSummary {
+    fn from(r: &Resonance) -> Self {
+        Self {
+            frequency_hz: finite(r.frequency_hz),
+            standard_deviation_hz: finite(r.standard_deviation_hz),
+            damping_ratio: finite(r.damping_ratio),
+        }
+    }
+}
+
+impl ToolPlaneSummary {
+    /// `flexible_hz` are the natural frequencies of the free rotor.
+    pub(crate) fn of(prediction: &Prediction, flexible_hz: &[f64], top_speed_hz: f64) -> Self {
+        let curves = prediction.stiffness.each_ref().map(|curve| {
             let (f, k) = (&curve.frequency_hz, &curve.magnitude_n_per_m);
-            (axis.to_owned(), curve_json(f, k, flexible_hz, top_speed_hz))
-        })
-        .collect();
-    let flexible: Vec<Value> = prediction
-        .modes
-        .flexible
-        .iter()
-        .map(|m| m.as_ref().map_or(Value::Null, mode_json))
-        .collect();
-    let rigid: Vec<Value> = prediction.modes.rigid.iter().map(mode_json).collect();
-    json!({
-        "speed_rpm": number(prediction.speed_rpm),
-        "tool_stiffness": axes,
-        "flexible_modes": flexible,
-        "rigid_body_modes": rigid,
-    })
+            CurveSummary::of(f, k, flexible_hz, top_speed_hz)
+        });
+        let [x, y] = curves;
+        let modes = &prediction.modes;
+        let flexible = modes.flexible.iter();
+        Self {
+            speed_rpm: finite(prediction.speed_rpm),
+            tool_stiffness: AxesSummary { x, y },
+            flexible_modes: flexible
+                .map(|m| m.as_ref().map(ModeSummary::from))
+                .collect(),
+            rigid_body_modes: modes.rigid.iter().map(ModeSummary::from).collect(),
+        }
+    }
 }
 
-/// The same statements for a measured record, as far as it shows them; `resonances` are its lightly damped ones.
-pub fn measured_json(
-    measured: &Measured,
-    resonances: &[Resonance],
-    flexible_hz: &[f64],
-    top_speed_hz: f64,
-) -> Value {
-    json!({
-        "speed_rpm": number(measured.speed_rpm),
-        "tool_stiffness": curve_json(&measured.frequency_hz, &measured.stiffness_n_per_m, flexible_hz, top_speed_hz),
-        "lightly_damped_modes": resonances.iter().map(resonance_json).collect::<Vec<Value>>(),
-    })
+impl MeasuredSummary {
+    /// `resonances` are the lightly damped ones of the record.
+    pub(crate) fn of(
+        measured: &Measured,
+        resonances: &[Resonance],
+        flexible_hz: &[f64],
+        top_speed_hz: f64,
+    ) -> Self {
+        Self {
+            speed_rpm: finite(measured.speed_rpm),
+            tool_stiffness: CurveSummary::of(
+                &measured.frequency_hz,
+                &measured.stiffness_n_per_m,
+                flexible_hz,
+                top_speed_hz,
+            ),
+            lightly_damped_modes: resonances.iter().map(ResonanceSummary::from).collect(),
+        }
+    }
 }
 
-fn resonance_json(r: &Resonance) -> Value {
-    json!({
-        "frequency_hz": number(r.frequency_hz),
-        "standard_deviation_hz": number(r.standard_deviation_hz),
-        "damping_ratio": number(r.damping_ratio),
-    })
-}
-
-fn curve_json(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> Value {
-    let lowest = f
-        .iter()
-        .zip(k)
-        .min_by(|a, b| a.1.total_cmp(b.1))
-        .map_or((f64::NAN, f64::NAN), |(f, k)| (*f, *k));
-    let (first, last) = (
-        f.first().copied().unwrap_or(f64::NAN),
-        f.last().copied().unwrap_or(f64::NAN),
-    );
-    let found = dips(f, k, (first, last), SEEN);
-    let rigid = found
-        .iter()
-        .filter(|d| (RIGID_BAND_HZ.0..RIGID_BAND_HZ.1).contains(&d.frequency_hz))
-        .max_by(|a, b| a.prominence.total_cmp(&b.prominence));
-    let flexible: Vec<Value> = flexible_hz
-        .iter()
-        .take(FLEXIBLE)
-        .map(|natural| {
+impl CurveSummary {
+    fn of(f: &[f64], k: &[f64], flexible_hz: &[f64], top_speed_hz: f64) -> Self {
+        let lowest = f
+            .iter()
+            .zip(k)
+            .min_by(|a, b| a.1.total_cmp(b.1))
+            .map_or((f64::NAN, f64::NAN), |(f, k)| (*f, *k));
+        let (first, last) = (
+            f.first().copied().unwrap_or(f64::NAN),
+            f.last().copied().unwrap_or(f64::NAN),
+        );
+        let found = dips(f, k, (first, last), SEEN);
+        let rigid = found
+            .iter()
+            .filter(|d| (RIGID_BAND_HZ.0..RIGID_BAND_HZ.1).contains(&d.frequency_hz))
+            .max_by(|a, b| a.prominence.total_cmp(&b.prominence));
+        let deepest = |natural: &f64| {
             let near = |d: &&Dip| {
                 let ratio = d.frequency_hz / natural;
                 ratio < NEAR && ratio > 1.0 / NEAR
             };
-            let deepest = found
-                .iter()
-                .filter(near)
-                .max_by(|a, b| a.prominence.total_cmp(&b.prominence));
-            deepest.map_or(Value::Null, dip_json)
-        })
-        .collect();
-    json!({
-        "from_hz": number(first),
-        "at_lowest_line_n_per_m": number(at(f, k, first)),
-        "at_10_hz_n_per_m": number(at(f, k, LOW_HZ)),
-        "at_max_speed_n_per_m": number(at(f, k, top_speed_hz)),
-        "minimum_n_per_m": number(lowest.1),
-        "minimum_frequency_hz": number(lowest.0),
-        "flexible_mode_dips": flexible,
-        "deepest_rigid_body_dip": rigid.map_or(Value::Null, dip_json),
-    })
+            let near = found.iter().filter(near);
+            near.max_by(|a, b| a.prominence.total_cmp(&b.prominence))
+        };
+        let flexible = flexible_hz.iter().take(FLEXIBLE);
+        Self {
+            from_hz: finite(first),
+            at_lowest_line_n_per_m: finite(at(f, k, first)),
+            at_10_hz_n_per_m: finite(at(f, k, LOW_HZ)),
+            at_max_speed_n_per_m: finite(at(f, k, top_speed_hz)),
+            minimum_n_per_m: finite(lowest.1),
+            minimum_frequency_hz: finite(lowest.0),
+            flexible_mode_dips: flexible
+                .map(|natural| deepest(natural).map(DipSummary::from))
+                .collect(),
+            deepest_rigid_body_dip: rigid.map(DipSummary::from),
+        }
+    }
 }
 
 /// The curve at a frequency, linear between lines in both logarithms; not a number outside.
@@ -147,23 +244,25 @@ fn at(f: &[f64], k: &[f64], hz: f64) -> f64 {
     }
 }
 
-/// Ratios of the first controller's stiffness to that of another at the same speed.
-pub fn ratio_json(first: &Prediction, other: &Prediction) -> Value {
-    json!({
-        "speed_rpm": number(first.speed_rpm),
-        "at_10_hz": number(first.at_10_hz_n_per_m / other.at_10_hz_n_per_m),
-        "at_max_speed": number(first.at_max_speed_n_per_m / other.at_max_speed_n_per_m),
-        "minimum": number(first.minimum.0 / other.minimum.0),
-    })
+impl RatioSummary {
+    /// Of two controllers at one speed.
+    pub(crate) fn of(first: &Prediction, other: &Prediction) -> Self {
+        Self {
+            speed_rpm: finite(first.speed_rpm),
+            at_10_hz: finite(first.at_10_hz_n_per_m / other.at_10_hz_n_per_m),
+            at_max_speed: finite(first.at_max_speed_n_per_m / other.at_max_speed_n_per_m),
+            minimum: finite(first.minimum.0 / other.minimum.0),
+        }
+    }
 }
 
 /// The statements of figure 9 as one table: a record per controller, speed and axis. Axes that agree share one.
-pub fn statements_table(
+pub(crate) fn statements_table(
     runs: &[&Prediction],
     worst: &[NamedWorst],
     flexible_hz: &[f64],
     top_speed_hz: f64,
-) -> Vec<Value> {
+) -> Vec<StatementRow> {
     let mut rows = vec![];
     for run in runs {
         let same_speed = |w: &&WorstPrediction| w.speed_rpm == run.speed_rpm;
@@ -175,67 +274,49 @@ pub fn statements_table(
             // An unstable loop has no curve on either axis.
             _ => !run.is_stable(),
         };
-        for (axis, curve) in run
-            .stiffness
-            .iter()
-            .enumerate()
-            .take(if alike { 1 } else { 2 })
-        {
+        let axes = if alike { 1 } else { 2 };
+        for (axis, curve) in run.stiffness.iter().enumerate().take(axes) {
             let (f, k) = (&curve.frequency_hz, &curve.magnitude_n_per_m);
-            let figures = curve_json(f, k, flexible_hz, top_speed_hz);
+            let figures = CurveSummary::of(f, k, flexible_hz, top_speed_hz);
             let peak = at_speed.and_then(|w| w.worst.compliance[axis].peak());
-            let mut row = Map::new();
-            row.insert("controller".to_owned(), run.name.as_str().into());
-            row.insert("speed_rpm".to_owned(), number(run.speed_rpm));
+            let damping = run.modes.flexible.iter().enumerate().map(|(n, mode)| {
+                let percent = mode.and_then(|m| finite(100.0 * m.damping_ratio));
+                (format!("damping_mode_{}_percent", n + 1), percent)
+            });
+            let unstable = (!run.is_stable()).then(|| finite(run.growth_rate_per_s));
             let name = if alike { "x and y" } else { ["x", "y"][axis] };
-            row.insert("axis".to_owned(), name.into());
-            copy_figures(&mut row, &figures);
-            row.insert(
-                "worst_n_per_m".to_owned(),
-                number(peak.map_or(f64::NAN, |(_, e)| 1.0 / e.upper)),
-            );
-            for (n, mode) in run.modes.flexible.iter().enumerate() {
-                row.insert(
-                    format!("damping_mode_{}_percent", n + 1),
-                    mode.map_or(Value::Null, |m| number(100.0 * m.damping_ratio)),
-                );
-            }
-            row.insert("rigid_body_modes".to_owned(), rigid_words(run).into());
-            if !run.is_stable() {
-                row.insert(
-                    "unstable_growth_rate_per_s".to_owned(),
-                    number(run.growth_rate_per_s),
-                );
-            }
-            rows.push(Value::Object(row));
+            let mut row = StatementRow::of(&run.name, run.speed_rpm, Some(name), &figures);
+            row.predicted = Some(PredictedColumns {
+                worst_n_per_m: peak.and_then(|(_, e)| finite(1.0 / e.upper)),
+                damping_percent: damping.collect(),
+                rigid_body_modes: rigid_words(run),
+                unstable_growth_rate_per_s: unstable,
+            });
+            rows.push(row);
         }
     }
     rows
 }
 
-/// A measured record as a row of the same table.
-pub fn measured_row(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Value {
-    let figures = curve_json(
-        &measured.frequency_hz,
-        &measured.stiffness_n_per_m,
-        flexible_hz,
-        top_speed_hz,
-    );
-    let mut row = Map::new();
-    row.insert("controller".to_owned(), measured.name.as_str().into());
-    row.insert("speed_rpm".to_owned(), number(measured.speed_rpm));
-    copy_figures(&mut row, &figures);
-    Value::Object(row)
-}
+impl StatementRow {
+    fn of(name: &str, speed_rpm: f64, axis: Option<&'static str>, figures: &CurveSummary) -> Self {
+        Self {
+            controller: name.to_owned(),
+            speed_rpm: finite(speed_rpm),
+            axis,
+            at_10_hz_n_per_m: figures.at_10_hz_n_per_m,
+            at_top_speed_n_per_m: figures.at_max_speed_n_per_m,
+            smallest_n_per_m: figures.minimum_n_per_m,
+            where_hz: figures.minimum_frequency_hz,
+            predicted: None,
+        }
+    }
 
-fn copy_figures(row: &mut Map<String, Value>, figures: &Value) {
-    for (to, from) in [
-        ("at_10_hz_n_per_m", "at_10_hz_n_per_m"),
-        ("at_top_speed_n_per_m", "at_max_speed_n_per_m"),
-        ("smallest_n_per_m", "minimum_n_per_m"),
-        ("where_hz", "minimum_frequency_hz"),
-    ] {
-        row.insert(to.to_owned(), figures[from].clone());
+    /// A measured record as a row of the same table.
+    pub(crate) fn measured(measured: &Measured, flexible_hz: &[f64], top_speed_hz: f64) -> Self {
+        let (f, k) = (&measured.frequency_hz, &measured.stiffness_n_per_m);
+        let figures = CurveSummary::of(f, k, flexible_hz, top_speed_hz);
+        Self::of(&measured.name, measured.speed_rpm, None, &figures)
     }
 }
 
@@ -260,10 +341,10 @@ fn rigid_words(prediction: &Prediction) -> String {
 }
 
 /// The statements of figure 9 in sentences: the first controller against the others, at the first speed.
-pub fn figure_9_words(runs: &[&Prediction], worst: &[NamedWorst]) -> Value {
+pub(crate) fn figure_9_words(runs: &[&Prediction], worst: &[NamedWorst]) -> Vec<String> {
     let mut words: Vec<String> = vec![];
     let Some(first) = runs.first() else {
-        return words.into();
+        return words;
     };
     let at_first: Vec<&&Prediction> = runs
         .iter()
@@ -306,7 +387,7 @@ pub fn figure_9_words(runs: &[&Prediction], worst: &[NamedWorst]) -> Value {
     words.push(format!("Rigid-body modes: {}.", list(&rigid_words)));
     words.extend(unstable_sentence(runs));
     words.extend(worst_sentence(worst));
-    words.into()
+    words
 }
 
 fn stiffness_words(prediction: &Prediction, n_per_m: f64) -> String {
@@ -326,61 +407,4 @@ fn unstable_sentence(runs: &[&Prediction]) -> Option<String> {
         })
         .collect();
     (!each.is_empty()).then(|| format!("Unstable: {}.", each.join(", ")))
-}
-
-/// The `pid` object: the tuned PID's figures beside their limits, which [`crate::pipeline::comparison::rival_settings`]
-/// took from the delivered controller.
-pub fn pid_json(pid: &TunedPid, settings: &TuneSettings) -> Value {
-    let c = &pid.certificate;
-    let mut object = certificate_json(c);
-    if let Some(map) = object.as_object_mut() {
-        map.insert("meets_limits".to_owned(), c.meets(settings).into());
-        map.insert(
-            "limits".to_owned(),
-            json!({
-                "sensitivity_db": number(ZONE_B_DB),
-                "noise_current_a": number(settings.noise_current_a),
-                "high_frequency_gain_a_per_m": number(settings.high_frequency_gain_a_per_m),
-                "high_frequency_from_hz": number(c.high_frequency_hz),
-                "high_frequency_norm": "largest singular value of the controller",
-                "amplifier_limits": "the figures of the delivered controller",
-                "mode_shift": number(settings.mode_shift),
-            }),
-        );
-    }
-    object
-}
-
-/// Figures of a PID on the full plant.
-pub fn certificate_json(c: &PidCertificate) -> Value {
-    let peak = |p: &PeakSensitivity| {
-        json!({
-            "attained_db": number(p.db),
-            "not_above_db": number(p.upper_db),
-            "frequency_hz": number(p.frequency_hz),
-        })
-    };
-    let both = |p: &[PeakSensitivity; 2]| json!({ "front": peak(&p[0]), "rear": peak(&p[1]) });
-    json!({
-        "stable": c.is_stable(),
-        "sensitivity": both(&c.sensitivity),
-        "sensitivity_at_top_speed": both(&c.sensitivity_at_speed),
-        "noise_current_a": number(c.noise_current_a),
-        "high_frequency_gain_a_per_m": number(c.high_frequency_gain_a_per_m),
-        "minimum_stiffness_n_per_m": number(c.stiffness_n_per_m),
-        "minimum_stiffness_at_top_speed_n_per_m": number(c.stiffness_at_speed_n_per_m),
-        "evaluations": c.evaluations,
-        "certificates": {
-            "nominal": verification_json(&c.nominal),
-            "modes_lowered": verification_json(&c.lowered),
-            "modes_raised": verification_json(&c.raised),
-            "modes_alone_and_combined": {
-                "shift": number(c.shifted.shift),
-                "loops": c.shifted.loops,
-                "worst_growth_rate_per_s": number(c.shifted.worst_growth_rate_per_s),
-                "worst_frequency_factors": numbers(&c.shifted.worst_factors),
-                "worst_speed_rpm": number(c.shifted.worst_speed_rpm),
-            },
-        },
-    })
 }

@@ -1,5 +1,6 @@
 //! Pictures of a comparison's worst cases: stiffness and sensitivity, a panel per axis and speed.
 
+use super::pictures::Picture;
 use super::plot::worst::{WorstBand, WorstPanel, worst_sensitivity, worst_stiffness};
 use super::plot::{Figure, Role};
 use crate::pipeline::worst::WorstPrediction;
@@ -11,8 +12,8 @@ pub type NamedWorst = (Role, String, Vec<WorstPrediction>);
 /// Curves of one axis that differ by less than this fraction from those of the other are not drawn twice.
 const SAME: f64 = 1e-6;
 
-/// Stem and figure of each picture; none when every set of loops holds an unstable one.
-pub fn worst_figures(all: &[NamedWorst]) -> Vec<(String, Figure)> {
+/// The pictures; none when every set of loops holds an unstable one.
+pub fn worst_figures(all: &[NamedWorst]) -> Vec<(Picture, Figure)> {
     let stiffness = panels(
         all,
         &["x", "y"],
@@ -31,11 +32,11 @@ pub fn worst_figures(all: &[NamedWorst]) -> Vec<(String, Figure)> {
     }
     vec![
         (
-            "stiffness_worst".to_owned(),
+            Picture::StiffnessWorst,
             worst_stiffness(&format!("Worst dynamic stiffness {title}"), &stiffness),
         ),
         (
-            "sensitivity_worst".to_owned(),
+            Picture::SensitivityWorst,
             worst_sensitivity(&format!("Worst sensitivity {title}"), &sensitivity),
         ),
     ]

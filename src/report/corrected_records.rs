@@ -1,12 +1,11 @@
-//! Faults of records as JSON, and the corrected records as a measurement folder (formats.md, section 4).
+//! Faults of records as topic of the summary, and the corrected records as a measurement folder (formats.md, section 4).
 
-use super::identification::fault_json;
+use super::identification::RecordFaultSummary;
 use super::records::{hammer_csv, sweep_csv};
 use super::results::{ResultsError, ResultsFolder};
 use crate::diagnose::data::measurement::RecordId;
 use crate::diagnose::{Diagnosis, FoundFault};
 use crate::identify::plausibility::RecordFault;
-use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// The folder in the results.
@@ -32,14 +31,11 @@ impl RecordNames {
     }
 }
 
-/// Faults of records as the format has them: `record`, `fault`, the fields of the fault, `words`.
-pub fn record_faults(d: &Diagnosis, names: &RecordNames) -> Vec<Value> {
+/// `diagnosis.record_faults`.
+pub(crate) fn record_faults(d: &Diagnosis, names: &RecordNames) -> Vec<RecordFaultSummary> {
     let each = |f: &FoundFault| {
-        let mut value = fault_json(names.of(f.record), &f.fault);
-        if let (Value::Object(map), Some(name)) = (&mut value, &f.name) {
-            map.insert("name".into(), json!(name));
-        }
-        value
+        let record = names.of(f.record);
+        RecordFaultSummary::of(record, &f.fault).naming(f.name.clone())
     };
     d.record_faults.iter().map(each).collect()
 }

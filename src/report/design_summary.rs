@@ -1,286 +1,402 @@
-//! What a design proves and what it was compared with, as JSON: speeds, stability of the controller, arithmetics,
-//! variants.
+//! A design with its certificates as the topic `design` of the summary.
 
-use super::prediction_summary::{sensitivity_json, stiffness_json};
-use super::summary::number;
-use crate::augment::plane::Route;
-use crate::controller::speed_proof::SpeedProof;
-use crate::controller::stiffness_limit::StiffnessLimit;
-use crate::pipeline::comparison::Prediction;
+use super::polish_summary::PolishSummary;
+use super::speed_summary::{
+    SpeedInterval, SpeedMuSummary, SpeedProofSummary, VerificationSummary, speed_intervals,
+    speed_mu,
+};
+use super::summary::{finite, finite_all};
+use super::variant_summary::route_word;
+use crate::pipeline::certificates::{PeakFigures, Stage};
 use crate::pipeline::design::Design;
 use crate::pipeline::emulation::Emulated;
-use crate::pipeline::judged::Judged;
-use crate::pipeline::polishing::{PolishAttempt, PolishOutcome};
 use crate::pipeline::specification_scale::SpecificationScale;
 use crate::pipeline::stable::OwnStability;
-use crate::predict::sensitivity::Zone;
-use serde_json::{Value, json};
+use crate::robust::dk::DkStep;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
-/// The proof over speed: how far it reaches, and in words.
-pub fn speed_proof_json(proof: &SpeedProof) -> Value {
-    json!({
-        "complete": proof.is_complete(),
-        "proven_to_rpm": number(proof.proven_to_rpm()),
-        "asked_to_rpm": number(proof.to_rpm),
-        "centres": proof.intervals.len(),
-        "narrowest_half_width_rpm": proof.narrowest().map(|i| number(i.radius_rpm)),
-        "slowest_growth_rate_per_s": proof.slowest().map(|i| number(i.growth_rate_per_s)),
-        "sentence": speed_sentence(proof),
-    })
+/// `design`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct DesignSummary {
+    pub(crate) mu_peak: Option<f64>,
+    mu_lower_peak: Option<f64>,
+    gamma: Option<f64>,
+    iterations: usize,
+    d_order: usize,
+    controller_order_full: usize,
+    pub(crate) controller_order: Option<usize>,
+    pub(crate) mu_peak_reduced: Option<f64>,
+    pub(crate) mu_peak_discrete: Option<f64>,
+    mu_peak_discrete_lower: Option<f64>,
+    mu_model: MuModelSummary,
+    weights_fit_error: Option<f64>,
+    pub(crate) stable: Option<bool>,
+    route: String,
+    emulation: Option<EmulationSummary>,
+    pub(crate) speed_proof: SpeedProofSummary,
+    mu_over_speed: Vec<SpeedMuSummary>,
+    controller_stable: bool,
+    pub(crate) controller_stability: Option<String>,
+    stable_alternatives: Vec<AlternativeSummary>,
+    static_stiffness_tool_n_per_m: Option<f64>,
+    static_stiffness_front_n_per_m: Option<f64>,
+    static_stiffness_rear_n_per_m: Option<f64>,
+    stable_speeds_rpm: Vec<Option<f64>>,
+    stable_at_20_percent_overspeed: bool,
+    controller_growth_rate_per_s: Option<f64>,
+    complementary_sensitivity_limit: Option<f64>,
+    pub(crate) table_as_written: WrittenSummary,
+    gyroscopic_cover: Vec<CoveredMode>,
+    order_per_plane: [usize; 3],
+    steps: Vec<StepSummary>,
+    certificates: Certificates,
+    pub(crate) largest_mu: Option<f64>,
+    specification_scale: Option<ScaleSummary>,
+    aim: AimSummary,
+    polish: Option<PolishSummary>,
 }
 
-/// The proof in a sentence.
-pub fn speed_sentence(proof: &SpeedProof) -> String {
-    let (to, centres) = (proof.proven_to_rpm(), proof.intervals.len());
-    if proof.is_complete() {
-        return format!(
-            "Stable at every speed from rest to {to:.0} rpm: computed at {centres} speeds, and proven between them by \
-             a small gain from a change of speed back to itself (sampled loop, full finite-element plant, exact \
-             delay, rounded coefficients)."
-        );
-    }
-    match proof.slowest() {
-        Some(worst) if worst.growth_rate_per_s >= 0.0 => format!(
-            "Stability is proven from rest to {to:.0} rpm; at {:.0} rpm the loop grows by {:.1} 1/s.",
-            worst.centre_rpm, worst.growth_rate_per_s
-        ),
-        _ => format!(
-            "Stability is proven from rest to {to:.0} rpm; beyond, the loop is stable at the speeds computed, with no \
-             proof between them."
-        ),
-    }
+/// The specification as written, at rest.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct WrittenSummary {
+    mu_peak: Option<f64>,
+    mu_peak_reduced: Option<f64>,
+    pub(crate) mu_peak_discrete: Option<f64>,
+    mu_lower_peak_discrete: Option<f64>,
+    frequency_hz: Option<f64>,
 }
 
-/// Every centre of the proof.
-pub fn speed_intervals_json(proof: &SpeedProof) -> Value {
-    let rows = proof.intervals.iter().map(|i| {
-        json!({
-            "speed_rpm": number(i.centre_rpm),
-            "proven_within_rpm": number(i.radius_rpm),
-            "growth_rate_per_s": number(i.growth_rate_per_s),
-        })
-    });
-    Value::Array(rows.collect())
+/// Gyroscopic split of a mode, and how much of it is covered.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct CoveredMode {
+    natural_frequency_hz: Option<f64>,
+    backward_at_max_speed_hz: Option<f64>,
+    forward_at_max_speed_hz: Option<f64>,
+    uncertainty_covered: Option<f64>,
 }
 
-/// The model that every μ of a design is of, what is proven of it, and the syntheses that it asked for.
-pub fn mu_model_json(design: &Design) -> Value {
-    let problems = &design.problems;
-    let rounds = design.rounds.iter().map(|r| {
-        json!({
-            "synthesis_modes": r.synthesis_modes,
-            "gamma_target": number(r.gamma_target),
-            "mu_synthesis_model": number(r.synthesis),
-            "mu_whole_machine": number(r.whole_machine),
-            "frequency_hz": number(r.frequency_hz),
-        })
-    });
-    json!({
-        "sentence": format!(
-            "µ is of the whole machine: {} flexible modes below half the sample rate and the static flexibility of \
-             the others, sampled with hold and exact delay, weights of true frequency, loads and modal forces not \
-             held. The upper bound is certified over all frequencies for the rational realisation of this model, and \
-             is not below any line of the exact frequency responses at rest; over speed it is the largest of the \
-             exact responses on a grid.",
-            problems.machine_modes
-        ),
-        "covered": format!(
-            "mu_peak, mu_peak_reduced and mu_peak_discrete are of {} with the gyroscopic split of {} modes covered; \
-             table_as_written, mu_over_speed and largest_mu are of the specification as written.",
-            problems.widening.words(),
-            problems.cover.modes
-        ),
-        "machine_modes": problems.machine_modes,
-        "synthesis_modes": problems.synthesis_modes,
-        "synthesis_weights_excess": number(problems.fit_errors.synthesis),
-        "inverse_hold_fit_error": number(problems.fit_errors.hold),
-        "rounds": Value::Array(rounds.collect()),
-    })
+/// A step of the D-K iteration.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct StepSummary {
+    gamma: Option<f64>,
+    mu_peak: Option<f64>,
+    controller_order: usize,
+    d_orders: Vec<usize>,
+    failure: Option<String>,
 }
 
-/// μ of the specification over speed; an unstable loop has none.
-pub fn speed_mu_json(design: &Design) -> Value {
-    let rows = design.delivery.speed_mu.iter().map(|s| {
-        if !s.mu.is_finite() {
-            return json!({
-                "speed_rpm": number(s.speed_rpm),
-                "mu": null,
-                "reason": "the loop is unstable at this speed",
-            });
-        }
-        json!({
-            "speed_rpm": number(s.speed_rpm),
-            "mu": number(s.mu),
-            "frequency_hz": number(s.frequency_hz.abs()),
-            "whirl": if s.frequency_hz < 0.0 { "backward" } else { "forward" },
-        })
-    });
-    Value::Array(rows.collect())
+/// What is proven of the controller at each stage.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct Certificates {
+    full: StageSummary,
+    reduced: StageSummary,
+    rounded: StageSummary,
+    verification: VerificationSummary,
+    overspeed: VerificationSummary,
+    speed_proof: Vec<SpeedInterval>,
+}
+
+/// Bounds on µ of a stage.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct StageSummary {
+    order_per_plane: usize,
+    table_as_written: PeakSummary,
+    with_gyroscopic_cover: PeakSummary,
+}
+
+/// Bounds on a peak of µ.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct PeakSummary {
+    upper: Option<f64>,
+    lower: Option<f64>,
+    frequency_hz: Option<f64>,
+}
+
+/// What the synthesis aimed at: cover of the gyroscopic split, factors on the limits of the specification.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct AimSummary {
+    as_written: bool,
+    displacement_factor: Option<f64>,
+    current_factor: Option<f64>,
+    modes_covered: usize,
+    guard_share_covered: Option<f64>,
+}
+
+/// The model that every µ of a design is of, what is proven of it, and the syntheses that it asked for.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct MuModelSummary {
+    sentence: String,
+    covered: String,
+    machine_modes: usize,
+    synthesis_modes: usize,
+    synthesis_weights_excess: Option<f64>,
+    inverse_hold_fit_error: Option<f64>,
+    rounds: Vec<RoundSummary>,
+}
+
+/// One synthesis, and µ of the whole machine with its controller.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct RoundSummary {
+    synthesis_modes: usize,
+    gamma_target: Option<f64>,
+    mu_synthesis_model: Option<f64>,
+    mu_whole_machine: Option<f64>,
+    frequency_hz: Option<f64>,
 }
 
 /// What was tried for the sake of a stable controller.
-pub fn alternatives_json(own: &OwnStability) -> Value {
-    let rows = own.alternatives.iter().enumerate().map(|(k, a)| {
-        json!({
-            "lever": a.lever,
-            "growth_rate_per_s": number(a.growth_rate_per_s),
-            "mu": number(a.mu),
-            "delivered": own.chosen == Some(k),
-        })
-    });
-    Value::Array(rows.collect())
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct AlternativeSummary {
+    lever: String,
+    growth_rate_per_s: Option<f64>,
+    mu: Option<f64>,
+    delivered: bool,
 }
 
 /// What sampling did to an emulated design.
-pub fn emulation_json(emulated: &Emulated) -> Value {
-    json!({
-        "prewarp_hz": number(emulated.prewarp_hz),
-        "mu_continuous": number(emulated.mu_continuous),
-        "mu_sampled": number(emulated.mu_sampled),
-    })
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct EmulationSummary {
+    prewarp_hz: Option<f64>,
+    mu_continuous: Option<f64>,
+    mu_sampled: Option<f64>,
 }
 
 /// At how many times its limits a missed specification is met.
-pub fn scale_json(scale: &SpecificationScale) -> Value {
-    json!({
-        "sentence": scale.sentence(),
-        "factor": number(scale.factor),
-        "binds": scale.binds,
-        "key": scale.key,
-        "speed_rpm": number(scale.speed_rpm),
-        "frequency_hz": number(scale.frequency_hz),
-    })
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct ScaleSummary {
+    sentence: String,
+    factor: Option<f64>,
+    binds: String,
+    key: String,
+    speed_rpm: Option<f64>,
+    frequency_hz: Option<f64>,
 }
 
-/// The limit of the smallest stiffness over all linear controllers, and how much of it the delivered one reaches.
-pub fn limit_json(limit: &StiffnessLimit, reached_n_per_m: f64) -> Value {
-    json!({
-        "minimum_n_per_m": number(limit.stiffness_n_per_m),
-        "with_half_the_taps_n_per_m": number(limit.with_half_the_taps_n_per_m),
-        "taps": limit.taps,
-        "lines": limit.lines,
-        "share_reached": number(reached_n_per_m / limit.stiffness_n_per_m),
-        "model": "rotor at rest, whole plant with hold and delay at lines of frequency, zone A, limits of gain and \
-         noise current; over the stabilising sampled linear controllers whose Youla parameter has these taps: more \
-                  taps can only raise it",
-    })
-}
-
-/// What the polish did: figures before and after, limits, rounds.
-pub fn polish_json(polish: &PolishOutcome) -> Value {
-    let limits = &polish.limits;
-    let attempts = polish.attempts.iter().enumerate();
-    json!({
-        "delivered": polish.delivered.is_some(),
-        "sentence": polish.sentence,
-        "dk": judged_json(&polish.dk),
-        "limits": {
-            "sensitivity_db": number(20.0 * limits.sensitivity.log10()),
-            "high_frequency_from_hz": number(limits.high_frequency_hz),
-            "high_frequency_gain_a_per_m": number(limits.high_frequency_gain_a_per_m),
-            "noise_current_a": number(limits.noise_current_a),
-            "mu": number(limits.mu),
-            "mu_of": polish.held_to.words(),
-        },
-        "attempts": attempts
-            .map(|(k, attempt)| attempt_json(attempt, polish.delivered == Some(k)))
-            .collect::<Vec<_>>(),
-    })
-}
-
-fn attempt_json(attempt: &PolishAttempt, delivered: bool) -> Value {
-    let rounds = attempt.rounds.iter().map(|r| {
-        json!({
-            "steps": r.steps,
-            "lines": r.lines,
-            "stiffness_of_the_loss_n_per_m": number(r.stiffness_n_per_m),
-            "over_limit": {
-                "sensitivity": number(r.over_limit[0]),
-                "high_frequency_gain": number(r.over_limit[1]),
-                "noise_current": number(r.over_limit[2]),
-                "mu": number(r.over_limit[3]),
-                "weak_magnets": number(r.over_limit[4]),
-            },
-        })
-    });
-    let certificates = attempt.certificates.iter().map(|(mu, hz)| {
-        json!({
-            "mu": number(*mu),
-            "frequency_hz": number(*hz),
-        })
-    });
-    json!({
-        "start": attempt.start,
-        "delivered": delivered,
-        "objections": attempt.objections,
-        "failure": attempt.failure,
-        "polished": attempt.judged.as_ref().map(judged_json),
-        "rounds": Value::Array(rounds.collect()),
-        "certificates": Value::Array(certificates.collect()),
-    })
-}
-
-fn judged_json(judged: &Judged) -> Value {
-    json!({
-        "controller_order": judged.order,
-        "largest_mu": number(judged.mu),
-        "mu_table_as_written": number(judged.mu_at_rest[0]),
-        "mu_with_gyroscopic_cover": number(judged.mu_at_rest[1]),
-        "minimum_n_per_m": number(judged.stiffness_n_per_m[0]),
-        "minimum_at_top_speed_n_per_m": number(judged.stiffness_n_per_m[1]),
-        "zone": judged.zones[0].map(Zone::letter),
-        "zone_at_top_speed": judged.zones[1].map(Zone::letter),
-    })
-}
-
-/// The route in a word.
-pub fn route_word(route: Route) -> &'static str {
-    match route {
-        Route::Direct => "direct",
-        Route::Emulation { .. } => "emulation",
+impl From<&Design> for DesignSummary {
+    fn from(design: &Design) -> Self {
+        let (delivery, problems) = (&design.delivery, &design.problems);
+        let rounded = &delivery.rounded;
+        let [tool, front, rear] = delivery.static_stiffness_n_per_m.map(finite);
+        let speeds = delivery.verification.speeds.iter();
+        let stable = speeds.filter(|s| s.growth_rate_per_s < 0.0);
+        let stable: Vec<f64> = stable.map(|s| s.speed_rpm).collect();
+        Self {
+            mu_peak: finite(design.full.covered.upper),
+            mu_lower_peak: finite(design.full.covered.lower),
+            gamma: finite(design.gamma),
+            iterations: design.steps.len(),
+            d_order: design.d_order,
+            controller_order_full: 2 * design.full.order,
+            controller_order: Some(2 * rounded.order),
+            mu_peak_reduced: finite(design.reduced.covered.upper),
+            mu_peak_discrete: finite(rounded.covered.upper),
+            mu_peak_discrete_lower: finite(rounded.covered.lower),
+            mu_model: MuModelSummary::from(design),
+            weights_fit_error: finite(problems.fit_errors.analysis),
+            stable: Some(design.is_stable()),
+            route: route_word(problems.route).to_owned(),
+            emulation: design.emulated.as_ref().map(EmulationSummary::from),
+            speed_proof: SpeedProofSummary::from(&delivery.speed_proof),
+            mu_over_speed: speed_mu(design),
+            controller_stable: design.controller_is_stable(),
+            controller_stability: Some(design.own_stability_sentence()),
+            stable_alternatives: AlternativeSummary::all(&design.own_stability),
+            static_stiffness_tool_n_per_m: tool,
+            static_stiffness_front_n_per_m: front,
+            static_stiffness_rear_n_per_m: rear,
+            stable_speeds_rpm: finite_all(&stable),
+            stable_at_20_percent_overspeed: delivery.overspeed.is_stable(),
+            controller_growth_rate_per_s: finite(delivery.controller_growth_rate_per_s),
+            complementary_sensitivity_limit: problems.sensitivity_limit.and_then(finite),
+            table_as_written: WrittenSummary::from(design),
+            gyroscopic_cover: CoveredMode::all(design),
+            order_per_plane: [design.full.order, design.reduced.order, rounded.order],
+            steps: design.steps.iter().map(StepSummary::from).collect(),
+            certificates: Certificates::from(design),
+            largest_mu: finite(design.largest_mu()),
+            specification_scale: design.specification_scale.as_ref().map(ScaleSummary::from),
+            aim: AimSummary::from(design),
+            polish: design.polish.as_ref().map(PolishSummary::from),
+        }
     }
 }
 
-/// μ and tool stiffness at rest with the coefficients of each arithmetic; `predictions` in the order of the design's
-/// list.
-pub fn arithmetic_json(design: &Design, predictions: &[Prediction]) -> Value {
-    let rows = design
-        .delivery
-        .arithmetic
-        .iter()
-        .zip(predictions)
-        .map(|(a, p)| {
-            json!({
-                "coefficients": a.name,
-                "mu_peak": number(a.covered),
-                "mu_table_as_written": number(a.specification),
-                "minimum_stiffness_n_per_m": number(p.minimum.0),
-                "minimum_stiffness_frequency_hz": number(p.minimum.1),
-                "stiffness_at_10_hz_n_per_m": number(p.at_10_hz_n_per_m),
-            })
-        });
-    Value::Array(rows.collect())
+impl DesignSummary {
+    /// µ of what is delivered: of the sampled controller if there is one.
+    pub(crate) fn final_mu(&self) -> Option<f64> {
+        self.largest_mu
+            .or(self.mu_peak_discrete)
+            .or(self.mu_peak_reduced)
+            .or(self.mu_peak)
+    }
 }
 
-/// A design beside others: what it was asked, μ, stiffness and sensitivity at rest.
-pub fn variant_json(name: &str, design: &Design, rest: &Prediction) -> Value {
-    let (stiffness, sensitivity) = (stiffness_json(rest), sensitivity_json(rest));
-    json!({
-        "design": name,
-        "mu_synthesised": number(design.emulated.map_or(design.full.synthesis, |e| e.mu_continuous)),
-        "mu_sampled": number(design.full.synthesis),
-        "mu_peak_discrete": number(design.delivery.rounded.covered.upper),
-        "mu_table_as_written": number(design.delivery.rounded.specification.upper),
-        "controller_order": 2 * design.delivery.rounded.order,
-        "complementary_sensitivity_limit": design.problems.sensitivity_limit.map(number),
-        "minimum_n_per_m": stiffness["minimum_n_per_m"],
-        "minimum_frequency_hz": stiffness["minimum_frequency_hz"],
-        "at_10_hz_n_per_m": stiffness["at_10_hz_n_per_m"],
-        "at_max_speed_n_per_m": stiffness["at_max_speed_n_per_m"],
-        "static_tool_n_per_m": number(design.delivery.static_stiffness_n_per_m[0]),
-        "front_db": sensitivity["front_db"],
-        "rear_db": sensitivity["rear_db"],
-        "zone": sensitivity["zone"],
-        "stable": design.is_stable(),
-    })
+impl From<&Design> for WrittenSummary {
+    fn from(design: &Design) -> Self {
+        let rounded = &design.delivery.rounded.specification;
+        Self {
+            mu_peak: finite(design.full.specification.upper),
+            mu_peak_reduced: finite(design.reduced.specification.upper),
+            mu_peak_discrete: finite(rounded.upper),
+            mu_lower_peak_discrete: finite(rounded.lower),
+            frequency_hz: finite(rounded.frequency_hz),
+        }
+    }
+}
+
+impl CoveredMode {
+    fn all(design: &Design) -> Vec<Self> {
+        let covered = design.problems.covered_modes.iter();
+        covered
+            .filter_map(|mode| Some((design.problems.split.get(mode.number)?, mode)))
+            .map(|(split, mode)| Self {
+                natural_frequency_hz: finite(split.omega_rad_s / TAU),
+                backward_at_max_speed_hz: finite(split.backward_rad_s / TAU),
+                forward_at_max_speed_hz: finite(split.forward_rad_s / TAU),
+                uncertainty_covered: finite(mode.relative),
+            })
+            .collect()
+    }
+}
+
+impl From<&DkStep> for StepSummary {
+    fn from(step: &DkStep) -> Self {
+        Self {
+            gamma: finite(step.gamma),
+            mu_peak: finite(step.mu_peak),
+            controller_order: step.controller_order,
+            d_orders: step.d_orders.clone(),
+            failure: step.failure.clone(),
+        }
+    }
+}
+
+impl From<&Design> for Certificates {
+    fn from(design: &Design) -> Self {
+        let delivery = &design.delivery;
+        Self {
+            full: StageSummary::from(&design.full),
+            reduced: StageSummary::from(&design.reduced),
+            rounded: StageSummary::from(&delivery.rounded),
+            verification: VerificationSummary::from(&delivery.verification),
+            overspeed: VerificationSummary::from(&delivery.overspeed),
+            speed_proof: speed_intervals(&delivery.speed_proof),
+        }
+    }
+}
+
+impl From<&Stage> for StageSummary {
+    fn from(stage: &Stage) -> Self {
+        Self {
+            order_per_plane: stage.order,
+            table_as_written: PeakSummary::from(&stage.specification),
+            with_gyroscopic_cover: PeakSummary::from(&stage.covered),
+        }
+    }
+}
+
+impl From<&PeakFigures> for PeakSummary {
+    fn from(peak: &PeakFigures) -> Self {
+        Self {
+            upper: finite(peak.upper),
+            lower: finite(peak.lower),
+            frequency_hz: finite(peak.frequency_hz),
+        }
+    }
+}
+
+impl From<&Design> for AimSummary {
+    fn from(design: &Design) -> Self {
+        let (cover, widening) = (design.problems.cover, design.problems.widening);
+        Self {
+            as_written: widening.is_none(),
+            displacement_factor: finite(widening.tool),
+            current_factor: finite(widening.current),
+            modes_covered: cover.modes,
+            guard_share_covered: finite(cover.guard_share),
+        }
+    }
+}
+
+impl From<&Design> for MuModelSummary {
+    fn from(design: &Design) -> Self {
+        let problems = &design.problems;
+        let rounds = design.rounds.iter().map(|r| RoundSummary {
+            synthesis_modes: r.synthesis_modes,
+            gamma_target: finite(r.gamma_target),
+            mu_synthesis_model: finite(r.synthesis),
+            mu_whole_machine: finite(r.whole_machine),
+            frequency_hz: finite(r.frequency_hz),
+        });
+        Self {
+            sentence: format!(
+                "µ is of the whole machine: {} flexible modes below half the sample rate and the static flexibility \
+                 of the others, sampled with hold and exact delay, weights of true frequency, loads and modal forces \
+                 not held. The upper bound is certified over all frequencies for the rational realisation of this \
+                 model, and is not below any line of the exact frequency responses at rest; over speed it is the \
+                 largest of the exact responses on a grid.",
+                problems.machine_modes
+            ),
+            covered: format!(
+                "mu_peak, mu_peak_reduced and mu_peak_discrete are of {} with the gyroscopic split of {} modes \
+                 covered; table_as_written, mu_over_speed and largest_mu are of the specification as written.",
+                problems.widening.words(),
+                problems.cover.modes
+            ),
+            machine_modes: problems.machine_modes,
+            synthesis_modes: problems.synthesis_modes,
+            synthesis_weights_excess: finite(problems.fit_errors.synthesis),
+            inverse_hold_fit_error: finite(problems.fit_errors.hold),
+            rounds: rounds.collect(),
+        }
+    }
+}
+
+impl AlternativeSummary {
+    fn all(own: &OwnStability) -> Vec<Self> {
+        let each = own.alternatives.iter().enumerate().map(|(k, a)| Self {
+            lever: a.lever.clone(),
+            growth_rate_per_s: finite(a.growth_rate_per_s),
+            mu: finite(a.mu),
+            delivered: own.chosen == Some(k),
+        });
+        each.collect()
+    }
+}
+
+impl From<&Emulated> for EmulationSummary {
+    fn from(emulated: &Emulated) -> Self {
+        Self {
+            prewarp_hz: finite(emulated.prewarp_hz),
+            mu_continuous: finite(emulated.mu_continuous),
+            mu_sampled: finite(emulated.mu_sampled),
+        }
+    }
+}
+
+impl From<&SpecificationScale> for ScaleSummary {
+    fn from(scale: &SpecificationScale) -> Self {
+        Self {
+            sentence: scale.sentence(),
+            factor: finite(scale.factor),
+            binds: scale.binds.to_owned(),
+            key: scale.key.to_owned(),
+            speed_rpm: finite(scale.speed_rpm),
+            frequency_hz: finite(scale.frequency_hz),
+        }
+    }
 }

@@ -1,161 +1,22 @@
-//! Files of a diagnosis: its part of `summary.json`, the tables beside it, and the pictures.
+//! Files of a diagnosis: tables and pictures.
 
-use super::diagnosis_words::{sentence, size, statement};
+use super::pictures::Picture;
 use super::plot::Curve;
 use super::plot::diagnosis as plot;
 use super::plot::style::Role;
 use super::results::{ResultsError, ResultsFolder};
-use super::summary::{number, numbers};
 use super::tables::Table;
+use crate::diagnose::Diagnosis;
 use crate::diagnose::decide::residuals::{Channel, Record};
-use crate::diagnose::decide::verdict::Rival;
 use crate::diagnose::locate::localisation::PortScore;
 use crate::diagnose::locate::place::Place;
-use crate::diagnose::{Diagnosis, NamedEffect};
+use crate::spindle::Location;
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
-use crate::spindle::{Effect, Location};
-use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 
 /// Lines of the localisation map; the ports that explain least are left out.
 const MAP_ROWS: usize = 12;
-
-/// `diagnosis` of the summary.
-pub fn summarised(d: &Diagnosis) -> Value {
-    let (used, held) = (d.gaps(false), d.gaps(true));
-    let mut value = json!({
-        "verdict": d.verdict.name(),
-        "sentence": sentence(d),
-        "effects": d.effects.iter().map(effect_json).collect::<Vec<_>>(),
-        "tie": d.tie.iter().map(rival_json).collect::<Vec<_>>(),
-        "gap_before": number(d.gap_before),
-        "gap_after": number(d.gap_after),
-        "gap_nearest": number(d.gap_nearest),
-        "strained": d.strained.iter().map(|(name, sd)| json!({
-            "parameter": name, "prior_standard_deviations": number(*sd),
-        })).collect::<Vec<_>>(),
-        "gap_before_used": number(used.0),
-        "gap_after_used": number(used.1),
-        "gap_before_held_out": number(d.gap_before_held_out),
-        "gap_after_held_out": number(d.gap_after_held_out),
-        "held_out": d.held_out,
-        "next_measurement": d.next_measurement,
-        "worst_block": {
-            "chi2_per_residual": number(d.misfit.value),
-            "output": d.misfit.output,
-            "input": d.misfit.input,
-            "from_hz": number(d.misfit.band_hz.0),
-            "to_hz": number(d.misfit.band_hz.1),
-        },
-        "localisation": d.localisation.ports.iter().map(port_json).collect::<Vec<_>>(),
-        "menu": d.menu.iter().map(|m| json!({
-            "measurement": m.text, "separation_chi2": number(m.separation),
-        })).collect::<Vec<_>>(),
-        "detectable": d.detectable.iter().map(|e| {
-            json!({
-                "effect": e.effect.kind.name(),
-                "where": place(&e.effect.location),
-                "parameters": parameters(&e.effect),
-                "words": size(&e.effect),
-                "named_from": parameters(&e.named_from),
-            })
-        }).collect::<Vec<_>>(),
-        "ranking": d.ranking.iter().map(|(e, score)| json!({
-            "effect": e.kind.name(), "where": place(&e.location), "score_above_best": number(*score),
-        })).collect::<Vec<_>>(),
-    });
-    if let (Some(c), Some(map)) = (&d.correction, value.as_object_mut()) {
-        let law = d.localisation.named();
-        map.insert(
-            "correction".into(),
-            json!({
-                "port": c.port,
-                "shape": law.map(PortScore::shape),
-                "gap_before_used": number(used.0),
-                "gap_after_used": number(used.1),
-                "gap_before_held_out": number(held.0),
-                "gap_after_held_out": number(held.1),
-                "law": "correction.csv",
-                "corrected_response": "corrected-frf.csv",
-            }),
-        );
-    }
-    value
-}
-
-fn parameters(effect: &Effect) -> Map<String, Value> {
-    let names = effect.kind.parameters().iter().map(|p| p.name.to_owned());
-    let values = effect.values.iter().map(|x| number(*x));
-    names.zip(values).collect()
-}
-
-fn place(location: &Location) -> Value {
-    match location {
-        Location::None => json!({}),
-        Location::Bearing(b) => json!({"bearing": b.name()}),
-        Location::Axis(axis) => json!({"axis": AXES[*axis % 4]}),
-        Location::Position(z) => json!({"position_m": number(*z)}),
-        Location::Mode(mode) => json!({"mode": mode}),
-        Location::Region(region) => json!({"region": region}),
-    }
-}
-
-fn effect_json(e: &NamedEffect) -> Value {
-    let keyed = |values: Vec<Value>| -> Map<String, Value> {
-        let names = e.effect.kind.parameters().iter().map(|p| p.name.to_owned());
-        names.zip(values).collect()
-    };
-    let mut deviations = keyed(e.standard_deviations.iter().map(|x| number(*x)).collect());
-    if let Some(sd) = e.position_sd_m {
-        deviations.insert("position_m".into(), number(sd));
-    }
-    let mut intervals = keyed(
-        e.intervals
-            .iter()
-            .map(|(a, b)| numbers(&[*a, *b]))
-            .collect(),
-    );
-    if let (Some(sd), Location::Position(z)) = (e.position_sd_m, &e.effect.location) {
-        // 1.645 σ on either side hold 90 % of a normal distribution.
-        intervals.insert(
-            "position_m".into(),
-            numbers(&[z - 1.645 * sd, z + 1.645 * sd]),
-        );
-    }
-    json!({
-        "effect": e.effect.kind.name(),
-        "where": place(&e.effect.location),
-        "parameters": keyed(e.effect.values.iter().map(|x| number(*x)).collect()),
-        "standard_deviations": deviations,
-        "intervals_90": intervals,
-        "words": statement(e),
-    })
-}
-
-fn rival_json(rival: &Rival) -> Value {
-    let mut value = match &rival.effects[..] {
-        [one] => effect_json(one),
-        several => json!({"effects": several.iter().map(effect_json).collect::<Vec<_>>()}),
-    };
-    if let Value::Object(map) = &mut value {
-        map.insert("score_above_best".into(), number(rival.score_above_best));
-    }
-    value
-}
-
-fn port_json(p: &PortScore) -> Value {
-    json!({
-        "port": p.port,
-        "chi2_before": number(p.chi2_before),
-        "chi2_after": number(p.chi2_after),
-        "score_above_best": number(p.score_above_best),
-        "shape": p.law().map_or("nothing", |l| l.name_of_shape()),
-        "words": p.shape(),
-        "size": number(p.law().map_or(0.0, |l| l.size())),
-        "size_unit": p.law().map_or("", |l| l.unit.key()),
-    })
-}
 
 /// Tables and pictures.
 ///
@@ -205,7 +66,7 @@ fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Results
     let mut scores = vec![decades(&best.line_before)];
     scores.extend(ports.iter().map(|p| decades(&p.line_after)));
     folder.add_plot(
-        "localisation",
+        Picture::Localisation,
         &plot::localisation_left(
             "Where model and measurement disagree: what a free law at each place leaves unexplained",
             &names,
@@ -223,7 +84,7 @@ fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Results
         .collect();
     let bars: Vec<f64> = left.iter().map(|l| (1.0 + l).log10()).collect();
     folder.add_plot(
-        "localisation_places",
+        Picture::LocalisationPlaces,
         &plot::ranking(
             "Places, best first, with the law recovered there",
             &words,
@@ -265,12 +126,7 @@ fn laws(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
             &law.fitted,
             &law.words(),
         );
-        let stem = if k == 0 {
-            "impedance".to_owned()
-        } else {
-            format!("impedance-{}", k + 1)
-        };
-        folder.add_plot(&stem, &figure)?;
+        folder.add_plot(Picture::Impedance.numbered(k + 1), &figure)?;
     }
     Ok(())
 }
@@ -290,7 +146,7 @@ fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
         .map(|r| (1.0 + r.1.max(0.0)).log10())
         .collect();
     folder.add_plot(
-        "ranking",
+        Picture::Ranking,
         &plot::ranking(
             "Hypotheses, best first: score χ² + d ln N above the best",
             &names,
@@ -327,13 +183,14 @@ fn channels(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErro
     for (k, channel) in d.channels.iter().enumerate() {
         let hz: Vec<f64> = channel.omega_rad_s.iter().map(|w| w / TAU).collect();
         let rpm = channel.speed_rad_s * 60.0 / TAU;
-        let kind = if channel.held_out { "held out" } else { "used" };
-        let (words, quantity, unit, stem) = match channel.record {
+        let part = if channel.held_out { "held out" } else { "used" };
+        let (words, quantity, unit, kind, which) = match channel.record {
             Record::Sweep(i, j) => (
                 format!("current {} to sensor {}", AXES[j], AXES[i]),
                 "|sensor / current|",
                 "m/A",
-                format!("channel-{}-from-{}", AXES[i], AXES[j]),
+                Picture::Channel,
+                format!("{}-from-{}", AXES[i], AXES[j]),
             ),
             Record::Hammer(axis) => {
                 let axis = ["x", "y"][axis.min(1)];
@@ -341,7 +198,8 @@ fn channels(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErro
                     format!("hammer at the tool, {axis}"),
                     "Compliance",
                     "m/N",
-                    format!("hammer-{axis}"),
+                    Picture::Hammer,
+                    axis.to_owned(),
                 )
             }
         };
@@ -350,13 +208,13 @@ fn channels(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErro
             .iter()
             .filter(|c| c.record == channel.record)
             .count();
-        let stem = if twin == 0 {
-            stem
-        } else {
-            format!("{stem}-{}", twin + 1)
+        let detail = match twin {
+            0 => which,
+            earlier => format!("{which}-{}", earlier + 1),
         };
-        let title = format!("{words}, {rpm:.0} rpm ({kind})");
-        folder.add_plot(&stem, &channel_figure(&title, quantity, unit, &hz, channel))?;
+        let title = format!("{words}, {rpm:.0} rpm ({part})");
+        let figure = channel_figure(&title, quantity, unit, &hz, channel);
+        folder.add_plot(kind.detailed(detail), &figure)?;
     }
     overview(folder, d)
 }
@@ -422,7 +280,7 @@ fn overview(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErro
         })
         .collect();
     folder.add_plot(
-        "residual",
+        Picture::Residual,
         &plot::residual("Residual in standard deviations, before and after", &panels),
     )
 }

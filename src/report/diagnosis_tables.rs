@@ -1,11 +1,11 @@
-//! Tables of a diagnosis in the report, from its part of `summary.json`: the gap, the parameters with their intervals,
-//! the hypotheses, the places, the smallest sizes that the data could show.
+//! Tables of a diagnosis in the report: the gap, the parameters with their intervals, the hypotheses, the places, the
+//! smallest sizes that the data could show.
 
-use super::readable::{Grid, four_digits, text, words};
-use serde_json::Value;
+use super::diagnosis_summary::DiagnosisSummary;
+use super::readable::{Grid, figure, four_digits, words};
 
 /// Keys below `diagnosis` that the tables show.
-pub const SHOWN: [&str; 17] = [
+pub(crate) const SHOWN: [&str; 17] = [
     "sentence",
     "effects",
     "tie",
@@ -26,7 +26,7 @@ pub const SHOWN: [&str; 17] = [
 ];
 
 /// All tables that the summary has figures for.
-pub fn tables(diagnosis: &Value) -> Vec<Grid> {
+pub(crate) fn tables(diagnosis: &DiagnosisSummary) -> Vec<Grid> {
     let parts = [
         gap(diagnosis),
         parameters(diagnosis),
@@ -46,34 +46,15 @@ fn grid(label: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Option<Grid> {
     })
 }
 
-fn items<'a>(value: &'a Value, key: &str) -> impl Iterator<Item = &'a Value> {
-    value
-        .get(key)
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten()
+/// A number, or a dash where there is none.
+fn known(value: Option<f64>, shown: impl Fn(f64) -> String) -> String {
+    value.map_or_else(|| "–".to_owned(), shown)
 }
 
-fn string(value: &Value, key: &str) -> String {
-    value
-        .get(key)
-        .and_then(Value::as_str)
-        .unwrap_or_default()
-        .to_owned()
-}
-
-fn figure(value: &Value, key: &str) -> String {
-    value
-        .get(key)
-        .and_then(Value::as_f64)
-        .map_or_else(|| "–".to_owned(), four_digits)
-}
-
-fn gap(d: &Value) -> Option<Grid> {
-    let held = string(d, "held_out");
-    let row = |name: String, of: &Value, before: &str, after: &str| -> Option<Vec<String>> {
-        let b = of.get(before).and_then(Value::as_f64)?;
-        let a = of.get(after).and_then(Value::as_f64)?;
+fn gap(d: &DiagnosisSummary) -> Option<Grid> {
+    let held = &d.held_out;
+    let row = |name: String, before: Option<f64>, after: Option<f64>| -> Option<Vec<String>> {
+        let (b, a) = (before?, after?);
         let shrunk = if b > 0.0 {
             format!("{:.0} %", 100.0 * (1.0 - a / b))
         } else {
@@ -81,87 +62,57 @@ fn gap(d: &Value) -> Option<Grid> {
         };
         Some(vec![name, format!("{b:.2}"), format!("{a:.2}"), shrunk])
     };
-    let mut rows: Vec<Vec<String>> = [
-        row("used".into(), d, "gap_before_used", "gap_after_used"),
+    let mut rows = vec![
+        row(
+            "used".to_owned(),
+            d.parts.gap_before_used,
+            d.parts.gap_after_used,
+        ),
         row(
             format!("held out: {held}"),
-            d,
-            "gap_before_held_out",
-            "gap_after_held_out",
+            d.parts.gap_before_held_out,
+            d.parts.gap_after_held_out,
         ),
         row(
-            "all records, fitted to all".into(),
-            d,
-            "gap_before",
-            "gap_after",
+            "all records, fitted to all".to_owned(),
+            d.all.gap_before,
+            d.all.gap_after,
         ),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    if let Some(c) = d.get("correction") {
-        let port = string(c, "port");
-        rows.extend(row(
+    ];
+    if let Some(c) = &d.correction {
+        let port = &c.port;
+        rows.push(row(
             format!("used, with the correction at: {port}"),
-            c,
-            "gap_before_used",
-            "gap_after_used",
+            c.gaps.gap_before_used,
+            c.gaps.gap_after_used,
         ));
-        rows.extend(row(
+        rows.push(row(
             format!("held out ({held}), with the correction at: {port}"),
-            c,
-            "gap_before_held_out",
-            "gap_after_held_out",
+            c.gaps.gap_before_held_out,
+            c.gaps.gap_after_held_out,
         ));
     }
     grid(
         "Gap between model and measurement, σ",
         &["data", "before", "after", "smaller by"],
-        rows,
+        rows.into_iter().flatten().collect(),
     )
 }
 
-/// `{"bearing": "front"}` as words.
-fn spot(value: &Value) -> String {
-    let Some(map) = value.get("where").and_then(Value::as_object) else {
-        return String::new();
-    };
-    let cells: Vec<String> = map.iter().map(|(k, v)| text(k, v)).collect();
-    cells.join(", ")
-}
-
-fn parameters(d: &Value) -> Option<Grid> {
-    let tied: Vec<&Value> = items(d, "tie")
-        .flat_map(|rival| match rival.get("effects") {
-            Some(Value::Array(several)) => several.iter().collect::<Vec<_>>(),
-            _ => vec![rival],
-        })
-        .collect();
-    let effects: Vec<&Value> = if tied.is_empty() {
-        items(d, "effects").collect()
-    } else {
-        tied
-    };
+fn parameters(d: &DiagnosisSummary) -> Option<Grid> {
     let mut rows = vec![];
-    for effect in effects {
-        let pick = |part: &str, key: &str| effect.get(part).and_then(|p| p.get(key)).cloned();
-        let names = effect.get("parameters").and_then(Value::as_object);
-        for (name, value) in names.into_iter().flatten() {
-            let shown = |v: Option<Value>| v.map_or_else(|| "–".to_owned(), |v| text(name, &v));
-            let interval = match pick("intervals_90", name) {
-                Some(Value::Array(ends)) => {
-                    let ends: Vec<String> = ends.iter().map(|v| text(name, v)).collect();
-                    ends.join(" … ")
-                }
-                _ => "–".to_owned(),
-            };
+    for effect in d.shown_effects() {
+        for (name, value) in &effect.parameters.0 {
+            let shown = |v: Option<f64>| known(v, |x| figure(name, x));
+            let deviation = effect.standard_deviations.get(name).copied().flatten();
+            let interval = effect.intervals_90.get(name);
             rows.push(vec![
-                words(&string(effect, "effect")),
-                spot(effect),
+                words(&effect.effect),
+                effect.place.words(),
                 words(name),
-                text(name, value),
-                shown(pick("standard_deviations", name)),
-                interval,
+                shown(*value),
+                shown(deviation),
+                interval.map_or_else(|| "–".to_owned(), |ends| ends.map(shown).join(" … ")),
             ]);
         }
     }
@@ -179,45 +130,42 @@ fn parameters(d: &Value) -> Option<Grid> {
     )
 }
 
-fn menu(d: &Value) -> Option<Grid> {
-    let rows = items(d, "menu")
-        .map(|m| vec![string(m, "measurement"), figure(m, "separation_chi2")])
-        .collect();
+fn menu(d: &DiagnosisSummary) -> Option<Grid> {
+    let row = d
+        .menu
+        .iter()
+        .map(|m| vec![m.measurement.clone(), known(m.separation_chi2, four_digits)]);
     grid(
         "Measurements that would separate the members of the tie",
         &["measurement", "expected separation, χ²"],
-        rows,
+        row.collect(),
     )
 }
 
-fn ranking(d: &Value) -> Option<Grid> {
-    let rows = items(d, "ranking")
-        .map(|r| {
-            vec![
-                words(&string(r, "effect")),
-                spot(r),
-                figure(r, "score_above_best"),
-            ]
-        })
-        .collect();
+fn ranking(d: &DiagnosisSummary) -> Option<Grid> {
+    let row = d.ranking.iter().map(|r| {
+        vec![
+            words(&r.effect),
+            r.place.words(),
+            known(r.score_above_best, four_digits),
+        ]
+    });
     grid(
         "Hypotheses, best first",
         &["effect", "where", "score above the best"],
-        rows,
+        row.collect(),
     )
 }
 
-fn places(d: &Value) -> Option<Grid> {
-    let rows = items(d, "localisation")
-        .map(|p| {
-            vec![
-                string(p, "port"),
-                string(p, "words"),
-                figure(p, "chi2_after"),
-                figure(p, "score_above_best"),
-            ]
-        })
-        .collect();
+fn places(d: &DiagnosisSummary) -> Option<Grid> {
+    let row = d.localisation.iter().map(|p| {
+        vec![
+            p.port.clone(),
+            p.words.clone(),
+            known(p.chi2_after, four_digits),
+            known(p.score_above_best, four_digits),
+        ]
+    });
     grid(
         "Places, best first, each with a free law",
         &[
@@ -226,17 +174,18 @@ fn places(d: &Value) -> Option<Grid> {
             "χ² per degree of freedom that remains",
             "score above the best",
         ],
-        rows,
+        row.collect(),
     )
 }
 
-fn detectable(d: &Value) -> Option<Grid> {
-    let rows = items(d, "detectable")
-        .map(|c| vec![words(&string(c, "effect")), spot(c), string(c, "words")])
-        .collect();
+fn detectable(d: &DiagnosisSummary) -> Option<Grid> {
+    let row = d
+        .detectable
+        .iter()
+        .map(|c| vec![words(&c.effect), c.place.words(), c.words.clone()]);
     grid(
         "Smallest sizes that these data would show",
         &["effect", "where", "smallest size"],
-        rows,
+        row.collect(),
     )
 }

@@ -1,11 +1,10 @@
-//! The table of Table 1 of the paper from `updating`: every resonance and antiresonance measured, before and after
-//! updating.
+//! The table of Table 1 of the paper: every resonance and antiresonance measured, before and after updating.
 
 use super::readable::{Grid, four_digits};
-use serde_json::Value;
+use super::updating::{PeakLists, UpdatingSummary};
 
 /// Keys below `updating` that the table shows.
-pub const SHOWN: [&str; 5] = [
+pub(crate) const SHOWN: [&str; 5] = [
     "measured_hz",
     "model_before_hz",
     "model_hz",
@@ -13,44 +12,44 @@ pub const SHOWN: [&str; 5] = [
     "errors_percent",
 ];
 
-/// Groups of frequencies: words and place below each key.
-const GROUPS: [(&str, &str); 3] = [
-    ("resonance", "/resonances"),
-    ("antiresonance, front", "/antiresonances/front"),
-    ("antiresonance, rear", "/antiresonances/rear"),
+/// A list of figures of one kind of peak.
+type Pick = fn(&PeakLists) -> &[Option<f64>];
+
+/// Kinds of peaks: words and list.
+const KINDS: [(&str, Pick); 3] = [
+    ("resonance", |l| &l.resonances),
+    ("antiresonance, front", |l| antiresonances(l, "front")),
+    ("antiresonance, rear", |l| antiresonances(l, "rear")),
 ];
 
+fn antiresonances<'a>(lists: &'a PeakLists, frf: &str) -> &'a [Option<f64>] {
+    let found = lists.antiresonances.get(frf);
+    found.map_or(&[], Vec::as_slice)
+}
+
 /// The table, or `None` if the summary has no measured and updated frequencies that belong together.
-pub fn frequencies(updating: &Value) -> Option<Grid> {
-    let list = |key: &str, place: &str| -> Vec<Option<f64>> {
-        let found = updating.get(key).and_then(|v| v.pointer(place));
-        let items = found.and_then(Value::as_array).into_iter().flatten();
-        items.map(Value::as_f64).collect()
-    };
-    let cell = |values: &[Option<f64>], k: usize, digits: usize| {
+pub(crate) fn frequencies(updating: &UpdatingSummary) -> Option<Grid> {
+    let cell = |values: &[Option<f64>], k: usize, shown: fn(f64) -> String| {
         let value = values.get(k).copied().flatten();
-        value.map_or_else(|| "–".to_owned(), |x| format!("{x:.digits$}"))
+        value.map_or_else(|| "–".to_owned(), shown)
     };
+    let tenths: fn(f64) -> String = |x| format!("{x:.1}");
     let mut rows = Vec::new();
-    for (name, place) in GROUPS {
-        let (measured, after) = (list("measured_hz", place), list("model_hz", place));
+    for (name, pick) in KINDS {
+        let (measured, after) = (pick(&updating.measured_hz), pick(&updating.model_hz));
         if measured.len() != after.len() {
             return None;
         }
-        let (before, error) = (list("model_before_hz", place), list("errors_hz", place));
-        let percent = list("errors_percent", place);
+        let before = pick(&updating.model_before_hz);
+        let (error, percent) = (pick(&updating.errors_hz), pick(&updating.errors_percent));
         for k in 0..measured.len() {
-            let small = |values: &[Option<f64>]| {
-                let value = values.get(k).copied().flatten();
-                value.map_or_else(|| "–".to_owned(), four_digits)
-            };
             rows.push(vec![
                 format!("{name} {}", k + 1),
-                cell(&measured, k, 1),
-                cell(&before, k, 1),
-                cell(&after, k, 1),
-                small(&error),
-                small(&percent),
+                cell(measured, k, tenths),
+                cell(before, k, tenths),
+                cell(after, k, tenths),
+                cell(error, k, four_digits),
+                cell(percent, k, four_digits),
             ]);
         }
     }

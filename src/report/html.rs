@@ -1,6 +1,7 @@
 //! `report.html`: one self-contained page from the summary and the pictures of a run.
 //!
-//! Everything comes from `summary.json` and `plots/*.svg`, so that the page can be rebuilt from a results folder.
+//! Everything comes from `summary.json` and `plots/*.svg`, so that the page can be rebuilt from a results folder: the
+//! summary is read back into the structs that wrote it.
 //! Verdict first, then plain words, key figures, a section a stage (absent stages are left out), certificates, all
 //! figures.
 //! No script, no font, no style from elsewhere; the own script shows values at the pointer and zooms, and the page is
@@ -8,8 +9,11 @@
 
 use super::diagnosis_tables;
 use super::frequency_table;
-use super::html_stages::STAGES;
-use super::readable::{self, Grid, Row, words};
+use super::page_summary::PageSummary;
+use super::pictures::PictureName;
+use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
+use super::readable::{self, Grid, Row, figure, words};
+use super::sections::Section as Stage;
 use serde_json::Value;
 
 const TEMPLATE: &str = include_str!("templates/report.html");
@@ -22,6 +26,14 @@ pub enum HtmlError {
     /// The template failed on its values.
     #[error("report template: {0}")]
     Template(#[from] minijinja::Error),
+    /// A topic of the summary is not as muspin writes it.
+    #[error("summary.json: {topic}: {source}")]
+    Topic {
+        /// Key of the topic.
+        topic: &'static str,
+        /// What was expected, and what was found.
+        source: serde_json::Error,
+    },
 }
 
 #[derive(serde::Serialize)]
@@ -38,7 +50,7 @@ struct Section {
     pictures: Vec<Picture>,
 }
 
-#[derive(serde::Serialize)]
+#[derive(Clone, serde::Serialize)]
 struct Picture {
     stem: String,
     svg: String,
@@ -47,32 +59,31 @@ struct Picture {
 /// The page for a summary and its pictures (stem, SVG).
 ///
 /// # Errors
-/// [`HtmlError::Template`] if the template cannot be filled.
+/// [`HtmlError::Topic`] for a summary that muspin did not write, [`HtmlError::Template`] if the template cannot be
+/// filled.
 pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, HtmlError> {
-    let mut left: Vec<&(String, String)> = pictures.iter().collect();
+    let read = PageSummary::of(summary)?;
+    let (own, others) = sorted(pictures);
     let mut sections: Vec<Section> = Vec::new();
-    for stage in &STAGES {
-        let rank = |stem: &str| stage.stems.iter().position(|s| stem.starts_with(s));
-        let (mut mine, others): (Vec<_>, Vec<_>) =
-            left.into_iter().partition(|(stem, _)| rank(stem).is_some());
-        mine.sort_by_key(|(stem, _)| rank(stem));
-        left = others;
-        let (tables, rows, grids) = figures(stage.key, summary.get(stage.key));
-        if !(tables.is_empty() && rows.is_empty() && grids.is_empty() && mine.is_empty()) {
+    for stage in Stage::ALL {
+        let shown = own.iter().filter(|(name, _)| name.section() == stage);
+        let pictures: Vec<Picture> = shown.map(|(_, picture)| picture.clone()).collect();
+        let (tables, rows, grids) = figures(stage, summary.get(stage.key()), &read);
+        if !(tables.is_empty() && rows.is_empty() && grids.is_empty() && pictures.is_empty()) {
             sections.push(Section {
                 tables,
                 long: is_long(&rows, &grids),
-                anchor: stage.key.to_owned(),
-                title: stage.title.to_owned(),
-                lead: stage.lead.to_owned(),
+                anchor: stage.key().to_owned(),
+                title: stage.title().to_owned(),
+                lead: stage.lead().to_owned(),
                 rows,
                 grids,
-                pictures: inline(&mine),
+                pictures,
             });
         }
     }
-    sections.extend(further(summary, &left));
-    let verdict = verdict(summary);
+    sections.extend(further(summary, others));
+    let verdict = read.verdict();
     let mut environment = minijinja::Environment::new();
     environment.set_trim_blocks(true);
     environment.set_lstrip_blocks(true);
@@ -80,11 +91,11 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     let page = environment
         .get_template("report.html")?
         .render(minijinja::context! {
-            title => title(summary),
+            title => read.title(),
             met => verdict.met,
             verdict => verdict.sentence,
-            plain_words => plain_words(summary),
-            tiles => tiles(summary),
+            plain_words => read.sentences(),
+            tiles => tiles(&read),
             sections => sections,
             certificates => certificates(summary),
             script => SCRIPT,
@@ -93,40 +104,58 @@ pub fn report(summary: &Value, pictures: &[(String, String)]) -> Result<String, 
     Ok(page.replace("&#x2f;", "/"))
 }
 
+/// The pictures of muspin by name, in the order of the page, and those of another origin.
+fn sorted(pictures: &[(String, String)]) -> (Vec<(PictureName, Picture)>, Vec<Picture>) {
+    let (mut own, mut others) = (Vec::new(), Vec::new());
+    for (stem, svg) in pictures {
+        let picture = Picture {
+            stem: stem.clone(),
+            svg: svg.clone(),
+        };
+        match PictureName::of_stem(stem) {
+            Some(name) => own.push((name, picture)),
+            None => others.push(picture),
+        }
+    }
+    own.sort_by(|a, b| a.0.cmp(&b.0));
+    (own, others)
+}
+
 /// First tables, rows and grids of a stage.
-fn figures(key: &str, stage: Option<&Value>) -> (Vec<Grid>, Vec<Row>, Vec<Grid>) {
-    let Some(stage) = stage else {
+fn figures(
+    stage: Stage,
+    all: Option<&Value>,
+    read: &PageSummary,
+) -> (Vec<Grid>, Vec<Row>, Vec<Grid>) {
+    let Some(all) = all else {
         return (Vec::new(), Vec::new(), Vec::new());
     };
-    let mut skip = vec!["certificates"];
-    let tables = match key {
-        "updating" => frequency_table::frequencies(stage).into_iter().collect(),
-        "diagnosis" => diagnosis_tables::tables(stage),
-        _ => Vec::new(),
+    let (tables, shown): (Vec<Grid>, &[&str]) = match stage {
+        Stage::Updating => {
+            let table = read
+                .updating
+                .as_ref()
+                .and_then(frequency_table::frequencies);
+            (table.into_iter().collect(), &frequency_table::SHOWN)
+        }
+        Stage::Diagnosis => {
+            let found = read.diagnosis.as_ref();
+            let tables = found.map(diagnosis_tables::tables);
+            (tables.unwrap_or_default(), &diagnosis_tables::SHOWN)
+        }
+        _ => (Vec::new(), &[]),
     };
+    let mut skip = vec!["certificates"];
     if !tables.is_empty() {
-        skip.extend(match key {
-            "updating" => &frequency_table::SHOWN[..],
-            _ => &diagnosis_tables::SHOWN[..],
-        });
+        skip.extend(shown);
     }
-    let (rows, grids) = readable::flatten(stage, &skip);
+    let (rows, grids) = readable::flatten(all, &skip);
     (tables, rows, grids)
 }
 
 /// More than about half a page of figures.
 fn is_long(rows: &[Row], grids: &[Grid]) -> bool {
     rows.len() + grids.iter().map(|g| g.rows.len()).sum::<usize>() > 14
-}
-
-fn inline(pictures: &[&(String, String)]) -> Vec<Picture> {
-    pictures
-        .iter()
-        .map(|(stem, svg)| Picture {
-            stem: stem.clone(),
-            svg: svg.clone(),
-        })
-        .collect()
 }
 
 /// Keys of the summary that are shown elsewhere on the page.
@@ -140,8 +169,8 @@ const SHOWN: [&str; 6] = [
 ];
 
 /// Whatever no stage claims.
-fn further(summary: &Value, pictures: &[&(String, String)]) -> Option<Section> {
-    let staged = |key: &str| STAGES.iter().any(|s| s.key == key);
+fn further(summary: &Value, pictures: Vec<Picture>) -> Option<Section> {
+    let staged = |key: &str| Stage::ALL.iter().any(|s| s.key() == key);
     let rest = summary.as_object().map(|map| {
         let kept = map
             .iter()
@@ -158,210 +187,51 @@ fn further(summary: &Value, pictures: &[&(String, String)]) -> Option<Section> {
         lead: String::new(),
         rows,
         grids,
-        pictures: inline(pictures),
+        pictures,
     })
 }
 
-fn title(summary: &Value) -> String {
-    let text = |key: &str| summary.get(key).and_then(Value::as_str).map(str::to_owned);
-    match (text("spindle"), text("tool")) {
-        (Some(spindle), Some(tool)) => format!("{spindle} with {tool}"),
-        (Some(name), None) | (None, Some(name)) => name,
-        (None, None) => text("run").unwrap_or_else(|| "muspin".to_owned()),
-    }
-}
-
-/// The line at the top.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Verdict {
-    /// Whether every target is met; `None` when the run had none.
-    pub met: Option<bool>,
-    /// One sentence.
-    pub sentence: String,
-}
-
-fn at<'a>(summary: &'a Value, path: &str) -> Option<&'a Value> {
-    summary
-        .pointer(&format!("/{}", path.replace('.', "/")))
-        .filter(|v| !v.is_null())
-}
-
-fn figure(summary: &Value, path: &str) -> Option<f64> {
-    at(summary, path).and_then(Value::as_f64)
-}
-
-fn word<'a>(summary: &'a Value, path: &str) -> Option<&'a str> {
-    at(summary, path).and_then(Value::as_str)
-}
-
-/// μ of what is delivered: of the sampled controller if there is one.
-fn final_mu(summary: &Value) -> Option<f64> {
-    [
-        "design.largest_mu",
-        "design.mu_peak_discrete",
-        "design.mu_peak_reduced",
-        "design.mu_peak",
-    ]
-    .into_iter()
-    .find_map(|path| figure(summary, path))
-}
-
-/// The verdict a run states (`verdict.met`, `verdict.sentence`), or the one its figures imply.
-pub fn verdict(summary: &Value) -> Verdict {
-    if let Some(sentence) = word(summary, "verdict.sentence") {
-        return Verdict {
-            met: at(summary, "verdict.met").and_then(Value::as_bool),
-            sentence: sentence.to_owned(),
-        };
-    }
-    let (mut met, mut parts) = (None, Vec::new());
-    let mut note = |good: bool, text: String| {
-        met = Some(met.unwrap_or(true) && good);
-        parts.push(text);
-    };
-    if let Some(mu) = final_mu(summary) {
-        let relation = if mu <= 1.0 { "≤" } else { ">" };
-        note(
-            mu <= 1.0,
-            format!("µ = {mu:.3} {relation} 1 for the controller as delivered"),
-        );
-    }
-    if let Some(stable) = at(summary, "design.stable").and_then(Value::as_bool) {
-        let text = if stable {
-            "stable over the whole speed range"
-        } else {
-            "not stable at every speed"
-        };
-        note(stable, text.to_owned());
-    }
-    match word(summary, "diagnosis.verdict") {
-        Some("adequate") => note(true, "the model agrees with the measurement".to_owned()),
-        Some("named") => note(true, format!("missing effect found: {}", effects(summary))),
-        Some("tie") => note(
-            true,
-            "missing effects found that these data cannot tell apart".to_owned(),
-        ),
-        Some("unexplained") => note(
-            false,
-            "a discrepancy remains that no known effect explains".to_owned(),
-        ),
-        _ => {}
-    }
-    let sentence = parts.join("; ");
-    Verdict {
-        met,
-        sentence: if sentence.is_empty() {
-            "No targets in this run.".to_owned()
-        } else {
-            sentence
-        },
-    }
-}
-
-fn effects(summary: &Value) -> String {
-    let list = at(summary, "diagnosis.effects").and_then(Value::as_array);
-    let names = list
-        .into_iter()
-        .flatten()
-        .filter_map(|e| e.get("effect").and_then(Value::as_str))
-        .map(words);
-    names.collect::<Vec<String>>().join(", ")
-}
-
-/// The run in sentences: those it wrote itself, and those its figures give.
-fn plain_words(summary: &Value) -> Vec<String> {
-    let own = at(summary, "plain_words");
-    let listed = own.and_then(Value::as_array).into_iter().flatten();
-    let mut sentences: Vec<String> = listed
-        .chain(own)
-        .filter_map(Value::as_str)
-        .map(str::to_owned)
-        .collect();
-    let proven = [
-        "design.speed_proof.sentence",
-        "design.controller_stability",
-        "tightening.sentence",
-    ]
-    .into_iter()
-    .filter_map(|path| word(summary, path).map(str::to_owned));
-    if !sentences.is_empty() {
-        sentences.extend(proven);
-        return sentences;
-    }
-    sentences.extend(proven);
-    if let Some(order) = figure(summary, "design.controller_order")
-        && let Some(mu) = final_mu(summary)
-    {
-        let meaning = if mu <= 1.0 {
-            "every specification holds for every plant within the uncertainty"
-        } else {
-            "some plant within the uncertainty misses a specification"
-        };
-        sentences.push(format!(
-            "The delivered controller has {order} states and µ = {mu:.3}: {meaning}."
-        ));
-    }
-    let minimum = |who: &str| figure(summary, &format!("stiffness.{who}.minimum_n_per_m"));
-    if let (Some(mu), Some(pid)) = (minimum("mu"), minimum("pid")) {
-        let (softest, rival) = (
-            readable::four_digits(mu * 1e-6),
-            readable::four_digits(pid * 1e-6),
-        );
-        sentences.push(format!(
-            "At its softest the tool plane has {softest} N/µm with the µ controller and {rival} N/µm with the PID, a \
-             factor of {:.2}.",
-            mu / pid
-        ));
-    }
-    let zone = |who: &str| word(summary, &format!("sensitivity.{who}.zone"));
-    if let (Some(mu), Some(pid)) = (zone("mu"), zone("pid")) {
-        sentences.push(format!(
-            "ISO 14839-3 zone {mu} with the µ controller, zone {pid} with the PID."
-        ));
-    }
-    if let Some(sentence) = word(summary, "diagnosis.sentence") {
-        sentences.push(sentence.to_owned());
-    }
-    if let (Some(before), Some(after)) = (
-        figure(summary, "diagnosis.gap_before"),
-        figure(summary, "diagnosis.gap_after"),
-    ) {
-        sentences.push(format!(
-            "The gap between model and measurement goes from {before:.2} σ to {after:.2} σ."
-        ));
-    }
-    sentences
-}
-
 /// The figures a reader asks for first.
-fn tiles(summary: &Value) -> Vec<Row> {
-    const WANTED: [(&str, &str); 8] = [
+fn tiles(read: &PageSummary) -> Vec<Row> {
+    let design = read.design.as_ref();
+    let number = |x: Option<f64>| x.map(readable::four_digits);
+    let softest = |s: &Option<StiffnessSummary>| {
+        let least = s.as_ref().and_then(|s| s.minimum_n_per_m);
+        least.map(|k| figure("minimum_n_per_m", k))
+    };
+    let zone = |s: &Option<SensitivitySummary>| s.as_ref().and_then(|s| s.zone.clone());
+    let gap = read
+        .diagnosis
+        .as_ref()
+        .and_then(|d| d.parts.gap_after_held_out);
+    let wanted = [
         (
             "largest µ from rest to 1.2 × top speed",
-            "design.largest_mu",
+            number(design.and_then(|d| d.largest_mu)),
         ),
         (
             "µ at rest, certified",
-            "design.table_as_written.mu_peak_discrete",
+            number(design.and_then(|d| d.table_as_written.mu_peak_discrete)),
         ),
-        ("states of the controller", "design.controller_order"),
-        ("softest point, µ", "stiffness.mu.minimum_n_per_m"),
-        ("softest point, PID", "stiffness.pid.minimum_n_per_m"),
-        ("ISO zone, µ", "sensitivity.mu.zone"),
-        ("ISO zone, PID", "sensitivity.pid.zone"),
         (
-            "gap on held-out data, after",
-            "diagnosis.gap_after_held_out",
+            "states of the controller",
+            design
+                .and_then(|d| d.controller_order)
+                .map(|n| n.to_string()),
         ),
+        ("softest point, µ", softest(&read.stiffness.mu)),
+        ("softest point, PID", softest(&read.stiffness.pid)),
+        ("ISO zone, µ", zone(&read.sensitivity.mu)),
+        ("ISO zone, PID", zone(&read.sensitivity.pid)),
+        ("gap on held-out data, after", number(gap)),
     ];
-    let row = |(label, path): (&str, &str)| {
-        let key = path.rsplit('.').next().unwrap_or(path);
-        at(summary, path).map(|v| Row {
+    let row = |(label, value): (&str, Option<String>)| {
+        Some(Row {
             label: label.to_owned(),
-            value: readable::text(key, v),
+            value: value?,
         })
     };
-    WANTED.into_iter().filter_map(row).collect()
+    wanted.into_iter().filter_map(row).collect()
 }
 
 /// `certificates` of the whole and of each stage.

@@ -1,100 +1,189 @@
-//! Plausibility of records, identified resonances and antiresonances as JSON; measured FRFs with their covariance
-//! as CSV.
+//! Plausibility of records, identified resonances and antiresonances as topics of the summary; measured FRFs with their
+//! covariance as CSV.
 
-use super::summary::number;
+use super::summary::finite;
 use crate::identify::frf::AXIS_NAMES;
 use crate::identify::plausibility::{Plausibility, RecordFault, Signal};
 use crate::identify::{Identification, MeasuredFrf, Reading};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::fmt::Write as _;
 
-/// The `plausibility` object of `summary.json`: all checks of all records, and the mistakes found.
-pub fn plausibility_json(reports: &[Plausibility]) -> Value {
-    let check = |report: &Plausibility| {
-        let record = file_name(&report.record).to_owned();
-        let each = |c: &crate::identify::plausibility::Check| {
-            json!({
-                "record": record,
-                "name": c.name,
-                "value": number(c.value),
-                "expected": c.expected,
-                "ok": c.ok,
-                "words": c.words,
+/// `plausibility`: all checks of all records, and the mistakes found.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct PlausibilitySummary {
+    plausible: bool,
+    statements: Vec<String>,
+    checks: Vec<CheckSummary>,
+    record_faults: Vec<RecordFaultSummary>,
+}
+
+/// A check of a record.
+#[derive(Clone, Debug, Serialize)]
+struct CheckSummary {
+    record: String,
+    name: &'static str,
+    value: Option<f64>,
+    expected: String,
+    ok: bool,
+    words: String,
+}
+
+/// A mistake of a record: what it is, its fields, and words.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RecordFaultSummary {
+    record: String,
+    fault: &'static str,
+    #[serde(flatten)]
+    fields: FaultFields,
+    words: String,
+    /// Name of the tool or controller that fits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+}
+
+/// Fields of a mistake.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+enum FaultFields {
+    ChannelsSwapped {
+        a: &'static str,
+        b: &'static str,
+        signal: &'static str,
+    },
+    PlanesSwapped {
+        signal: &'static str,
+    },
+    Sign {
+        #[serde(skip_serializing_if = "Option::is_none")]
+        channel: Option<&'static str>,
+        signal: &'static str,
+    },
+    Unit {
+        signal: &'static str,
+        factor: f64,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        channel: Option<&'static str>,
+    },
+    Factor {
+        factor: f64,
+    },
+    SpeedLabel {
+        speed_rpm: f64,
+    },
+    Drift {
+        signal: &'static str,
+        relative_change: f64,
+    },
+    Clipping {
+        limit: f64,
+        signal: &'static str,
+    },
+    Alias {
+        sample_rate_hz: f64,
+    },
+    Quantity {
+        signal: &'static str,
+        quantity: &'static str,
+    },
+    None {},
+}
+
+impl PlausibilitySummary {
+    /// Of the reports on all records.
+    pub(crate) fn of(reports: &[Plausibility]) -> Self {
+        let checks = reports.iter().flat_map(|report| {
+            let record = file_name(&report.record);
+            report.checks.iter().map(|c| CheckSummary {
+                record: record.to_owned(),
+                name: c.name,
+                value: finite(c.value),
+                expected: c.expected.clone(),
+                ok: c.ok,
+                words: c.words.clone(),
             })
-        };
-        report.checks.iter().map(each).collect::<Vec<_>>()
-    };
-    json!({
-        "plausible": reports.iter().all(Plausibility::plausible),
-        "statements": reports.iter().filter_map(Plausibility::statement).collect::<Vec<_>>(),
-        "checks": reports.iter().flat_map(check).collect::<Vec<_>>(),
-        "record_faults": record_faults(reports),
-    })
+        });
+        let faults = reports.iter().flat_map(|report| {
+            let record = file_name(&report.record);
+            let each = report.faults.iter();
+            each.map(|fault| RecordFaultSummary::of(record, fault))
+        });
+        Self {
+            plausible: reports.iter().all(Plausibility::plausible),
+            statements: reports.iter().filter_map(Plausibility::statement).collect(),
+            checks: checks.collect(),
+            record_faults: faults.collect(),
+        }
+    }
 }
 
-/// Mistakes of all records, one object each: `record`, `fault`, the fields of the fault, `words`.
-pub fn record_faults(reports: &[Plausibility]) -> Vec<Value> {
-    let of = |report: &Plausibility| {
-        let each = |f: &RecordFault| fault_json(file_name(&report.record), f);
-        report.faults.iter().map(each).collect::<Vec<_>>()
-    };
-    reports.iter().flat_map(of).collect()
+impl RecordFaultSummary {
+    /// A mistake of a record.
+    pub(crate) fn of(record: &str, fault: &RecordFault) -> Self {
+        Self {
+            record: record.to_owned(),
+            fault: fault.name(),
+            fields: FaultFields::from(fault),
+            words: fault.words(),
+            name: None,
+        }
+    }
+
+    /// With the name of the tool or controller that fits.
+    pub(crate) fn naming(self, name: Option<String>) -> Self {
+        Self { name, ..self }
+    }
 }
 
-/// One mistake of a record: `record`, `fault`, the fields of the fault, `words`.
-pub fn fault_json(record: &str, fault: &RecordFault) -> Value {
-    let mut map = serde_json::Map::new();
-    map.insert("record".into(), json!(record));
-    map.insert("fault".into(), json!(fault.name()));
-    let fields: Vec<(&str, Value)> = match *fault {
-        RecordFault::ChannelsSwapped { a, b, signal } => vec![
-            ("a", json!(AXIS_NAMES[a])),
-            ("b", json!(AXIS_NAMES[b])),
-            ("signal", json!(signal.name())),
-        ],
-        RecordFault::PlanesSwapped { signal } => vec![("signal", json!(signal.name()))],
-        RecordFault::Sign { channel, signal } => {
-            let channel = channel.map(|k| ("channel", json!(AXIS_NAMES[k])));
-            let signal = ("signal", json!(signal.name()));
-            channel.into_iter().chain([signal]).collect()
+impl From<&RecordFault> for FaultFields {
+    fn from(fault: &RecordFault) -> Self {
+        match *fault {
+            RecordFault::ChannelsSwapped { a, b, signal } => Self::ChannelsSwapped {
+                a: AXIS_NAMES[a],
+                b: AXIS_NAMES[b],
+                signal: signal.name(),
+            },
+            RecordFault::PlanesSwapped { signal } => Self::PlanesSwapped {
+                signal: signal.name(),
+            },
+            RecordFault::Sign { channel, signal } => Self::Sign {
+                channel: channel.map(|k| AXIS_NAMES[k]),
+                signal: signal.name(),
+            },
+            RecordFault::Unit {
+                signal,
+                decades,
+                channel,
+            } => Self::Unit {
+                signal: signal.name(),
+                factor: 10f64.powi(decades),
+                channel: channel.map(|k| AXIS_NAMES[k]),
+            },
+            RecordFault::Clock { factor } | RecordFault::HammerCalibration { factor } => {
+                Self::Factor { factor }
+            }
+            RecordFault::SpeedLabel { speed_rpm } => Self::SpeedLabel { speed_rpm },
+            RecordFault::Drift {
+                signal,
+                relative_change,
+            } => Self::Drift {
+                signal: signal.name(),
+                relative_change,
+            },
+            RecordFault::Clipping { limit, signal } => Self::Clipping {
+                limit,
+                signal: signal.name(),
+            },
+            RecordFault::Alias { sample_rate_hz } => Self::Alias { sample_rate_hz },
+            RecordFault::Quantity(quantity) => Self::Quantity {
+                signal: Signal::Compliance.name(),
+                quantity: quantity.name(),
+            },
+            RecordFault::Conjugate
+            | RecordFault::Tool
+            | RecordFault::Controller
+            | RecordFault::Disagrees => Self::None {},
         }
-        RecordFault::Unit {
-            signal,
-            decades,
-            channel,
-        } => {
-            let channel = channel.map(|k| ("channel", json!(AXIS_NAMES[k])));
-            let rest = [
-                ("signal", json!(signal.name())),
-                ("factor", json!(10f64.powi(decades))),
-            ];
-            rest.into_iter().chain(channel).collect()
-        }
-        RecordFault::Conjugate => vec![],
-        RecordFault::Clock { factor } | RecordFault::HammerCalibration { factor } => {
-            vec![("factor", json!(factor))]
-        }
-        RecordFault::SpeedLabel { speed_rpm } => vec![("speed_rpm", json!(speed_rpm))],
-        RecordFault::Drift {
-            signal,
-            relative_change,
-        } => vec![
-            ("signal", json!(signal.name())),
-            ("relative_change", json!(relative_change)),
-        ],
-        RecordFault::Clipping { limit, signal } => {
-            vec![("limit", json!(limit)), ("signal", json!(signal.name()))]
-        }
-        RecordFault::Alias { sample_rate_hz } => vec![("sample_rate_hz", json!(sample_rate_hz))],
-        RecordFault::Tool | RecordFault::Controller | RecordFault::Disagrees => vec![],
-        RecordFault::Quantity(quantity) => vec![
-            ("signal", json!(Signal::Compliance.name())),
-            ("quantity", json!(quantity.name())),
-        ],
-    };
-    map.extend(fields.into_iter().map(|(k, v)| (k.to_owned(), v)));
-    map.insert("words".into(), json!(fault.words()));
-    Value::Object(map)
+    }
 }
 
 /// The file without its folder, as `measurement.yaml` names it.
@@ -102,50 +191,98 @@ fn file_name(record: &str) -> &str {
     record.rsplit(['/', '\\']).next().unwrap_or(record)
 }
 
-/// The `identification` object of `summary.json`.
-pub fn identification_json(found: &Identification) -> Value {
-    let hz = |l: &[Reading]| -> Vec<Value> { l.iter().map(|r| json!(r.frequency_hz())).collect() };
-    let sd = |l: &[Reading]| -> Vec<Value> {
-        l.iter().map(|r| json!(r.standard_deviation_hz())).collect()
-    };
-    let shift = |l: &[Reading]| -> Vec<Value> {
-        l.iter()
-            .map(|r| match r {
+/// `identification`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct IdentificationSummary {
+    resonances_hz: Frequencies,
+    resonances_standard_deviation_hz: Frequencies,
+    damping_ratio: Vec<f64>,
+    antiresonances_hz: FrontRear<Frequencies>,
+    antiresonances_standard_deviation_hz: FrontRear<Frequencies>,
+    cross_antiresonances_hz: Crossed,
+    cross_antiresonances_standard_deviation_hz: Crossed,
+    not_identified: FrontRear<Vec<Option<String>>>,
+    magnet_shift_removed_hz: MagnetShift,
+    refers_to: &'static str,
+}
+
+/// One value a reading; none where the peak was not identified.
+type Frequencies = Vec<Option<f64>>;
+
+#[derive(Clone, Debug, Serialize)]
+struct FrontRear<T> {
+    front: T,
+    rear: T,
+}
+
+/// Antiresonances between the bearings, by output and input axis.
+#[derive(Clone, Debug, Serialize)]
+struct Crossed {
+    #[serde(rename = "13")]
+    front_over_rear: Frequencies,
+    #[serde(rename = "31")]
+    rear_over_front: Frequencies,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct MagnetShift {
+    resonances: Frequencies,
+    front: Frequencies,
+    rear: Frequencies,
+}
+
+impl From<&Identification> for IdentificationSummary {
+    fn from(found: &Identification) -> Self {
+        let each = |readings: &[Reading], of: fn(&Reading) -> Option<f64>| -> Frequencies {
+            readings.iter().map(of).collect()
+        };
+        let shift = |readings: &[Reading]| {
+            each(readings, |r| match r {
                 Reading::Found {
                     magnet_shift_hz, ..
-                } => json!(magnet_shift_hz),
-                Reading::NotIdentified { .. } => Value::Null,
+                } => Some(*magnet_shift_hz),
+                Reading::NotIdentified { .. } => None,
             })
-            .collect()
-    };
-    let why = |l: &[Reading]| -> Vec<Value> {
-        l.iter()
-            .map(|r| match r {
-                Reading::Found { .. } => Value::Null,
-                Reading::NotIdentified { reason } => json!(reason),
-            })
-            .collect()
-    };
-    json!({
-        "resonances_hz": hz(&found.resonances),
-        "resonances_standard_deviation_hz": sd(&found.resonances),
-        "damping_ratio": found.damping_ratio,
-        "antiresonances_hz": {"front": hz(&found.front), "rear": hz(&found.rear)},
-        "antiresonances_standard_deviation_hz": {"front": sd(&found.front), "rear": sd(&found.rear)},
-        "cross_antiresonances_hz": {"13": hz(&found.front_over_rear), "31": hz(&found.rear_over_front)},
-        "cross_antiresonances_standard_deviation_hz": {
-            "13": sd(&found.front_over_rear),
-            "31": sd(&found.rear_over_front),
-        },
-        "not_identified": {"front": why(&found.front), "rear": why(&found.rear)},
-        "magnet_shift_removed_hz": {
-            "resonances": shift(&found.resonances),
-            "front": shift(&found.front),
-            "rear": shift(&found.rear),
-        },
-        "refers_to": "free-free rotor at rest: levitation loop, amplifier, delay, sensor and negative stiffness \
-         removed",
-    })
+        };
+        let why = |readings: &[Reading]| -> Vec<Option<String>> {
+            let reason = |r: &Reading| match r {
+                Reading::Found { .. } => None,
+                Reading::NotIdentified { reason } => Some(reason.to_string()),
+            };
+            readings.iter().map(reason).collect()
+        };
+        let both = |of: fn(&Reading) -> Option<f64>| FrontRear {
+            front: each(&found.front, of),
+            rear: each(&found.rear, of),
+        };
+        let crossed = |of: fn(&Reading) -> Option<f64>| Crossed {
+            front_over_rear: each(&found.front_over_rear, of),
+            rear_over_front: each(&found.rear_over_front, of),
+        };
+        Self {
+            resonances_hz: each(&found.resonances, Reading::frequency_hz),
+            resonances_standard_deviation_hz: each(
+                &found.resonances,
+                Reading::standard_deviation_hz,
+            ),
+            damping_ratio: found.damping_ratio.clone(),
+            antiresonances_hz: both(Reading::frequency_hz),
+            antiresonances_standard_deviation_hz: both(Reading::standard_deviation_hz),
+            cross_antiresonances_hz: crossed(Reading::frequency_hz),
+            cross_antiresonances_standard_deviation_hz: crossed(Reading::standard_deviation_hz),
+            not_identified: FrontRear {
+                front: why(&found.front),
+                rear: why(&found.rear),
+            },
+            magnet_shift_removed_hz: MagnetShift {
+                resonances: shift(&found.resonances),
+                front: shift(&found.front),
+                rear: shift(&found.rear),
+            },
+            refers_to: "free-free rotor at rest: levitation loop, amplifier, delay, sensor and negative stiffness \
+                        removed",
+        }
+    }
 }
 
 /// FRF with covariance: entries, then the upper triangle of Cov(vec G) (index = output + 4·input, from 1).

@@ -1,18 +1,19 @@
 //! The pictures that control engineers know: Bode diagram of the controller, Nyquist diagram, closed-loop poles,
 //! Campbell diagram, unbalance response over speed.
 
+use super::pictures::Picture;
 use super::plot::figure::{Axis, Figure, Mark, Panel, Series};
 use super::plot::loops::{ResponseCurve, bode, nyquist};
 use super::plot::shaft::{CampbellLine, campbell};
 use super::plot::{Color, Dash, Look, Marker, Role};
+use super::summary::finite;
 use crate::controller::Controller;
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::Prediction;
 use crate::predict::loop_shape::{DiscMargin, LoopShape, unbalance_response};
-use crate::report::summary::number;
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Speeds of the unbalance response: 2 % of the top speed apart.
@@ -24,8 +25,8 @@ const CAMPBELL_TO_HZ: f64 = 5000.0;
 /// 1 g mm in kg m.
 const GRAM_MILLIMETRE: f64 = 1e-6;
 
-/// Pictures by stem, and the disc margin of the loop at rest; nothing of a loop that is unstable at rest.
-pub type LoopFigures = (Vec<(&'static str, Figure)>, Option<DiscMargin>);
+/// Pictures, and the disc margin of the loop at rest; nothing of a loop that is unstable at rest.
+pub type LoopFigures = (Vec<(Picture, Figure)>, Option<DiscMargin>);
 
 /// The pictures of a controller; `rest` and `speed` are its predictions at rest and at top speed.
 ///
@@ -36,7 +37,7 @@ pub fn loop_figures(
     controller: &Controller,
     [rest, speed]: [&Prediction; 2],
 ) -> Result<LoopFigures, PipelineError> {
-    let mut figures = vec![("campbell", campbell_of(machine)?)];
+    let mut figures = vec![(Picture::Campbell, campbell_of(machine)?)];
     if !rest.is_stable() {
         return Ok((figures, None));
     }
@@ -54,7 +55,7 @@ pub fn loop_figures(
         })
         .collect();
     figures.push((
-        "controller_bode",
+        Picture::ControllerBode,
         bode(
             "Controller with its hold",
             "|current / displacement|",
@@ -79,16 +80,19 @@ pub fn loop_figures(
         .collect();
     let margin = shape.disc_margin();
     figures.push((
-        "nyquist",
+        Picture::Nyquist,
         nyquist(
             "Characteristic loci of the loop at rest",
             &loci,
             shape.peak_sensitivity.0,
         ),
     ));
-    figures.push(("poles", poles([rest, speed])));
+    figures.push((Picture::Poles, poles([rest, speed])));
     let top = machine.spindle.max_rpm;
-    figures.push(("unbalance_speed", unbalance(machine, controller, top)?));
+    figures.push((
+        Picture::UnbalanceSpeed,
+        unbalance(machine, controller, top)?,
+    ));
     Ok((figures, Some(margin)))
 }
 
@@ -112,16 +116,27 @@ fn lines(plant: &Plant, closed: &[f64]) -> Vec<f64> {
     all
 }
 
-/// The margins of a loop for the summary.
-pub fn margin_json(margin: &DiscMargin) -> Value {
-    let [low, high] = margin.gain();
-    json!({
-        "disc_radius": number(margin.radius),
-        "frequency_hz": number(margin.frequency_hz),
-        "smallest_gain_factor": number(low),
-        "largest_gain_factor": number(high),
-        "phase_deg": number(margin.phase_deg()),
-    })
+/// `margins.<controller>`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct MarginSummary {
+    disc_radius: Option<f64>,
+    frequency_hz: Option<f64>,
+    smallest_gain_factor: Option<f64>,
+    largest_gain_factor: Option<f64>,
+    phase_deg: Option<f64>,
+}
+
+impl From<&DiscMargin> for MarginSummary {
+    fn from(margin: &DiscMargin) -> Self {
+        let [low, high] = margin.gain();
+        Self {
+            disc_radius: finite(margin.radius),
+            frequency_hz: finite(margin.frequency_hz),
+            smallest_gain_factor: finite(low),
+            largest_gain_factor: finite(high),
+            phase_deg: finite(margin.phase_deg()),
+        }
+    }
 }
 
 fn top_speed(value: f64) -> Mark {

@@ -1,49 +1,115 @@
-//! Stiffness and sensitivity of a loop as JSON.
+//! Stiffness, sensitivity and damping of a loop as topics of the summary.
 
-use super::summary::number;
+use super::summary::finite;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::predict::sensitivity::Zone;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
-/// The `stiffness.<controller>` object; null with the reason for an unstable loop.
-pub fn stiffness_json(prediction: &Prediction) -> Value {
-    let figures = json!({
-        "minimum_n_per_m": number(prediction.minimum.0),
-        "minimum_frequency_hz": number(prediction.minimum.1),
-        "at_10_hz_n_per_m": number(prediction.at_10_hz_n_per_m),
-        "at_max_speed_n_per_m": number(prediction.at_max_speed_n_per_m),
-    });
-    with_reason(figures, prediction)
+/// Why an unstable loop has no figures.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct Unstable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    growth_rate_per_s: Option<Option<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
 }
 
-/// Figures of a loop, with the reason when there are none.
-fn with_reason(mut figures: Value, prediction: &Prediction) -> Value {
-    if let (false, Some(map)) = (prediction.is_stable(), figures.as_object_mut()) {
-        let growth = number(prediction.growth_rate_per_s);
-        map.insert("growth_rate_per_s".to_owned(), growth);
-        let words = unstable_words(prediction.growth_rate_per_s, prediction.speed_rpm);
-        map.insert("reason".to_owned(), words.into());
+impl Unstable {
+    fn of(prediction: &Prediction) -> Self {
+        if prediction.is_stable() {
+            return Self::default();
+        }
+        let (growth, rpm) = (prediction.growth_rate_per_s, prediction.speed_rpm);
+        Self {
+            growth_rate_per_s: Some(finite(growth)),
+            reason: Some(unstable_words(growth, rpm)),
+        }
     }
-    figures
 }
 
-/// The `sensitivity.<controller>` object (ISO 14839-3).
-pub fn sensitivity_json(prediction: &Prediction) -> Value {
-    let stable = prediction.is_stable();
-    let db = |axis: usize| {
-        let peak = prediction.sensitivity.peak(axis).0;
-        number(if stable {
-            20.0 * peak.log10()
-        } else {
-            f64::NAN
-        })
-    };
-    let figures = json!({
-        "front_db": db(0),
-        "rear_db": db(2),
-        "axes_db": [db(0), db(1), db(2), db(3)],
-        "zone": prediction.zone().map(Zone::letter),
-    });
-    with_reason(figures, prediction)
+/// `stiffness.<controller>`: tool stiffness; null with the reason for an unstable loop.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct StiffnessSummary {
+    pub(crate) minimum_n_per_m: Option<f64>,
+    pub(crate) minimum_frequency_hz: Option<f64>,
+    pub(crate) at_10_hz_n_per_m: Option<f64>,
+    pub(crate) at_max_speed_n_per_m: Option<f64>,
+    #[serde(flatten)]
+    unstable: Unstable,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at_top_speed: Option<Box<StiffnessSummary>>,
+}
+
+impl StiffnessSummary {
+    /// At one speed.
+    pub(crate) fn of(prediction: &Prediction) -> Self {
+        Self {
+            minimum_n_per_m: finite(prediction.minimum.0),
+            minimum_frequency_hz: finite(prediction.minimum.1),
+            at_10_hz_n_per_m: finite(prediction.at_10_hz_n_per_m),
+            at_max_speed_n_per_m: finite(prediction.at_max_speed_n_per_m),
+            unstable: Unstable::of(prediction),
+            at_top_speed: None,
+        }
+    }
+
+    /// At rest, with the figures at top speed.
+    pub(crate) fn of_both([rest, speed]: [&Prediction; 2]) -> Self {
+        Self {
+            at_top_speed: Some(Box::new(Self::of(speed))),
+            ..Self::of(rest)
+        }
+    }
+}
+
+/// `sensitivity.<controller>` (ISO 14839-3); null with the reason for an unstable loop.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct SensitivitySummary {
+    pub(crate) front_db: Option<f64>,
+    pub(crate) rear_db: Option<f64>,
+    axes_db: [Option<f64>; 4],
+    pub(crate) zone: Option<String>,
+    #[serde(flatten)]
+    unstable: Unstable,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at_top_speed: Option<Box<SensitivitySummary>>,
+}
+
+impl SensitivitySummary {
+    /// At one speed.
+    pub(crate) fn of(prediction: &Prediction) -> Self {
+        let axes_db = std::array::from_fn(|axis| {
+            let peak = prediction.sensitivity.peak(axis).0;
+            finite(20.0 * peak.log10()).filter(|_| prediction.is_stable())
+        });
+        Self {
+            front_db: axes_db[0],
+            rear_db: axes_db[2],
+            axes_db,
+            zone: prediction.zone().map(Zone::letter).map(str::to_owned),
+            unstable: Unstable::of(prediction),
+            at_top_speed: None,
+        }
+    }
+
+    /// At rest, with the figures at top speed.
+    pub(crate) fn of_both([rest, speed]: [&Prediction; 2]) -> Self {
+        Self {
+            at_top_speed: Some(Box::new(Self::of(speed))),
+            ..Self::of(rest)
+        }
+    }
+}
+
+/// `damping_ratio.<controller>`: closed-loop damping ratio of each flexible mode, that of the least damped pole among
+/// those that show in the mode.
+pub(crate) fn damping_ratios(prediction: &Prediction, modes: usize) -> Vec<Option<f64>> {
+    let shown = prediction.modes.flexible.iter().take(modes);
+    shown
+        .map(|mode| mode.and_then(|m| finite(m.damping_ratio)))
+        .collect()
 }

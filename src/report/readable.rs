@@ -137,8 +137,13 @@ fn with_unit(x: f64, unit: Option<&Unit>) -> String {
     format!("{}{gap}{printed}", four_digits(y))
 }
 
+/// A number as text with the unit that its name ends with.
+pub(crate) fn figure(name: &str, value: f64) -> String {
+    with_unit(value, split(name).1)
+}
+
 /// A value under its key as text.
-pub fn text(key: &str, value: &Value) -> String {
+fn text(key: &str, value: &Value) -> String {
     let (_, unit) = split(key);
     plain(value, unit)
 }

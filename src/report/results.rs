@@ -7,7 +7,8 @@
 
 use super::atomic::Replacement;
 use super::manifest::{MANIFEST, Manifest, is_inside};
-use super::plot::{Figure, PlotError, picture};
+use super::pictures::PictureName;
+use super::plot::{Figure, Picture, PlotError, picture};
 use super::tables::Table;
 use super::writing;
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,15 +112,33 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Stages `plots/<stem>.svg` and `plots/<stem>.csv`.
+    /// Draws a figure and stages `plots/<stem>.svg` and `plots/<stem>.csv`.
     ///
     /// # Errors
     /// [`ResultsError::Picture`] with the reason.
-    pub fn add_plot(&mut self, stem: &str, figure: &Figure) -> Result<(), ResultsError> {
+    pub fn add_plot(
+        &mut self,
+        name: impl Into<PictureName>,
+        figure: &Figure,
+    ) -> Result<(), ResultsError> {
+        let name = name.into();
         let drawn = picture(figure).map_err(|source| ResultsError::Picture {
-            stem: stem.to_owned(),
+            stem: name.stem(),
             source,
         })?;
+        self.add_picture(name, drawn)
+    }
+
+    /// Stages `plots/<stem>.svg` and `plots/<stem>.csv`.
+    ///
+    /// # Errors
+    /// As [`Self::add`].
+    pub fn add_picture(
+        &mut self,
+        name: impl Into<PictureName>,
+        drawn: Picture,
+    ) -> Result<(), ResultsError> {
+        let stem = name.into().stem();
         self.add(&format!("plots/{stem}.svg"), drawn.svg)?;
         self.add(&format!("plots/{stem}.csv"), drawn.csv)
     }

@@ -1,13 +1,16 @@
 //! Summary, pictures and files of a whole run.
 
-use super::comparison::pid_json;
 use super::contact::add_contact;
-use super::identification::identification_json;
+use super::design_summary::DesignSummary;
+use super::identification::IdentificationSummary;
+use super::pictures::Picture;
+use super::pid_summary::{NoPid, PidSummary};
 use super::plot::Role;
 use super::plot::loops::{MarkedFrequency, Peak};
+use super::prediction_summary::damping_ratios;
 use super::run_figures::{NamedMachine, open_loop, predictions, robustness, shapes};
-use super::run_summary::{design_json, machine_json, modal_damping_json};
-use super::updating::{figures as update_figures, updating_json};
+use super::summary::finite_all;
+use super::updating::{UpdatingSummary, figures as update_figures};
 use super::whole::{Report, ReportError};
 use crate::identify::Identification;
 use crate::pipeline::certificates::mu_words;
@@ -19,8 +22,7 @@ use crate::predict::stiffness::stiffness_words;
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::{Machine, SpindleError};
 use crate::update::Targets;
-use serde_json::json;
-use std::f64::consts::TAU;
+use serde::Serialize;
 
 /// Look of the controller of the D-K iteration beside the polished one.
 pub const UNPOLISHED: Role = Role::Other(2);
@@ -29,7 +31,7 @@ pub const UNPOLISHED: Role = Role::Other(2);
 const LISTED_FREQUENCIES: usize = 5;
 const LISTED_DAMPING: usize = 3;
 
-/// The report of a run; `pictures` draws the pictures as well.
+/// The report of a run and its outcome in sentences; `pictures` draws the pictures as well.
 ///
 /// # Errors
 /// [`ReportError`] when a picture cannot be drawn or a file cannot be made.
@@ -38,11 +40,13 @@ pub fn run_report(
     weights: &str,
     identification: Option<&Identification>,
     pictures: bool,
-) -> Result<Report, ReportError> {
+) -> Result<(Report, String), ReportError> {
     let mut report = Report::of("run", &run.machine);
     report.summary.set("weights", weights);
     add_models(&mut report, run, identification)?;
-    report.summary.set("design", design_json(&run.design));
+    report
+        .summary
+        .set("design", DesignSummary::from(&run.design));
     report.arithmetic(&run.design, &run.arithmetic);
     add_loops(&mut report, run)?;
     if pictures {
@@ -53,8 +57,8 @@ pub fn run_report(
         let sentence = add_contact(&mut report, &run.machine, contact)?;
         words = format!("{words} {sentence}");
     }
-    report.summary.set("plain_words", words);
-    Ok(report)
+    report.summary.set("plain_words", &words);
+    Ok((report, words))
 }
 
 /// Frequencies of the models, what was identified, and what updating did.
@@ -63,24 +67,49 @@ fn add_models(
     run: &Run,
     identification: Option<&Identification>,
 ) -> Result<(), ReportError> {
+    let models = ModelsSummary {
+        nominal: ModelSummary::of(&run.nominal)?,
+        used: ModelSummary::of(&run.machine)?,
+    };
     let summary = &mut report.summary;
-    for (key, machine) in [
-        ("model.nominal", &run.nominal),
-        ("model.used", &run.machine),
-    ] {
-        let listed = flexible_hz(machine, LISTED_FREQUENCIES)?;
-        summary.set(key, machine_json(machine, &listed));
-    }
+    summary.set("model", models);
     if let Some(found) = identification {
-        summary.set("identification", identification_json(found));
+        summary.set("identification", IdentificationSummary::from(found));
     }
     if let Some(updating) = &run.updating {
-        summary.set("updating", updating_json(&updating.gauss_newton.fit));
-        if let Some(search) = &updating.nelder_mead {
-            summary.set("updating.nelder_mead", updating_json(&search.fit));
-        }
+        let search = updating.nelder_mead.as_ref();
+        let search = search.map(|s| Box::new(UpdatingSummary::from(&s.fit)));
+        let mut own = UpdatingSummary::from(&updating.gauss_newton.fit);
+        own.nelder_mead = search;
+        summary.set("updating", own);
     }
     Ok(())
+}
+
+/// `model`: the machine as drawn and as used.
+#[derive(Clone, Debug, Serialize)]
+struct ModelsSummary {
+    nominal: ModelSummary,
+    used: ModelSummary,
+}
+
+/// Names of the machine, and natural frequencies of its free rotor at rest.
+#[derive(Clone, Debug, Serialize)]
+struct ModelSummary {
+    spindle: String,
+    tool: String,
+    flexible_frequencies_hz: Vec<Option<f64>>,
+}
+
+impl ModelSummary {
+    fn of(machine: &Machine) -> Result<Self, ReportError> {
+        let listed = flexible_hz(machine, LISTED_FREQUENCIES)?;
+        Ok(Self {
+            spindle: machine.spindle.name.clone(),
+            tool: machine.tool.name.clone(),
+            flexible_frequencies_hz: finite_all(&listed),
+        })
+    }
 }
 
 /// Frequencies of the first flexible modes of the free-free rotor, Hz.
@@ -108,23 +137,25 @@ fn loops(run: &Run) -> Vec<(&'static str, Role, &[Prediction; 2])> {
 
 /// Stiffness, sensitivity and damping of the loops, and what the PID search found.
 fn add_loops(report: &mut Report, run: &Run) -> Result<(), ReportError> {
-    let damped: Vec<f64> = flexible_hz(&run.machine, LISTED_DAMPING)?
-        .iter()
-        .map(|f| f * TAU)
-        .collect();
+    let damped = flexible_hz(&run.machine, LISTED_DAMPING)?.len();
     for (name, _, both) in loops(run) {
         report.predictions(name, both.each_ref());
-        let damping = modal_damping_json(&both[0], &damped);
+        let damping = damping_ratios(&both[0], damped);
         report
             .summary
             .set(&format!("damping_ratio.{name}"), damping);
     }
     if let Some(rivals) = &run.rivals {
-        let json = match &rivals.tuned {
-            Ok((found, _)) => pid_json(found, &rivals.effort),
-            Err(reason) => json!({ "found": false, "sentence": not_found_words(reason) }),
-        };
-        report.summary.set("pid", json);
+        match &rivals.tuned {
+            Ok((found, _)) => {
+                let pid = PidSummary::of(found, &rivals.effort);
+                report.summary.set("pid", pid);
+            }
+            Err(reason) => {
+                let none = NoPid::because(not_found_words(reason));
+                report.summary.set("pid", none);
+            }
+        }
         if let Ok((plain, _)) = &rivals.textbook {
             let stable = plain.certificate.nominal.is_stable();
             report.summary.set("pid.textbook_stable", stable);
@@ -151,7 +182,7 @@ fn add_pictures(report: &mut Report, run: &Run) -> Result<(), ReportError> {
     report.figures(open_loop(models, &marked)?)?;
     // Updating draws the shapes before and after itself.
     if run.updating.is_none() {
-        report.figures(shapes(models)?.map(|figure| ("mode_shapes", figure)))?;
+        report.figures(shapes(models)?.map(|figure| (Picture::ModeShapes, figure)))?;
     }
     let loops = loops(run);
     let mut shown: Vec<(Role, &Prediction)> = vec![];

@@ -1,5 +1,6 @@
 //! Pictures of a run from its results.
 
+use super::pictures::Picture;
 use super::plot::loops::{MarkedFrequency, ResponseCurve, bode, dynamic_stiffness, sensitivity};
 use super::plot::robustness::{
     DFit, MuStep, d_fits, mu_against_order, mu_over_frequency, mu_per_iteration,
@@ -19,14 +20,14 @@ use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 /// A model with its name and look.
 pub type NamedMachine<'a> = (&'a str, Role, &'a Machine);
 
-/// Open-loop Bode diagrams of the coaxial channels front and rear, models side by side: (stem, figure).
+/// Open-loop Bode diagrams of the coaxial channels front and rear, models side by side.
 ///
 /// # Errors
 /// [`SpindleError`] when a plant cannot be built.
 pub fn open_loop(
     models: &[NamedMachine],
     marked: &[Vec<MarkedFrequency>; 2],
-) -> Result<Vec<(String, Figure)>, SpindleError> {
+) -> Result<Vec<(Picture, Figure)>, SpindleError> {
     // 50 to 4000 Hz is the band of the published sweeps.
     let grid = FrequencyGrid::log_hz(50.0, 4000.0, 800);
     let hz = grid.hz();
@@ -40,27 +41,30 @@ pub fn open_loop(
                 .to_vec(),
         );
     }
-    Ok([("front", "Front bearing"), ("rear", "Rear bearing")]
-        .iter()
-        .enumerate()
-        .map(|(axis, (stem, title))| {
-            let curves: Vec<ResponseCurve> = models
-                .iter()
-                .zip(&responses)
-                .map(|((name, role, _), r)| ResponseCurve {
-                    name,
-                    role: *role,
-                    frequency_hz: &hz,
-                    response: &r[axis],
-                })
-                .collect();
-            let title = format!("{title}: sensor over current, open loop");
-            (
-                format!("bode_{stem}"),
-                bode(&title, "|sensor / current|", "m/A", &curves, &marked[axis]),
-            )
-        })
-        .collect())
+    Ok([
+        (Picture::BodeFront, "Front bearing"),
+        (Picture::BodeRear, "Rear bearing"),
+    ]
+    .into_iter()
+    .enumerate()
+    .map(|(axis, (name, title))| {
+        let curves: Vec<ResponseCurve> = models
+            .iter()
+            .zip(&responses)
+            .map(|((name, role, _), r)| ResponseCurve {
+                name,
+                role: *role,
+                frequency_hz: &hz,
+                response: &r[axis],
+            })
+            .collect();
+        let title = format!("{title}: sensor over current, open loop");
+        (
+            name,
+            bode(&title, "|sensor / current|", "m/A", &curves, &marked[axis]),
+        )
+    })
+    .collect())
 }
 
 /// Shapes of the first three flexible modes of the models over the rotor's outline.
@@ -144,8 +148,8 @@ pub fn shapes(models: &[NamedMachine]) -> Result<Option<Figure>, SpindleError> {
     )))
 }
 
-/// μ over frequency, over the iteration, over the order of the controller: (stem, figure).
-pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
+/// μ over frequency, over the iteration, over the order of the controller.
+pub fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
     let columns = |curve: &[(f64, f64, f64)]| {
         let f: Vec<f64> = curve.iter().map(|c| c.0).collect();
         let upper: Vec<f64> = curve.iter().map(|c| c.1).collect();
@@ -196,21 +200,21 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
     let [stability, mu_speed] = over_speed(design);
     vec![
         (
-            "d_scales".to_owned(),
+            Picture::DScales,
             d_fits("D-scales of the uncertain modes", &fits),
         ),
         (
-            "mu".to_owned(),
+            Picture::Mu,
             mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
         ),
         stability,
         mu_speed,
         (
-            "mu_iterations".to_owned(),
+            Picture::MuIterations,
             mu_per_iteration("D-K iteration", &gamma, &peak),
         ),
         (
-            "mu_order".to_owned(),
+            Picture::MuOrder,
             mu_against_order(
                 "µ against the order of the controller",
                 &[tried],
@@ -222,7 +226,7 @@ pub fn robustness(design: &Design) -> Vec<(String, Figure)> {
 }
 
 /// Pictures over speed: stability with its proof, and μ.
-fn over_speed(design: &Design) -> [(String, Figure); 2] {
+fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
     let centres: Vec<Proven> = design
         .delivery
         .speed_proof
@@ -243,7 +247,7 @@ fn over_speed(design: &Design) -> [(String, Figure); 2] {
     let at_speed: Vec<f64> = design.delivery.speed_mu.iter().map(|s| s.mu).collect();
     [
         (
-            "speed_stability".to_owned(),
+            Picture::SpeedStability,
             stability_over_speed(
                 "Stability over speed, proven between the computed speeds",
                 &centres,
@@ -251,7 +255,7 @@ fn over_speed(design: &Design) -> [(String, Figure); 2] {
             ),
         ),
         (
-            "mu_speed".to_owned(),
+            Picture::MuSpeed,
             mu_over_speed("µ of the specification over speed", &speeds, &at_speed),
         ),
     ]
@@ -285,13 +289,13 @@ impl Measured {
     }
 }
 
-/// Dynamic stiffness at the tool and sensitivity, at every speed given: (stem, figure). A picture without a stable loop
+/// Dynamic stiffness at the tool and sensitivity, at every speed given. A picture without a stable loop
 /// or a record is left out.
 pub fn predictions(
     runs: &[(Role, &Prediction)],
     measured: &[Measured],
     max_speed_hz: f64,
-) -> Vec<(String, Figure)> {
+) -> Vec<(Picture, Figure)> {
     // An unstable loop has no response to draw.
     let stable = runs.iter().copied().filter(|(_, p)| p.is_stable());
     let runs: Vec<(Role, &Prediction)> = stable.collect();
@@ -368,10 +372,13 @@ pub fn predictions(
     );
     let sensitivity = sensitivity("Sensitivity and the zones of ISO 14839-3", &margins);
     let anything = [!speeds.is_empty(), !runs.is_empty()];
-    [("stiffness", stiffness), ("sensitivity", sensitivity)]
-        .into_iter()
-        .zip(anything)
-        .filter(|(_, drawn)| *drawn)
-        .map(|((stem, figure), _)| (stem.to_owned(), figure))
-        .collect()
+    [
+        (Picture::Stiffness, stiffness),
+        (Picture::Sensitivity, sensitivity),
+    ]
+    .into_iter()
+    .zip(anything)
+    .filter(|(_, drawn)| *drawn)
+    .map(|(shown, _)| shown)
+    .collect()
 }

@@ -4,14 +4,14 @@ use super::plot::animation::{Motion, OrbitPlane};
 use super::plot::figure::Figure;
 use super::plot::motion::{TimePanel, time_responses};
 use super::plot::{Curve, Role};
-use super::summary::number;
+use super::summary::finite;
 use crate::controller::anti_windup::AntiWindup;
 use crate::predict::recovery::Recovery;
 use crate::predict::shaft_line::ShaftLine;
 use crate::predict::time::{TimeResponse, TimeSample};
 use crate::predict::time_cases::{Quantisation, TimeFigures};
 use crate::spindle::{Machine, SpindleError};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Limits that the spindle file does not hold in this form.
@@ -31,87 +31,201 @@ const TURNS: usize = 2;
 /// A response is shown until what follows stays below this part of its largest displacement.
 const QUIET: f64 = 0.05;
 
-/// The `simulation.quantisation` object.
-pub fn quantisation_json(found: &Quantisation) -> Value {
-    let [tool, front, rear] = found.displacement_m.map(number);
-    json!({
-        "quantum_m": number(found.quantum_m),
-        "displacement_m": { "tool": tool, "front": front, "rear": rear },
-        "part_of_settled_displacement": number(found.part),
-        "dominates": found.dominates(),
-    })
+/// A value at each bearing.
+#[derive(Clone, Debug, Serialize)]
+struct Sides {
+    front: Option<f64>,
+    rear: Option<f64>,
 }
 
-/// The `simulation` object of a summary.
-pub fn simulation_json(
-    machine: &Machine,
-    response: &TimeResponse,
-    found: &TimeFigures,
-    limits: &Limits,
-) -> Value {
-    let places =
-        |v: &[f64; 3]| json!({"tool": number(v[0]), "front": number(v[1]), "rear": number(v[2])});
-    let sides = |v: &[f64; 2]| json!({"front": number(v[0]), "rear": number(v[1])});
-    let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
-    let clearance = machine.spindle.backup_clearance_m;
-    let capacity = [front.max_force_n, rear.max_force_n];
-    // What is left of a limit: one is all, zero is the limit itself.
-    let margin = |peak: &[f64; 2], limit: &[f64; 2]| {
-        sides(&[1.0 - peak[0] / limit[0], 1.0 - peak[1] / limit[1]])
-    };
-    json!({
-        "peak_displacement_m": places(&found.displacement_m),
-        "settled_displacement_m": places(&found.settled_displacement_m),
-        "backup_clearance_m": clearance,
-        "clearance_ratio": number(found.clearance_ratio),
-        "vibration_zone_iso_14839_2": vibration_zone(found.clearance_ratio),
-        "peak_current_a": sides(&found.current_a),
-        "current_limit_a": number(limits.current_a),
-        "peak_voltage_v": sides(&found.voltage_v),
-        "voltage_limit_v": number(limits.voltage_v),
-        "peak_force_n": sides(&found.force_n),
-        "force_limit_n": sides(&capacity),
-        "margin": {
-            "displacement": margin(&[found.displacement_m[1], found.displacement_m[2]], &[clearance; 2]),
-            "current": margin(&found.current_a, &[limits.current_a; 2]),
-            "voltage": margin(&found.voltage_v, &[limits.voltage_v; 2]),
-            "force": margin(&found.force_n, &capacity),
-        },
-        "peak_contact_force_n": number(found.contact_force_n),
-        "share_current_limited": number(response.current_limited),
-        "share_voltage_limited": number(response.voltage_limited),
-        "share_in_contact": number(response.in_contact),
-        "diverged": response.diverged,
-    })
+impl From<[f64; 2]> for Sides {
+    fn from(values: [f64; 2]) -> Self {
+        let [front, rear] = values.map(finite);
+        Self { front, rear }
+    }
+}
+
+/// A value at the tool and at each bearing.
+#[derive(Clone, Debug, Serialize)]
+struct Places {
+    tool: Option<f64>,
+    front: Option<f64>,
+    rear: Option<f64>,
+}
+
+impl From<[f64; 3]> for Places {
+    fn from(values: [f64; 3]) -> Self {
+        let [tool, front, rear] = values.map(finite);
+        Self { tool, front, rear }
+    }
+}
+
+/// `simulation.quantisation`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct QuantisationSummary {
+    quantum_m: Option<f64>,
+    displacement_m: Places,
+    part_of_settled_displacement: Option<f64>,
+    dominates: bool,
+}
+
+impl From<&Quantisation> for QuantisationSummary {
+    fn from(found: &Quantisation) -> Self {
+        Self {
+            quantum_m: finite(found.quantum_m),
+            displacement_m: Places::from(found.displacement_m),
+            part_of_settled_displacement: finite(found.part),
+            dominates: found.dominates(),
+        }
+    }
+}
+
+/// `simulation`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SimulationSummary {
+    peak_displacement_m: Places,
+    settled_displacement_m: Places,
+    backup_clearance_m: f64,
+    clearance_ratio: Option<f64>,
+    /// None of a loop that is unstable: what it does in a moment tells no zone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vibration_zone_iso_14839_2: Option<&'static str>,
+    peak_current_a: Sides,
+    current_limit_a: Option<f64>,
+    peak_voltage_v: Sides,
+    voltage_limit_v: Option<f64>,
+    peak_force_n: Sides,
+    force_limit_n: Sides,
+    margin: MarginSummary,
+    peak_contact_force_n: Option<f64>,
+    share_current_limited: Option<f64>,
+    share_voltage_limited: Option<f64>,
+    share_in_contact: Option<f64>,
+    diverged: bool,
+    anti_windup: AntiWindupSummary,
+    backup_bearings: RecoverySummary,
+    quantisation: QuantisationSummary,
+}
+
+/// What is left of each limit: one is all, zero is the limit itself.
+#[derive(Clone, Debug, Serialize)]
+struct MarginSummary {
+    displacement: Sides,
+    current: Sides,
+    voltage: Sides,
+    force: Sides,
+}
+
+/// What a simulation found.
+pub(crate) struct Simulated<'a> {
+    /// The response.
+    pub(crate) response: &'a TimeResponse,
+    /// Its figures.
+    pub(crate) figures: &'a TimeFigures,
+    /// Limits that the spindle file does not hold in this form.
+    pub(crate) limits: &'a Limits,
+    /// Whether the loop is stable at the speed.
+    pub(crate) stable: bool,
+    /// The anti-windup of the controller.
+    pub(crate) anti_windup: &'a AntiWindup,
+    /// What became of the rotor.
+    pub(crate) recovery: Recovery,
+    /// What the steps of the sensors do.
+    pub(crate) steps: &'a Quantisation,
+}
+
+impl SimulationSummary {
+    /// Of a simulation of a machine.
+    pub(crate) fn of(machine: &Machine, simulated: &Simulated<'_>) -> Self {
+        let (response, found) = (simulated.response, simulated.figures);
+        let limits = simulated.limits;
+        let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
+        let clearance = machine.spindle.backup_clearance_m;
+        let capacity = [front.max_force_n, rear.max_force_n];
+        let margin = |peak: [f64; 2], limit: [f64; 2]| {
+            Sides::from([1.0 - peak[0] / limit[0], 1.0 - peak[1] / limit[1]])
+        };
+        let [_, front, rear] = found.displacement_m;
+        Self {
+            peak_displacement_m: Places::from(found.displacement_m),
+            settled_displacement_m: Places::from(found.settled_displacement_m),
+            backup_clearance_m: clearance,
+            clearance_ratio: finite(found.clearance_ratio),
+            vibration_zone_iso_14839_2: simulated
+                .stable
+                .then(|| vibration_zone(found.clearance_ratio)),
+            peak_current_a: Sides::from(found.current_a),
+            current_limit_a: finite(limits.current_a),
+            peak_voltage_v: Sides::from(found.voltage_v),
+            voltage_limit_v: finite(limits.voltage_v),
+            peak_force_n: Sides::from(found.force_n),
+            force_limit_n: Sides::from(capacity),
+            margin: MarginSummary {
+                displacement: margin([front, rear], [clearance; 2]),
+                current: margin(found.current_a, [limits.current_a; 2]),
+                voltage: margin(found.voltage_v, [limits.voltage_v; 2]),
+                force: margin(found.force_n, capacity),
+            },
+            peak_contact_force_n: finite(found.contact_force_n),
+            share_current_limited: finite(response.current_limited),
+            share_voltage_limited: finite(response.voltage_limited),
+            share_in_contact: finite(response.in_contact),
+            diverged: response.diverged,
+            anti_windup: AntiWindupSummary::from(simulated.anti_windup),
+            backup_bearings: RecoverySummary::from(simulated.recovery),
+            quantisation: QuantisationSummary::from(simulated.steps),
+        }
+    }
 }
 
 /// What became of the rotor: whether it touches the backup bearings, whether it comes free again, and how soon.
-pub fn recovery_json(recovery: Recovery) -> Value {
-    let after_s = match recovery {
-        Recovery::Recovered { after_s } => number(after_s),
-        _ => Value::Null,
-    };
-    json!({
-        "touches": recovery != Recovery::Clear,
-        "recovers": recovery != Recovery::Lost,
-        "recovery_s": after_s,
-        "sentence": recovery.sentence(),
-    })
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RecoverySummary {
+    touches: bool,
+    recovers: bool,
+    recovery_s: Option<f64>,
+    sentence: String,
+}
+
+impl From<Recovery> for RecoverySummary {
+    fn from(recovery: Recovery) -> Self {
+        Self {
+            touches: recovery != Recovery::Clear,
+            recovers: recovery != Recovery::Lost,
+            recovery_s: match recovery {
+                Recovery::Recovered { after_s } => finite(after_s),
+                _ => None,
+            },
+            sentence: recovery.sentence(),
+        }
+    }
 }
 
 /// The anti-windup of a controller: its rate, and the smallest gains of a saturation that its loop stands.
-pub fn anti_windup_json(found: &AntiWindup) -> Value {
-    let conditioned = (0..found.gain.nrows())
-        .filter(|i| (0..found.gain.ncols()).any(|j| found.gain[(*i, j)] != 0.0))
-        .count();
-    json!({
-        "conditioned_states": conditioned,
-        "rate_1_s": number(found.rate_1_s),
-        "forgetting_1_s": number(found.forgetting_1_s),
-        "smallest_gain_with_margin": number(found.smallest_gain),
-        "smallest_gain_with_margin_without": number(found.smallest_gain_without),
-        "smallest_gain_circle_criterion": number(found.circle_gain),
-    })
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct AntiWindupSummary {
+    conditioned_states: usize,
+    rate_1_s: Option<f64>,
+    forgetting_1_s: Option<f64>,
+    smallest_gain_with_margin: Option<f64>,
+    smallest_gain_with_margin_without: Option<f64>,
+    smallest_gain_circle_criterion: Option<f64>,
+}
+
+impl From<&AntiWindup> for AntiWindupSummary {
+    fn from(found: &AntiWindup) -> Self {
+        let conditioned = (0..found.gain.nrows())
+            .filter(|i| (0..found.gain.ncols()).any(|j| found.gain[(*i, j)] != 0.0))
+            .count();
+        Self {
+            conditioned_states: conditioned,
+            rate_1_s: finite(found.rate_1_s),
+            forgetting_1_s: finite(found.forgetting_1_s),
+            smallest_gain_with_margin: finite(found.smallest_gain),
+            smallest_gain_with_margin_without: finite(found.smallest_gain_without),
+            smallest_gain_circle_criterion: finite(found.circle_gain),
+        }
+    }
 }
 
 /// The same push with several controllers: displacement of both bearings in x, and the current of the front one.

@@ -1,8 +1,13 @@
 //! `summary.json`: figures under dotted keys, in the order they are added, numbers in shortest round-trip form.
 //!
 //! A number that is not finite is written as `null`: JSON has no other word for it. Integers stay integers.
+//! A topic is a struct whose fields are the keys; pages and tables read the struct, not the keys.
 
+use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
+use serde::ser::{Serialize, Serializer};
 use serde_json::{Map, Value};
+use std::fmt;
+use std::marker::PhantomData;
 
 /// A summary under construction.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,12 +23,16 @@ impl Summary {
 
     /// Sets the value at a dotted key (`stiffness.mu.minimum_n_per_m`); objects on the way are made.
     /// A key that runs through a value that is not an object replaces it.
-    pub fn set(&mut self, key: &str, value: impl Into<Value>) {
+    pub fn set(&mut self, key: &str, value: impl Serialize) {
+        self.insert(key, json(value));
+    }
+
+    fn insert(&mut self, key: &str, value: Value) {
         let mut place = &mut self.root;
         let mut parts = key.split('.').peekable();
         while let Some(part) = parts.next() {
             if parts.peek().is_none() {
-                place.insert(part.to_owned(), value.into());
+                place.insert(part.to_owned(), value);
                 return;
             }
             let next = place
@@ -37,16 +46,6 @@ impl Summary {
                 _ => return,
             }
         }
-    }
-
-    /// Sets a number; `null` if it is not finite.
-    pub fn number(&mut self, key: &str, value: f64) {
-        self.set(key, number(value));
-    }
-
-    /// Sets a list of numbers.
-    pub fn numbers(&mut self, key: &str, values: &[f64]) {
-        self.set(key, numbers(values));
     }
 
     /// The value at a dotted key.
@@ -71,20 +70,74 @@ impl Summary {
     }
 }
 
-impl From<Map<String, Value>> for Summary {
-    fn from(root: Map<String, Value>) -> Self {
-        Self { root }
+/// A topic as a JSON value; numbers that are not finite become `null`.
+pub fn json(value: impl Serialize) -> Value {
+    // Fails only for maps whose keys are no strings, and no topic has one.
+    serde_json::to_value(value).unwrap_or_default()
+}
+
+/// A number of a topic; `None`, hence `null` in the file, if it is not finite.
+pub(crate) fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// Numbers of a topic.
+pub(crate) fn finite_all(values: &[f64]) -> Vec<Option<f64>> {
+    values.iter().copied().map(finite).collect()
+}
+
+/// Values under names that are data, not fields; an object in the order given.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Named<T>(pub(crate) Vec<(String, T)>);
+
+impl<T> Default for Named<T> {
+    fn default() -> Self {
+        Self(vec![])
     }
 }
 
-/// A JSON number; `null` if it is not finite.
-pub fn number(value: f64) -> Value {
-    serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
+impl<T> FromIterator<(String, T)> for Named<T> {
+    fn from_iter<I: IntoIterator<Item = (String, T)>>(all: I) -> Self {
+        Self(all.into_iter().collect())
+    }
 }
 
-/// A JSON list of numbers.
-pub fn numbers(values: &[f64]) -> Value {
-    Value::Array(values.iter().map(|v| number(*v)).collect())
+impl<T> Named<T> {
+    /// The value under a name.
+    pub(crate) fn get(&self, name: &str) -> Option<&T> {
+        let found = self.0.iter().find(|(known, _)| known == name);
+        found.map(|(_, value)| value)
+    }
+}
+
+impl<T: Serialize> Serialize for Named<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(NamedVisitor(PhantomData))
+    }
+}
+
+struct NamedVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for NamedVisitor<T> {
+    type Value = Named<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut all = vec![];
+        while let Some(entry) = map.next_entry()? {
+            all.push(entry);
+        }
+        Ok(Named(all))
+    }
 }
 
 /// Indented JSON with a final line end; lists of plain values stay on one line.

@@ -1,5 +1,6 @@
 //! A time response as table and pictures: displacements, currents, voltages and forces beside their limits, orbits.
 
+use super::pictures::Picture;
 use super::plot::motion::{TimePanel, orbits, time_responses};
 use super::plot::{Curve, Role};
 use super::simulation::Limits;
@@ -84,11 +85,11 @@ pub fn add_response(
     let title = format!("Orbits, {name}");
     report.figures([
         (
-            "response",
+            Picture::Response,
             time_responses(&format!("Response to {name}"), &panels),
         ),
         (
-            "orbits",
+            Picture::Orbits,
             orbits(&title, &planes, spindle.backup_clearance_m),
         ),
     ])

@@ -1,117 +1,185 @@
-//! The outcome of model updating as JSON, tables and figures.
+//! The outcome of model updating as topic of the summary, tables and figures.
 
+use super::pictures::Picture;
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
 use super::plot::updating::{determinability, frequency_errors, modulus_factors};
 use super::plot::{Figure, Role};
+use super::summary::{Named, finite};
 use super::tables::Table;
 use crate::spindle::Machine;
 use crate::update::{PeakError, PeakKind, Updated};
-use serde_json::{Map, Value, json};
+use serde::{Deserialize, Serialize};
 
-/// The `updating` object of `summary.json`. Lists stand in the order of the measured lists; `null` where a peak was not
-/// measured or has no counterpart in the model.
-pub fn updating_json(fit: &Updated) -> Value {
-    let factors: Map<String, Value> = fit
-        .factors
-        .iter()
-        .map(|f| (f.region.clone(), json!(f.factor)))
-        .collect();
-    let deviations: Map<String, Value> = fit
-        .factors
-        .iter()
-        .filter_map(|f| Some((f.region.clone(), json!(f.standard_deviation_ln?))))
-        .collect();
-    let combinations: Vec<Value> = fit
-        .determined
-        .combinations
-        .iter()
-        .filter(|c| c.singular_value > 1.0)
-        .map(|c| {
-            let weights: Map<String, Value> = fit
-                .factors
+/// `updating`. Lists stand in the order of the measured lists; none where a peak was not measured or has no counterpart
+/// in the model.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct UpdatingSummary {
+    method: String,
+    evaluations: usize,
+    iterations: usize,
+    modulus_factors: Named<Option<f64>>,
+    modulus_factors_standard_deviation_ln: Named<Option<f64>>,
+    pub(crate) errors_hz: PeakLists,
+    pub(crate) errors_percent: PeakLists,
+    pub(crate) model_hz: PeakLists,
+    pub(crate) model_before_hz: PeakLists,
+    pub(crate) measured_hz: PeakLists,
+    measured_relative_standard_deviation: PeakLists,
+    held_out: Vec<String>,
+    noise_estimated: bool,
+    largest_error_percent: Option<f64>,
+    mac: Vec<Option<f64>>,
+    mode_shapes: Vec<ShapeSummary>,
+    singular_values: Vec<Option<f64>>,
+    determined_combinations: Vec<CombinationSummary>,
+    explained: bool,
+    statement: String,
+    chi_squared: Option<f64>,
+    chi_squared_limit: Option<f64>,
+    /// The search of the reference method beside the fit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) nelder_mead: Option<Box<UpdatingSummary>>,
+    /// Whether antiresonances were left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) resonances_only: Option<bool>,
+    /// The fit with antiresonances, where the delivered one goes without them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) full_update: Option<Box<UpdatingSummary>>,
+    /// Hammer records that no fit has used.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) held_out_tool_frf: Vec<HammerError>,
+}
+
+/// One figure per measured peak.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct PeakLists {
+    pub(crate) resonances: Vec<Option<f64>>,
+    /// By the name of the FRF.
+    pub(crate) antiresonances: Named<Vec<Option<f64>>>,
+}
+
+/// A measured mode shape beside that of the model.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct ShapeSummary {
+    mode: usize,
+    model_mode: usize,
+    mac: Option<f64>,
+}
+
+/// A combination of factors that the data determine.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct CombinationSummary {
+    singular_value: Option<f64>,
+    shrinkage: Option<f64>,
+    weights: Named<Option<f64>>,
+}
+
+/// How well the compliance of a hammer record is predicted before and after; no error where the loop of the model is
+/// unstable.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct HammerError {
+    pub(crate) file: String,
+    pub(crate) before_db_rms: Option<f64>,
+    pub(crate) after_db_rms: Option<f64>,
+    pub(crate) before_growth_rate_per_s: Option<f64>,
+    pub(crate) after_growth_rate_per_s: Option<f64>,
+}
+
+impl From<&Updated> for UpdatingSummary {
+    fn from(fit: &Updated) -> Self {
+        let combinations = &fit.determined.combinations;
+        let regions = || fit.factors.iter().map(|f| f.region.clone());
+        let deviations = fit.factors.iter();
+        let deviations =
+            deviations.filter_map(|f| Some((f.region.clone(), finite(f.standard_deviation_ln?))));
+        let determined = combinations.iter().filter(|c| c.singular_value > 1.0);
+        let determined = determined.map(|c| CombinationSummary {
+            singular_value: finite(c.singular_value),
+            shrinkage: finite(c.shrinkage),
+            weights: regions()
+                .zip(c.weights.iter().map(|w| finite(*w)))
+                .collect(),
+        });
+        let shapes = fit.shapes.iter().map(|s| ShapeSummary {
+            mode: s.mode,
+            model_mode: s.model_mode,
+            mac: finite(s.mac),
+        });
+        let factors = fit.factors.iter().map(|f| finite(f.factor));
+        Self {
+            method: fit.method.name().to_owned(),
+            evaluations: fit.evaluations,
+            iterations: fit.iterations,
+            modulus_factors: regions().zip(factors).collect(),
+            modulus_factors_standard_deviation_ln: deviations.collect(),
+            errors_hz: PeakLists::of(fit, PeakError::error_hz),
+            errors_percent: PeakLists::of(fit, PeakError::error_percent),
+            model_hz: PeakLists::of(fit, |e| e.after_hz),
+            model_before_hz: PeakLists::of(fit, |e| e.before_hz),
+            measured_hz: PeakLists::of(fit, |e| Some(e.measured_hz)),
+            measured_relative_standard_deviation: PeakLists::of(fit, |e| Some(e.relative_sd)),
+            held_out: held_out(fit),
+            noise_estimated: fit.noise_estimated,
+            largest_error_percent: finite(fit.largest_error_percent()),
+            mac: fit.shapes.iter().map(|s| finite(s.mac)).collect(),
+            mode_shapes: shapes.collect(),
+            singular_values: combinations
                 .iter()
-                .zip(&c.weights)
-                .map(|(f, w)| (f.region.clone(), json!(w)))
-                .collect();
-            json!({"singular_value": c.singular_value, "shrinkage": c.shrinkage, "weights": weights})
-        })
-        .collect();
-    let singular_values: Vec<f64> = fit
-        .determined
-        .combinations
-        .iter()
-        .map(|c| c.singular_value)
-        .collect();
-    let shapes: Vec<Value> = fit
-        .shapes
-        .iter()
-        .map(|s| json!({"mode": s.mode, "model_mode": s.model_mode, "mac": s.mac}))
-        .collect();
-    json!({
-        "method": fit.method.name(),
-        "evaluations": fit.evaluations,
-        "iterations": fit.iterations,
-        "modulus_factors": factors,
-        "modulus_factors_standard_deviation_ln": deviations,
-        "errors_hz": by_list(fit, PeakError::error_hz),
-        "errors_percent": by_list(fit, PeakError::error_percent),
-        "model_hz": by_list(fit, |e| e.after_hz),
-        "model_before_hz": by_list(fit, |e| e.before_hz),
-        "measured_hz": by_list(fit, |e| Some(e.measured_hz)),
-        "measured_relative_standard_deviation": by_list(fit, |e| Some(e.relative_sd)),
-        "held_out": held_out(fit),
-        "noise_estimated": fit.noise_estimated,
-        "largest_error_percent": finite(fit.largest_error_percent()),
-        "mac": fit.shapes.iter().map(|s| s.mac).collect::<Vec<f64>>(),
-        "mode_shapes": shapes,
-        "singular_values": singular_values,
-        "determined_combinations": combinations,
-        "explained": fit.explanation.explained,
-        "statement": fit.explanation.statement,
-        "chi_squared": fit.explanation.statistic,
-        "chi_squared_limit": fit.explanation.limit,
-    })
-}
-
-fn finite(x: f64) -> Value {
-    if x.is_finite() { json!(x) } else { Value::Null }
-}
-
-/// `{resonances: […], antiresonances: {front: […], …}}` of one figure per measured peak.
-fn by_list(fit: &Updated, value: impl Fn(&PeakError) -> Option<f64>) -> Value {
-    let place = |list: &mut Vec<Value>, e: &PeakError| {
-        while list.len() < e.number {
-            list.push(Value::Null);
-        }
-        if let Some(slot) = list.get_mut(e.number - 1) {
-            *slot = json!(value(e));
-        }
-    };
-    let mut resonances = vec![];
-    let mut zeros: Vec<(String, Vec<Value>)> = vec![];
-    for e in &fit.errors {
-        match e.kind {
-            PeakKind::Resonance => place(&mut resonances, e),
-            PeakKind::Antiresonance => {
-                let known = zeros.iter().position(|(name, _)| name == &e.frf);
-                let k = known.unwrap_or_else(|| {
-                    zeros.push((e.frf.clone(), vec![]));
-                    zeros.len() - 1
-                });
-                place(&mut zeros[k].1, e);
-            }
+                .map(|c| finite(c.singular_value))
+                .collect(),
+            determined_combinations: determined.collect(),
+            explained: fit.explanation.explained,
+            statement: fit.explanation.statement.clone(),
+            chi_squared: finite(fit.explanation.statistic),
+            chi_squared_limit: finite(fit.explanation.limit),
+            nelder_mead: None,
+            resonances_only: None,
+            full_update: None,
+            held_out_tool_frf: vec![],
         }
     }
-    let zeros: Map<String, Value> = zeros.into_iter().map(|(n, l)| (n, json!(l))).collect();
-    json!({"resonances": resonances, "antiresonances": zeros})
+}
+
+impl PeakLists {
+    fn of(fit: &Updated, value: impl Fn(&PeakError) -> Option<f64>) -> Self {
+        let place = |list: &mut Vec<Option<f64>>, e: &PeakError| {
+            if list.len() < e.number {
+                list.resize(e.number, None);
+            }
+            if let Some(slot) = list.get_mut(e.number - 1) {
+                *slot = value(e).and_then(finite);
+            }
+        };
+        let mut lists = Self::default();
+        for e in &fit.errors {
+            match e.kind {
+                PeakKind::Resonance => place(&mut lists.resonances, e),
+                PeakKind::Antiresonance => {
+                    let zeros = &mut lists.antiresonances.0;
+                    let known = zeros.iter().position(|(name, _)| name == &e.frf);
+                    let k = known.unwrap_or_else(|| {
+                        zeros.push((e.frf.clone(), vec![]));
+                        zeros.len() - 1
+                    });
+                    place(&mut zeros[k].1, e);
+                }
+            }
+        }
+        lists
+    }
 }
 
 /// Names of the FRFs that the fit did not use.
-fn held_out(fit: &Updated) -> Vec<&str> {
-    let mut names: Vec<&str> = vec![];
+fn held_out(fit: &Updated) -> Vec<String> {
+    let mut names: Vec<String> = vec![];
     for e in fit.errors.iter().filter(|e| !e.used) {
-        if !names.contains(&e.frf.as_str()) {
-            names.push(&e.frf);
+        if !names.contains(&e.frf) {
+            names.push(e.frf.clone());
         }
     }
     names
@@ -166,9 +234,9 @@ pub fn error_table(models: &[(&str, &Updated)]) -> Table {
     table
 }
 
-/// Figures of an updating with their stems: factors, determinability, errors, mode shapes. `models` names the fits, the
+/// Pictures of an updating: factors, determinability, errors, mode shapes. `models` names the fits, the
 /// delivered one first.
-pub fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(&'static str, Figure)> {
+pub fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(Picture, Figure)> {
     let Some((name, fit)) = models.first() else {
         return vec![];
     };
@@ -224,19 +292,19 @@ pub fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(&'static 
     bars.extend(after.iter().map(|(n, e)| (*n, e.as_slice())));
     let mut list = vec![
         (
-            "modulus_factors",
+            Picture::ModulusFactors,
             modulus_factors("Modulus factors", &regions, &factor, &deviation),
         ),
         (
-            "determinability",
+            Picture::Determinability,
             determinability("What the data determine", &singular, &regions, &share),
         ),
         (
-            "frequency_errors",
+            Picture::FrequencyErrors,
             frequency_errors("Errors of the model", &labels, &bars),
         ),
     ];
-    list.push(("mode_shapes", shapes_figure(machine, name, fit)));
+    list.push((Picture::ModeShapes, shapes_figure(machine, name, fit)));
     list
 }
 

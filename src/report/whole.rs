@@ -1,12 +1,14 @@
 //! A report under construction: the results folder with its summary, page and controller files.
 
-use super::design_summary::arithmetic_json;
 use super::html::{self, HtmlError};
-use super::loop_figures::{loop_figures, margin_json};
+use super::loop_figures::{MarginSummary, loop_figures};
+use super::page_summary::Verdict;
+use super::pictures::PictureName;
 use super::plot::figure::Figure;
-use super::prediction_summary::{sensitivity_json, stiffness_json};
+use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
 use super::results::{ResultsError, ResultsFolder};
 use super::summary::Summary;
+use super::variant_summary::ArithmeticSummary;
 use crate::controller::{Controller, MachineTag};
 use crate::export::c::c_identifier;
 use crate::export::error::FirmwareError;
@@ -63,16 +65,22 @@ impl Report {
         report
     }
 
-    /// Adds pictures by stem.
+    /// States the verdict; `met` is `None` for a run without targets.
+    pub(crate) fn verdict(&mut self, met: Option<bool>, sentence: &str) {
+        let sentence = sentence.to_owned();
+        self.summary.set("verdict", Verdict { met, sentence });
+    }
+
+    /// Adds pictures.
     ///
     /// # Errors
     /// [`ReportError`] when a picture cannot be drawn.
-    pub fn figures<S: AsRef<str>>(
+    pub fn figures<N: Into<PictureName>>(
         &mut self,
-        figures: impl IntoIterator<Item = (S, Figure)>,
+        figures: impl IntoIterator<Item = (N, Figure)>,
     ) -> Result<(), ReportError> {
-        for (stem, figure) in figures {
-            self.folder.add_plot(stem.as_ref(), &figure)?;
+        for (name, figure) in figures {
+            self.folder.add_plot(name, &figure)?;
         }
         Ok(())
     }
@@ -80,17 +88,17 @@ impl Report {
     /// Adds stiffness and sensitivity of a controller at rest and at top speed.
     pub fn predictions(&mut self, name: &str, [rest, speed]: [&Prediction; 2]) {
         let summary = &mut self.summary;
-        let fast = format!("{name}.at_top_speed");
-        summary.set(&format!("stiffness.{name}"), stiffness_json(rest));
-        summary.set(&format!("stiffness.{fast}"), stiffness_json(speed));
-        summary.set(&format!("sensitivity.{name}"), sensitivity_json(rest));
-        summary.set(&format!("sensitivity.{fast}"), sensitivity_json(speed));
+        let both = [rest, speed];
+        let stiffness = StiffnessSummary::of_both(both);
+        summary.set(&format!("stiffness.{name}"), stiffness);
+        let sensitivity = SensitivitySummary::of_both(both);
+        summary.set(&format!("sensitivity.{name}"), sensitivity);
     }
 
     /// Adds µ and tool stiffness at rest with the coefficients of each arithmetic.
     pub fn arithmetic(&mut self, design: &Design, predictions: &[Prediction]) {
-        let json = arithmetic_json(design, predictions);
-        self.summary.set("design.arithmetic", json);
+        let rows = ArithmeticSummary::all(design, predictions);
+        self.summary.set("design.arithmetic", rows);
     }
 
     /// Adds the pictures of the loop of a design and its margins at rest (`margins.mu`).
@@ -106,7 +114,7 @@ impl Report {
         let (figures, margin) = loop_figures(machine, &design.delivery.controller, runs)?;
         self.figures(figures)?;
         if let Some(margin) = &margin {
-            self.summary.set("margins.mu", margin_json(margin));
+            self.summary.set("margins.mu", MarginSummary::from(margin));
         }
         Ok(())
     }

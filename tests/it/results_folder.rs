@@ -3,6 +3,7 @@
 use assert_cmd::Command;
 use muspin::report::html;
 use muspin::report::manifest::{MANIFEST, Manifest};
+use muspin::report::pictures::{Picture, PictureName};
 use muspin::report::plot::{Axis, Color, Dash, Figure, Look, Panel, Series};
 use muspin::report::results::{ResultsError, ResultsFolder, claim};
 use muspin::report::summary::Summary;
@@ -30,22 +31,25 @@ fn summary() -> Summary {
     let mut s = Summary::new();
     s.set("spindle", "reference");
     s.set("tool", "paper-tool");
-    s.number("design.mu_peak", 0.8125);
-    s.number("design.mu_peak_discrete", 0.91);
+    s.set("design.mu_peak", 0.8125);
+    s.set("design.mu_peak_discrete", 0.91);
     s.set("design.controller_order", 24);
-    s.number("design.certificates.riccati_residual", 3.2e-15);
-    s.number("stiffness.mu.minimum_n_per_m", 2.31e6);
-    s.number("stiffness.pid.minimum_n_per_m", 0.68e6);
+    s.set("design.certificates.riccati_residual", 3.2e-15);
+    s.set("stiffness.mu.minimum_n_per_m", 2.31e6);
+    s.set("stiffness.pid.minimum_n_per_m", 0.68e6);
     s.set("sensitivity.mu.zone", "A");
     s.set("sensitivity.pid.zone", "B");
-    s.set("updating.errors_percent", json!([0.01, null]));
+    s.set(
+        "updating.errors_percent",
+        json!({"resonances": [0.01, null], "antiresonances": {}}),
+    );
     s
 }
 
 fn folder() -> ResultsFolder {
     let mut folder = ResultsFolder::new();
     let summary = summary();
-    folder.add_plot("stiffness", &figure()).unwrap();
+    folder.add_plot(Picture::Stiffness, &figure()).unwrap();
     folder.add("summary.json", summary.to_json()).unwrap();
     let page = html::report(&summary.value(), &folder.pictures()).unwrap();
     folder.add("report.html", page).unwrap();
@@ -307,9 +311,9 @@ fn paths_out_of_the_folder_are_refused() {
 #[test]
 fn the_summary_keeps_order_digits_and_says_null_for_what_is_no_number() {
     let mut s = Summary::new();
-    s.number("z.last_hz", 0.1 + 0.2);
-    s.number("a.first", f64::INFINITY);
-    s.numbers("z.list", &[1.0, f64::NAN, 1e-300]);
+    s.set("z.last_hz", 0.1 + 0.2);
+    s.set("a.first", f64::INFINITY);
+    s.set("z.list", [1.0, f64::NAN, 1e-300]);
     s.set("z.count", 3);
     let expected = "{\n  \"z\": {\n    \"last_hz\": 0.30000000000000004,\n    \"list\": [1.0, null, 1e-300],\n    \
         \"count\": 3\n  },\n  \"a\": {\n    \"first\": null\n  }\n}\n";
@@ -381,7 +385,10 @@ fn the_page_is_self_contained_and_states_the_verdict_first() {
 fn the_page_works_with_any_part_absent_and_says_what_is_missed() {
     for value in [
         json!({}),
-        json!({"diagnosis": {"verdict": "tie", "tie": ["a", "b"], "effects": []}}),
+        json!({"diagnosis": {"verdict": "tie", "effects": [], "tie": [
+            {"effect": "loop_delay", "score_above_best": 0.0},
+            {"effects": [{"effect": "tool_mass", "where": {}}], "score_above_best": null},
+        ]}}),
         json!({"further": [{"a_hz": 1.5}]}),
     ] {
         let page = html::report(&value, &[]).unwrap();
@@ -391,6 +398,12 @@ fn the_page_works_with_any_part_absent_and_says_what_is_missed() {
     let page = html::report(&missed, &[]).unwrap();
     assert!(page.contains("Target missed") && page.contains("1.210 &gt; 1"));
     assert!(page.contains("&lt;b&gt;") && !page.contains("<h1><b>"));
+    let foreign = json!({"design": {"mu_peak": "small"}});
+    let refused = html::report(&foreign, &[]).unwrap_err().to_string();
+    assert!(
+        refused.contains("summary.json: design: invalid type"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -447,4 +460,46 @@ fn frequencies_stand_side_by_side_and_names_share_a_line() {
         !page.contains("model before"),
         "what the table shows is not listed again"
     );
+}
+
+#[test]
+fn a_picture_keeps_its_section_and_place_in_a_page_rebuilt_from_files() {
+    let mut stems = std::collections::BTreeSet::new();
+    for kind in Picture::ALL {
+        for name in [
+            kind.into(),
+            kind.numbered(3),
+            kind.detailed("rear_x-from-front_y-2"),
+        ] {
+            let stem = name.stem();
+            assert_eq!(PictureName::of_stem(&stem), Some(name), "{stem}");
+            assert!(stems.insert(stem.clone()), "{stem} twice");
+        }
+    }
+    assert_eq!(PictureName::of_stem("muster"), None);
+    // Files come by stem, the page by section and order of the picture; what muspin does not know comes last.
+    let given = [
+        "channel-a",
+        "mu_speed",
+        "mu",
+        "impedance-2",
+        "own",
+        "impedance",
+        "campbell",
+    ];
+    let pictures = given.map(|stem| (stem.to_owned(), format!("<svg>{stem}</svg>")));
+    let page = html::report(&json!({}), &pictures).unwrap();
+    let wanted = [
+        "campbell",
+        "mu",
+        "mu_speed",
+        "impedance",
+        "impedance-2",
+        "channel-a",
+        "own",
+    ];
+    let places = wanted.map(|stem| page.find(&format!("<svg>{stem}</svg>")).unwrap());
+    assert!(places.is_sorted(), "{places:?}");
+    let further = page.find("Further figures").unwrap();
+    assert!(places[5] < further && further < places[6]);
 }

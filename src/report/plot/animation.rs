@@ -5,6 +5,7 @@
 //! backup clearance.
 //! Readers who ask their system for less motion see the picture at rest. Same frames, same bytes.
 
+use super::Picture;
 use std::fmt::Write;
 
 /// A plane whose orbit is drawn.
@@ -57,8 +58,11 @@ const INK: &str = "#191919";
 const SOFT: &str = "#7D7D7D";
 
 /// The animation as SVG text, and its frames as CSV text.
-pub fn animate(motion: &Motion) -> (String, String) {
-    (svg(motion), csv(motion))
+pub fn animate(motion: &Motion) -> Picture {
+    Picture {
+        svg: svg(motion),
+        csv: csv(motion),
+    }
 }
 
 /// Opening tag, title and the scale of time.

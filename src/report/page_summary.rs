@@ -1,0 +1,233 @@
+//! What the page reads of a summary: the structs that wrote it, any of which may be absent. Title, verdict and sentences.
+
+use super::design_summary::DesignSummary;
+use super::diagnosis_summary::DiagnosisSummary;
+use super::html::HtmlError;
+use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
+use super::readable::{self, words};
+use super::updating::UpdatingSummary;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// The line at the top: `verdict`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Verdict {
+    /// Whether every target is met; `None` when the run had none.
+    pub(crate) met: Option<bool>,
+    /// One sentence.
+    pub(crate) sentence: String,
+}
+
+/// A topic of the µ controller and of the PID.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Rivals<T> {
+    pub(crate) mu: Option<T>,
+    pub(crate) pid: Option<T>,
+}
+
+/// `tightening`, as far as the page quotes it.
+#[derive(Clone, Debug, Deserialize)]
+struct Quoted {
+    sentence: Option<String>,
+}
+
+/// The run in sentences.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+enum PlainWords {
+    One(String),
+    Several(Vec<String>),
+}
+
+/// Topics that the page reads.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PageSummary {
+    run: Option<String>,
+    spindle: Option<String>,
+    tool: Option<String>,
+    verdict: Option<Verdict>,
+    plain_words: Option<PlainWords>,
+    pub(crate) updating: Option<UpdatingSummary>,
+    pub(crate) design: Option<DesignSummary>,
+    tightening: Option<Quoted>,
+    pub(crate) stiffness: Rivals<StiffnessSummary>,
+    pub(crate) sensitivity: Rivals<SensitivitySummary>,
+    pub(crate) diagnosis: Option<DiagnosisSummary>,
+}
+
+/// A topic; `None` where the summary has none.
+fn topic<T: DeserializeOwned>(
+    summary: &Value,
+    topic: &'static str,
+) -> Result<Option<T>, HtmlError> {
+    match summary.get(topic) {
+        None | Some(Value::Null) => Ok(None),
+        Some(value) => T::deserialize(value)
+            .map(Some)
+            .map_err(|source| HtmlError::Topic { topic, source }),
+    }
+}
+
+impl PageSummary {
+    /// Reads `summary.json`.
+    ///
+    /// # Errors
+    /// [`HtmlError::Topic`] for a topic that is not as muspin writes it.
+    pub(crate) fn of(summary: &Value) -> Result<Self, HtmlError> {
+        Ok(Self {
+            run: topic(summary, "run")?,
+            spindle: topic(summary, "spindle")?,
+            tool: topic(summary, "tool")?,
+            verdict: topic(summary, "verdict")?,
+            plain_words: topic(summary, "plain_words")?,
+            updating: topic(summary, "updating")?,
+            design: topic(summary, "design")?,
+            tightening: topic(summary, "tightening")?,
+            stiffness: topic(summary, "stiffness")?.unwrap_or_default(),
+            sensitivity: topic(summary, "sensitivity")?.unwrap_or_default(),
+            diagnosis: topic(summary, "diagnosis")?,
+        })
+    }
+
+    /// Name of the machine, or of the command.
+    pub(crate) fn title(&self) -> String {
+        match (&self.spindle, &self.tool) {
+            (Some(spindle), Some(tool)) => format!("{spindle} with {tool}"),
+            (Some(name), None) | (None, Some(name)) => name.clone(),
+            (None, None) => self.run.clone().unwrap_or_else(|| "muspin".to_owned()),
+        }
+    }
+
+    fn final_mu(&self) -> Option<f64> {
+        self.design.as_ref().and_then(DesignSummary::final_mu)
+    }
+
+    /// The verdict that the run states, or the one that its figures imply.
+    pub(crate) fn verdict(&self) -> Verdict {
+        if let Some(stated) = &self.verdict {
+            return stated.clone();
+        }
+        let (mut met, mut parts) = (None, Vec::new());
+        let mut note = |good: bool, text: String| {
+            met = Some(met.unwrap_or(true) && good);
+            parts.push(text);
+        };
+        if let Some(mu) = self.final_mu() {
+            let relation = if mu <= 1.0 { "≤" } else { ">" };
+            note(
+                mu <= 1.0,
+                format!("µ = {mu:.3} {relation} 1 for the controller as delivered"),
+            );
+        }
+        if let Some(stable) = self.design.as_ref().and_then(|d| d.stable) {
+            let text = if stable {
+                "stable over the whole speed range"
+            } else {
+                "not stable at every speed"
+            };
+            note(stable, text.to_owned());
+        }
+        if let Some(found) = &self.diagnosis {
+            match found.verdict.as_deref() {
+                Some("adequate") => note(true, "the model agrees with the measurement".to_owned()),
+                Some("named") => note(true, format!("missing effect found: {}", effects(found))),
+                Some("tie") => note(
+                    true,
+                    "missing effects found that these data cannot tell apart".to_owned(),
+                ),
+                Some("unexplained") => note(
+                    false,
+                    "a discrepancy remains that no known effect explains".to_owned(),
+                ),
+                _ => {}
+            }
+        }
+        let sentence = parts.join("; ");
+        Verdict {
+            met,
+            sentence: if sentence.is_empty() {
+                "No targets in this run.".to_owned()
+            } else {
+                sentence
+            },
+        }
+    }
+
+    /// The run in sentences: those that it wrote itself, else those that its figures give; and what is proven.
+    pub(crate) fn sentences(&self) -> Vec<String> {
+        let mut sentences: Vec<String> = match &self.plain_words {
+            None => vec![],
+            Some(PlainWords::One(words)) => vec![words.clone()],
+            Some(PlainWords::Several(all)) => all.clone(),
+        };
+        let own = !sentences.is_empty();
+        let design = self.design.as_ref();
+        let proven = [
+            design.and_then(|d| d.speed_proof.sentence.clone()),
+            design.and_then(|d| d.controller_stability.clone()),
+            self.tightening.as_ref().and_then(|t| t.sentence.clone()),
+        ];
+        sentences.extend(proven.into_iter().flatten());
+        if !own {
+            sentences.extend(self.controller_sentences());
+            sentences.extend(self.diagnosis_sentences());
+        }
+        sentences
+    }
+
+    fn controller_sentences(&self) -> Vec<String> {
+        let mut sentences = vec![];
+        let order = self.design.as_ref().and_then(|d| d.controller_order);
+        if let (Some(order), Some(mu)) = (order, self.final_mu()) {
+            let meaning = if mu <= 1.0 {
+                "every specification holds for every plant within the uncertainty"
+            } else {
+                "some plant within the uncertainty misses a specification"
+            };
+            sentences.push(format!(
+                "The delivered controller has {order} states and µ = {mu:.3}: {meaning}."
+            ));
+        }
+        let minimum = |s: &Option<StiffnessSummary>| s.as_ref().and_then(|s| s.minimum_n_per_m);
+        let (mu, pid) = (minimum(&self.stiffness.mu), minimum(&self.stiffness.pid));
+        if let (Some(mu), Some(pid)) = (mu, pid) {
+            let (softest, rival) = (
+                readable::four_digits(mu * 1e-6),
+                readable::four_digits(pid * 1e-6),
+            );
+            sentences.push(format!(
+                "At its softest the tool plane has {softest} N/µm with the µ controller and {rival} N/µm with the \
+                 PID, a factor of {:.2}.",
+                mu / pid
+            ));
+        }
+        let zone = |s: &Option<SensitivitySummary>| s.as_ref().and_then(|s| s.zone.clone());
+        let (mu, pid) = (zone(&self.sensitivity.mu), zone(&self.sensitivity.pid));
+        if let (Some(mu), Some(pid)) = (mu, pid) {
+            sentences.push(format!(
+                "ISO 14839-3 zone {mu} with the µ controller, zone {pid} with the PID."
+            ));
+        }
+        sentences
+    }
+
+    fn diagnosis_sentences(&self) -> Vec<String> {
+        let Some(found) = &self.diagnosis else {
+            return vec![];
+        };
+        let mut sentences: Vec<String> = found.sentence.iter().cloned().collect();
+        if let (Some(before), Some(after)) = (found.all.gap_before, found.all.gap_after) {
+            sentences.push(format!(
+                "The gap between model and measurement goes from {before:.2} σ to {after:.2} σ."
+            ));
+        }
+        sentences
+    }
+}
+
+fn effects(found: &DiagnosisSummary) -> String {
+    let names = found.effects.iter().map(|e| words(&e.effect));
+    names.collect::<Vec<String>>().join(", ")
+}

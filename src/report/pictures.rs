@@ -1,0 +1,182 @@
+//! The pictures of a results folder: the stem of the files, the section of the page, the order there.
+//!
+//! A stem is the word of the picture, with underscores; pictures of one kind that come several times are told apart by a
+//! detail after a hyphen: `channel-front_x-from-rear_y`. The page takes section and order from the picture, so that a
+//! page rebuilt from the files is the page of the run.
+
+use super::sections::Section;
+
+/// A kind of picture, in the order in which a section shows them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs)]
+pub enum Picture {
+    Campbell,
+    BodeFront,
+    BodeRear,
+    ModeShapes,
+    ModulusFactors,
+    Determinability,
+    FrequencyErrors,
+    Mu,
+    MuIterations,
+    MuOrder,
+    MuSpeed,
+    SpeedStability,
+    DScales,
+    ControllerBode,
+    Tools,
+    ToolsStiffness,
+    Stiffness,
+    StiffnessWorst,
+    Sensitivity,
+    SensitivityWorst,
+    Nyquist,
+    Poles,
+    Animation,
+    Response,
+    Orbits,
+    UnbalanceSpeed,
+    Contact,
+    Chatter,
+    Localisation,
+    LocalisationPlaces,
+    Impedance,
+    Ranking,
+    Residual,
+    Hammer,
+    Channel,
+}
+
+impl Picture {
+    /// All kinds.
+    pub const ALL: [Self; 35] = [
+        Self::Campbell,
+        Self::BodeFront,
+        Self::BodeRear,
+        Self::ModeShapes,
+        Self::ModulusFactors,
+        Self::Determinability,
+        Self::FrequencyErrors,
+        Self::Mu,
+        Self::MuIterations,
+        Self::MuOrder,
+        Self::MuSpeed,
+        Self::SpeedStability,
+        Self::DScales,
+        Self::ControllerBode,
+        Self::Tools,
+        Self::ToolsStiffness,
+        Self::Stiffness,
+        Self::StiffnessWorst,
+        Self::Sensitivity,
+        Self::SensitivityWorst,
+        Self::Nyquist,
+        Self::Poles,
+        Self::Animation,
+        Self::Response,
+        Self::Orbits,
+        Self::UnbalanceSpeed,
+        Self::Contact,
+        Self::Chatter,
+        Self::Localisation,
+        Self::LocalisationPlaces,
+        Self::Impedance,
+        Self::Ranking,
+        Self::Residual,
+        Self::Hammer,
+        Self::Channel,
+    ];
+
+    /// Stem and section.
+    fn entry(self) -> (&'static str, Section) {
+        match self {
+            Self::Campbell => ("campbell", Section::Model),
+            Self::BodeFront => ("bode_front", Section::Updating),
+            Self::BodeRear => ("bode_rear", Section::Updating),
+            Self::ModeShapes => ("mode_shapes", Section::Updating),
+            Self::ModulusFactors => ("modulus_factors", Section::Updating),
+            Self::Determinability => ("determinability", Section::Updating),
+            Self::FrequencyErrors => ("frequency_errors", Section::Updating),
+            Self::Mu => ("mu", Section::Design),
+            Self::MuIterations => ("mu_iterations", Section::Design),
+            Self::MuOrder => ("mu_order", Section::Design),
+            Self::MuSpeed => ("mu_speed", Section::Design),
+            Self::SpeedStability => ("speed_stability", Section::Design),
+            Self::DScales => ("d_scales", Section::Design),
+            Self::ControllerBode => ("controller_bode", Section::Design),
+            Self::Tools => ("tools", Section::Table),
+            Self::ToolsStiffness => ("tools_stiffness", Section::Table),
+            Self::Stiffness => ("stiffness", Section::Stiffness),
+            Self::StiffnessWorst => ("stiffness_worst", Section::Stiffness),
+            Self::Sensitivity => ("sensitivity", Section::Sensitivity),
+            Self::SensitivityWorst => ("sensitivity_worst", Section::Sensitivity),
+            Self::Nyquist => ("nyquist", Section::Sensitivity),
+            Self::Poles => ("poles", Section::Sensitivity),
+            Self::Animation => ("animation", Section::Simulation),
+            Self::Response => ("response", Section::Simulation),
+            Self::Orbits => ("orbits", Section::Simulation),
+            Self::UnbalanceSpeed => ("unbalance_speed", Section::Simulation),
+            Self::Contact => ("contact", Section::Simulation),
+            Self::Chatter => ("chatter", Section::Machining),
+            Self::Localisation => ("localisation", Section::Diagnosis),
+            Self::LocalisationPlaces => ("localisation_places", Section::Diagnosis),
+            Self::Impedance => ("impedance", Section::Diagnosis),
+            Self::Ranking => ("ranking", Section::Diagnosis),
+            Self::Residual => ("residual", Section::Diagnosis),
+            Self::Hammer => ("hammer", Section::Diagnosis),
+            Self::Channel => ("channel", Section::Diagnosis),
+        }
+    }
+
+    /// The picture of its kind that a detail tells apart from the others.
+    pub fn detailed(self, detail: impl Into<String>) -> PictureName {
+        PictureName {
+            kind: self,
+            detail: detail.into(),
+        }
+    }
+
+    /// The picture of its kind with a number: none for the first, from 2 on for the others.
+    pub fn numbered(self, number: usize) -> PictureName {
+        match number {
+            0 | 1 => self.into(),
+            more => self.detailed(more.to_string()),
+        }
+    }
+}
+
+/// A picture of a results folder. Names are in the order of the page.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct PictureName {
+    kind: Picture,
+    detail: String,
+}
+
+impl From<Picture> for PictureName {
+    fn from(kind: Picture) -> Self {
+        kind.detailed("")
+    }
+}
+
+impl PictureName {
+    /// The section that shows it.
+    pub fn section(&self) -> Section {
+        self.kind.entry().1
+    }
+
+    /// Stem of its files.
+    pub fn stem(&self) -> String {
+        let kind = self.kind.entry().0;
+        match self.detail.as_str() {
+            "" => kind.to_owned(),
+            detail => format!("{kind}-{detail}"),
+        }
+    }
+
+    /// The picture whose files have this stem; none for files of another origin.
+    pub fn of_stem(stem: &str) -> Option<Self> {
+        let (kind, detail) = stem.split_once('-').unwrap_or((stem, ""));
+        let mut all = Picture::ALL.into_iter();
+        Some(all.find(|k| k.entry().0 == kind)?.detailed(detail))
+    }
+}
