@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
             done + 1,
             variants.len()
         ));
-        rows.push(one(arguments, variant, &weights, &progress)?);
+        rows.push(one(arguments, variant, &weights, &progress, console)?);
     }
     drop(progress);
     let top_hz = variants.first().map(|v| v.machine.spindle.max_rpm / 60.0);
@@ -94,6 +94,7 @@ fn one(
     variant: &Variant,
     weights: &Weights,
     progress: &Progress,
+    console: &Console,
 ) -> Result<Row, Failure> {
     let out = variant.folder(&arguments.out);
     let inputs = inputs_sha256(arguments, variant, weights);
@@ -123,7 +124,7 @@ fn one(
     let mut report = Report::default();
     let row = match found {
         Ok(found) => {
-            report = own_report(arguments, &found, weights)?;
+            report = own_report(&found, weights)?;
             Row::of(&variant.name, &inputs, &found)
         }
         Err(error) => Row::failed(&variant.name, &inputs, error.to_string()),
@@ -134,21 +135,17 @@ fn one(
         .add(ROW_FILE, json + "\n")
         .map_err(ReportError::from)?;
     match row.failure {
-        None => report.write(&out)?,
+        None => console.writing(|| report.write(&out))?,
         // A folder without figures has no page.
-        Some(_) => report.folder.write(Path::new(&out))?,
+        Some(_) => console.writing(|| report.folder.write(Path::new(&out)))?,
     }
     Ok(row)
 }
 
 /// Page, controller and files of one tool.
-fn own_report(
-    arguments: &Arguments,
-    found: &Finished,
-    weights: &Weights,
-) -> Result<Report, ReportError> {
+fn own_report(found: &Finished, weights: &Weights) -> Result<Report, ReportError> {
     let run = &found.run;
-    let (mut report, _) = run_report(run, &weights.name, None, !arguments.quick)?;
+    let (mut report, _) = run_report(run, &weights.name, None)?;
     for (name, worst) in ["mu", "pid"].iter().zip(&found.worst) {
         let records = worst_records(worst);
         report.summary.set(&format!("worst_case.{name}"), records);
@@ -193,7 +190,7 @@ fn finish(
             .add_table("tools.csv", &table)
             .map_err(ReportError::from)?;
         report.figures(figures(rows, top_hz))?;
-        report.write(out)?;
+        console.writing(|| report.write(out))?;
     }
     console.other(
         || table.to_csv(),

@@ -56,7 +56,7 @@ pub(super) fn plan(
     let list = json!({ "variants": names });
     folder.add(VARIANTS, format!("{list:#}\n"))?;
     folder.add("slurm.sh", slurm(variants.len()))?;
-    folder.write(Path::new(out))?;
+    console.writing(|| folder.write(Path::new(out)))?;
     let sentence = format!("{} variants are planned", variants.len());
     let answer = json!({ "run": "batch", "plan": out, "variants": names });
     console.other(

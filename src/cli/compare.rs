@@ -125,7 +125,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         }
     };
     report.verdict(Some(met), sentence);
-    report.write(&arguments.out)?;
+    console.writing(|| report.write(&arguments.out))?;
     drop(progress);
     for (_, each) in &list {
         if let Some((growth, rpm)) = each.unstable() {

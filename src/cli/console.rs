@@ -1,6 +1,7 @@
 //! What a command says at its end: the machine-readable answer in a pipe or with `--json`, a few lines for a person on
 //! a terminal or with `--text`, nothing with `--quiet`.
 
+use super::interrupt::Writing;
 use super::{Failure, stdout};
 use serde_json::Value;
 use std::io::IsTerminal;
@@ -33,21 +34,22 @@ enum Form {
 }
 
 /// The terminal as the options and the environment make it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Console {
     form: Form,
     colours: bool,
+    writing: Writing,
 }
 
 /// Most threads that can be asked for: more than any machine has, fewer than exhaust its memory.
 const MOST_THREADS: usize = 1024;
 
 impl Console {
-    /// The console of a run; sets the number of threads.
+    /// The console of a run, with `writing` for the files; sets the number of threads.
     ///
     /// # Errors
     /// [`Failure`] for a number of threads that cannot be had.
-    pub fn open(arguments: &ConsoleArguments) -> Result<Self, Failure> {
+    pub fn open(arguments: &ConsoleArguments, writing: Writing) -> Result<Self, Failure> {
         if let Some(threads) = arguments.threads {
             if threads == 0 || threads > MOST_THREADS {
                 let rule = format!("--threads {threads}: 1 to {MOST_THREADS} are possible");
@@ -70,7 +72,16 @@ impl Console {
         Ok(Self {
             form,
             colours: terminal && !plain,
+            writing,
         })
+    }
+
+    /// Writes files; an interruption waits until they are whole.
+    ///
+    /// # Errors
+    /// As `write`.
+    pub fn writing<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+        self.writing.uninterrupted(write)
     }
 
     /// Whether the data of the command go to standard output as other programs read them.

@@ -13,6 +13,7 @@ use crate::pipeline::PipelineError;
 use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::{BAND_HZ, Prediction};
 use crate::pipeline::design::Design;
+use crate::pipeline::loop_curves::LoopCurves;
 use crate::pipeline::overspeed::OVERSPEED;
 use crate::pipeline::problem_set::ProblemSet;
 use crate::pipeline::run::{at_rest_and_top_speed, by_arithmetic, unpolished};
@@ -132,12 +133,13 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let top_hz = machine.spindle.max_rpm / 60.0;
     report.figures(robustness(&found))?;
     report.figures(predictions(&runs, &limits, top_hz))?;
-    report.loop_of(&machine, &found, [rest, speed])?;
+    let curves = LoopCurves::of(&machine, &found.delivery.controller, rest)?;
+    report.loop_of(&curves, [rest, speed], machine.spindle.max_rpm)?;
     report.controller(&machine, &found, None)?;
     if arguments.problem {
         report.problem(&ProblemSet::of(&found, &asked)?)?;
     }
-    report.write(&arguments.out)?;
+    console.writing(|| report.write(&arguments.out))?;
     arguments.timings.print(&progress.watch());
     drop(progress);
     let ended = outcome(&found, [rest, speed]);

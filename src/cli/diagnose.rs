@@ -110,7 +110,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         known.stage_records(&mut folder, &loaded, &found)?;
     }
     let mut report = Report { folder, summary };
-    report.write(&arguments.out)?;
+    console.writing(|| report.write(&arguments.out))?;
     let ended = match found.verdict {
         // The rotor was levitated: a model that cannot be is no explanation.
         _ if !unstable.is_empty() => Outcome::TargetMissed,

@@ -207,7 +207,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     for (name, bytes) in &files {
         folder.add(name, bytes.as_slice())?;
     }
-    folder.write(Path::new(&arguments.out))?;
+    console.writing(|| folder.write(Path::new(&arguments.out)))?;
     let summary = Answer {
         exported: match <[ExportSummary; 1]>::try_from(summaries) {
             Ok([only]) => Exported::One(Box::new(only)),

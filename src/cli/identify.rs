@@ -121,7 +121,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         for (name, text) in &files {
             folder.add(name, text.as_str())?;
         }
-        folder.write(Path::new(out))?;
+        console.writing(|| folder.write(Path::new(out)))?;
     }
     let answer = Answer {
         plausibility,

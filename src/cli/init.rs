@@ -117,7 +117,7 @@ fn write(example: Example, target: &str, console: &Console) -> Result<Outcome, F
     let mut folder = ResultsFolder::new();
     folder.add("README.md", example.guide())?;
     example.stage(&mut folder)?;
-    folder.write(Path::new(target))?;
+    console.writing(|| folder.write(Path::new(target)))?;
     let answer = json!({
         "folder": target,
         "files": folder.files().map(|(path, _)| path).collect::<Vec<_>>(),

@@ -1,18 +1,40 @@
 //! Ctrl-C: says whether anything was written. An interruption while files are being written waits until they are whole.
 
-use crate::report::writing;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Exit code of an interrupted program: 128 and the number of the signal, as shells have it.
 const INTERRUPTED: i32 = 130;
 
-/// Answers interruptions from now on. Where the system has no signals to answer, the program ends silently as usual.
-pub fn answer() {
-    let _ = ctrlc::set_handler(|| {
-        let words = match writing::finish() {
-            true => "interrupted: the files of this run were written",
-            false => "interrupted: nothing was written",
-        };
-        eprintln!("\n{words}");
-        std::process::exit(INTERRUPTED);
-    });
+/// Whether files of the command were written, shared with whoever answers interruptions; locked while one is written.
+#[derive(Clone, Debug, Default)]
+pub struct Writing(Arc<Mutex<bool>>);
+
+impl Writing {
+    fn written(&self) -> MutexGuard<'_, bool> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes files without an interruption.
+    pub fn uninterrupted<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+        let mut written = self.written();
+        let result = write();
+        *written |= result.is_ok();
+        result
+    }
+
+    /// Answers interruptions from now on. Where the system has no signals to answer, the program ends silently as
+    /// usual.
+    pub fn answer_interruptions(&self) {
+        let own = self.clone();
+        let _ = ctrlc::set_handler(move || {
+            // Waits for files that are being written. The guard lives until the process ends: no others are begun.
+            let written = own.written();
+            let words = match *written {
+                true => "interrupted: the files of this run were written",
+                false => "interrupted: nothing was written",
+            };
+            eprintln!("\n{words}");
+            std::process::exit(INTERRUPTED);
+        });
+    }
 }

@@ -44,6 +44,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::{Console, ConsoleArguments};
 pub use failure::Failure;
+use interrupt::Writing;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -133,8 +134,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return if error.use_stderr() { 2 } else { 0 };
         }
     };
-    interrupt::answer();
-    let console = match Console::open(&cli.console) {
+    let writing = Writing::default();
+    writing.answer_interruptions();
+    let console = match Console::open(&cli.console, writing) {
         Ok(console) => console,
         Err(failure) => {
             eprint!("{failure}");

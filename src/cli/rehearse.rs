@@ -129,7 +129,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     folder.add("measurement.yaml", text)?;
     folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
     folder.add("tool.yaml", tool_yaml(&model.tool))?;
-    folder.write(Path::new(&arguments.out))?;
+    console.writing(|| folder.write(Path::new(&arguments.out)))?;
     let files: Vec<&String> = records.iter().map(|(_, file, _)| file).collect();
     let answer = json!({
         "measurement": arguments.out,

@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let page = html::report(&summary, &pictures).map_err(|e| Failure::new(e.to_string()))?;
     let mut own = ResultsFolder::new();
     own.add("report.html", page)?;
-    own.write_into(folder)?;
+    console.writing(|| own.write_into(folder))?;
     let page = folder.join("report.html").display().to_string();
     console.other(
         String::new,

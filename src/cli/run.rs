@@ -83,10 +83,10 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let found = run_chain(&task, &mut |event| told(&progress, event))?;
     progress.stage("report");
     let identification = given.identification.as_ref();
-    let (mut report, words) = run_report(&found, &weights.name, identification, !arguments.quick)?;
+    let (mut report, words) = run_report(&found, &weights.name, identification)?;
     let pid = found.pid().map(|p| &p.controller);
     report.controller(&found.machine, &found.design, pid)?;
-    report.write(&arguments.out)?;
+    console.writing(|| report.write(&arguments.out))?;
     arguments.timings.print(&progress.watch());
     drop(progress);
     let out = arguments.out.as_str();

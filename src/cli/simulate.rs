@@ -174,7 +174,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
     let title = format!("Shaft in motion, {name}");
     let moving = animate(&motion(machine, &response, &title, speed)?);
     report.folder.add_picture(Picture::Animation, moving)?;
-    report.write(&arguments.out)?;
+    console.writing(|| report.write(&arguments.out))?;
     let out = arguments.out.as_str();
     console.json(&report.summary.to_json(), || {
         Shown::met(met, format!("{name} at {speed_rpm:.0} rpm: {end}"))

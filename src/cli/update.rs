@@ -147,7 +147,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
         updating,
     };
     let text = format!("{:#}\n", json(&answer));
-    write_all(&arguments.out, &machine, delivered, &models, &text)?;
+    console.writing(|| write_all(&arguments.out, &machine, delivered, &models, &text))?;
     let explanation = &delivered.fit.explanation;
     let out = arguments.out.as_str();
     console.json(&text, || {

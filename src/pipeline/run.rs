@@ -7,6 +7,8 @@ use super::certificates::mu_words;
 use super::comparison::{Prediction, better_in_every_figure, predict, rival_settings};
 use super::contact::{Contact, contact};
 use super::design::{Design, design};
+use super::loop_curves::LoopCurves;
+use super::model_curves::{FreeRotor, OpenLoopCurves};
 use super::progress::{Event, Listener};
 use super::settings::DesignSettings;
 use crate::augment::weights::Weights;
@@ -38,7 +40,7 @@ pub struct Task<'a> {
 /// How much a run computes; the controller and its certificates are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// Everything: Nelder–Mead beside Gauss–Newton, PIDs, the push into the backup bearings.
+    /// Everything: Nelder–Mead beside Gauss–Newton, PIDs, the push into the backup bearings, curves.
     Everything,
     /// The controller, its proofs and predictions.
     Controller,
@@ -51,6 +53,8 @@ pub struct Run {
     pub nominal: Machine,
     /// The machine that the controller is designed on.
     pub machine: Machine,
+    /// Their free rotors, in this order.
+    pub rotors: [FreeRotor; 2],
     /// What was measured.
     pub targets: Option<Targets>,
     /// What updating gave.
@@ -67,6 +71,17 @@ pub struct Run {
     pub rivals: Option<Rivals>,
     /// The push into the backup bearings.
     pub contact: Option<Contact>,
+    /// Curves of models and loop.
+    pub curves: Option<Curves>,
+}
+
+/// Curves of the models and of the loop.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    /// Open loop of the machine as drawn, where it was updated, and of the one used.
+    pub open_loop: Vec<OpenLoopCurves>,
+    /// The loop of the delivered controller.
+    pub closed_loop: LoopCurves,
 }
 
 /// The model moved to the measurement.
@@ -145,6 +160,7 @@ pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineEr
     let arithmetic = by_arithmetic(&machine, &design)?;
     let mut run = Run {
         nominal: task.nominal.clone(),
+        rotors: [FreeRotor::of(task.nominal)?, FreeRotor::of(&machine)?],
         targets: task.targets.cloned(),
         machine,
         updating,
@@ -154,6 +170,7 @@ pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineEr
         arithmetic,
         rivals,
         contact: None,
+        curves: None,
     };
     if task.extent == Extent::Everything {
         let pid = run.pid().map(|p| &p.controller);
@@ -162,8 +179,21 @@ pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineEr
             &run.design.delivery.realisation,
             pid,
         )?);
+        run.curves = Some(curves(&run)?);
     }
     Ok(run)
+}
+
+fn curves(run: &Run) -> Result<Curves, PipelineError> {
+    let used = OpenLoopCurves::of(&run.machine)?;
+    let controller = &run.design.delivery.controller;
+    Ok(Curves {
+        open_loop: match run.updating {
+            Some(_) => vec![OpenLoopCurves::of(&run.nominal)?, used],
+            None => vec![used],
+        },
+        closed_loop: LoopCurves::of(&run.machine, controller, &run.delivered[0])?,
+    })
 }
 
 fn updating_words(found: &Updating) -> String {

@@ -39,4 +39,3 @@ pub mod updating;
 pub mod variant_summary;
 pub mod whole;
 pub mod worst;
-pub mod writing;

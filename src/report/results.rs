@@ -10,7 +10,6 @@ use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::pictures::PictureName;
 use super::plot::{Figure, Picture, PlotError, picture};
 use super::tables::Table;
-use super::writing;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -227,7 +226,7 @@ impl ResultsFolder {
             stale,
             manifest: &manifest,
         };
-        let done = writing::uninterrupted(|| replacement.carry_out());
+        let done = replacement.carry_out();
         done.map_err(|(path, source)| ResultsError::Io { path, source })
     }
 }

@@ -8,7 +8,7 @@ use super::pid_summary::{NoPid, PidSummary};
 use super::plot::Role;
 use super::plot::loops::{MarkedFrequency, Peak};
 use super::prediction_summary::damping_ratios;
-use super::run_figures::{NamedMachine, open_loop, predictions, robustness, shapes};
+use super::run_figures::{open_loop, predictions, robustness, shapes};
 use super::summary::finite_all;
 use super::updating::{UpdatingSummary, figures as update_figures};
 use super::whole::{Report, ReportError};
@@ -16,11 +16,11 @@ use crate::identify::Identification;
 use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
+use crate::pipeline::model_curves::FreeRotor;
 use crate::pipeline::overspeed::OVERSPEED;
-use crate::pipeline::run::{Rival, Rivals, Run};
+use crate::pipeline::run::{Curves, Rival, Rivals, Run};
 use crate::predict::stiffness::stiffness_words;
-use crate::rotor::modes::PlanarModes;
-use crate::spindle::{Machine, SpindleError};
+use crate::spindle::Machine;
 use crate::update::Targets;
 use serde::Serialize;
 
@@ -31,7 +31,7 @@ pub const UNPOLISHED: Role = Role::Other(2);
 const LISTED_FREQUENCIES: usize = 5;
 const LISTED_DAMPING: usize = 3;
 
-/// The report of a run and its outcome in sentences; `pictures` draws the pictures as well.
+/// The report of a run and its outcome in sentences; pictures where the run has curves.
 ///
 /// # Errors
 /// [`ReportError`] when a picture cannot be drawn or a file cannot be made.
@@ -39,18 +39,17 @@ pub fn run_report(
     run: &Run,
     weights: &str,
     identification: Option<&Identification>,
-    pictures: bool,
 ) -> Result<(Report, String), ReportError> {
     let mut report = Report::of("run", &run.machine);
     report.summary.set("weights", weights);
-    add_models(&mut report, run, identification)?;
+    add_models(&mut report, run, identification);
     report
         .summary
         .set("design", DesignSummary::from(&run.design));
     report.arithmetic(&run.design, &run.arithmetic);
-    add_loops(&mut report, run)?;
-    if pictures {
-        add_pictures(&mut report, run)?;
+    add_loops(&mut report, run);
+    if let Some(curves) = &run.curves {
+        add_pictures(&mut report, run, curves)?;
     }
     let mut words = plain_words(run);
     if let Some(contact) = &run.contact {
@@ -62,14 +61,11 @@ pub fn run_report(
 }
 
 /// Frequencies of the models, what was identified, and what updating did.
-fn add_models(
-    report: &mut Report,
-    run: &Run,
-    identification: Option<&Identification>,
-) -> Result<(), ReportError> {
+fn add_models(report: &mut Report, run: &Run, identification: Option<&Identification>) {
+    let [nominal, used] = &run.rotors;
     let models = ModelsSummary {
-        nominal: ModelSummary::of(&run.nominal)?,
-        used: ModelSummary::of(&run.machine)?,
+        nominal: ModelSummary::of(&run.nominal, nominal),
+        used: ModelSummary::of(&run.machine, used),
     };
     let summary = &mut report.summary;
     summary.set("model", models);
@@ -83,7 +79,6 @@ fn add_models(
         own.nelder_mead = search;
         summary.set("updating", own);
     }
-    Ok(())
 }
 
 /// `model`: the machine as drawn and as used.
@@ -102,20 +97,15 @@ struct ModelSummary {
 }
 
 impl ModelSummary {
-    fn of(machine: &Machine) -> Result<Self, ReportError> {
-        let listed = flexible_hz(machine, LISTED_FREQUENCIES)?;
-        Ok(Self {
+    fn of(machine: &Machine, rotor: &FreeRotor) -> Self {
+        let mut listed = rotor.modes.flexible_hz();
+        listed.truncate(LISTED_FREQUENCIES);
+        Self {
             spindle: machine.spindle.name.clone(),
             tool: machine.tool.name.clone(),
             flexible_frequencies_hz: finite_all(&listed),
-        })
+        }
     }
-}
-
-/// Frequencies of the first flexible modes of the free-free rotor, Hz.
-fn flexible_hz(machine: &Machine, count: usize) -> Result<Vec<f64>, ReportError> {
-    let modes = PlanarModes::new(&machine.rotor()?).map_err(SpindleError::from)?;
-    Ok(modes.flexible_hz().into_iter().take(count).collect())
 }
 
 /// Controllers that are compared: key, look, predictions at rest and at top speed.
@@ -136,8 +126,9 @@ fn loops(run: &Run) -> Vec<(&'static str, Role, &[Prediction; 2])> {
 }
 
 /// Stiffness, sensitivity and damping of the loops, and what the PID search found.
-fn add_loops(report: &mut Report, run: &Run) -> Result<(), ReportError> {
-    let damped = flexible_hz(&run.machine, LISTED_DAMPING)?.len();
+fn add_loops(report: &mut Report, run: &Run) {
+    let damped = run.rotors[1].modes.flexible_hz().len();
+    let damped = damped.min(LISTED_DAMPING);
     for (name, _, both) in loops(run) {
         report.predictions(name, both.each_ref());
         let damping = damping_ratios(&both[0], damped);
@@ -161,28 +152,24 @@ fn add_loops(report: &mut Report, run: &Run) -> Result<(), ReportError> {
             report.summary.set("pid.textbook_stable", stable);
         }
     }
-    Ok(())
 }
 
 /// The pictures, from the model to the loop.
-fn add_pictures(report: &mut Report, run: &Run) -> Result<(), ReportError> {
+fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), ReportError> {
     if let Some(updating) = &run.updating {
         let fits = [("updated", &updating.gauss_newton.fit)];
         report.figures(update_figures(&run.nominal, &fits))?;
     }
-    let both: [NamedMachine; 2] = [
-        ("nominal", Role::Nominal, &run.nominal),
-        ("updated", Role::Updated, &run.machine),
-    ];
-    let models = match run.updating {
-        Some(_) => &both[..],
-        None => &both[1..],
-    };
+    let names = [("updated", Role::Updated), ("nominal", Role::Nominal)];
+    let used = curves.open_loop.iter().rev().zip(names);
+    let mut models: Vec<_> = used.map(|(of, (name, role))| (name, role, of)).collect();
+    models.reverse();
     let marked = run.targets.as_ref().map(marks).unwrap_or_default();
-    report.figures(open_loop(models, &marked)?)?;
+    report.figures(open_loop(&models, &marked))?;
     // Updating draws the shapes before and after itself.
     if run.updating.is_none() {
-        report.figures(shapes(models)?.map(|figure| (Picture::ModeShapes, figure)))?;
+        let figure = shapes(names[0], &run.machine, &run.rotors[1]);
+        report.figures([(Picture::ModeShapes, figure)])?;
     }
     let loops = loops(run);
     let mut shown: Vec<(Role, &Prediction)> = vec![];
@@ -192,7 +179,8 @@ fn add_pictures(report: &mut Report, run: &Run) -> Result<(), ReportError> {
     let top_hz = run.machine.spindle.max_rpm / 60.0;
     report.figures(robustness(&run.design))?;
     report.figures(predictions(&shown, &[], top_hz))?;
-    report.loop_of(&run.machine, &run.design, run.delivered.each_ref())
+    let top_rpm = run.machine.spindle.max_rpm;
+    report.loop_of(&curves.closed_loop, run.delivered.each_ref(), top_rpm)
 }
 
 fn marks(targets: &Targets) -> [Vec<MarkedFrequency>; 2] {

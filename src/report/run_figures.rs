@@ -9,73 +9,49 @@ use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_sh
 use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
 use super::plot::{Curve, Figure, Role};
 use crate::controller::stiffness_limit::StiffnessLimit;
-use crate::linalg::c64;
-use crate::lti::{FrequencyGrid, Response};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
+use crate::pipeline::model_curves::{FreeRotor, OpenLoopCurves};
 use crate::pipeline::overspeed::OVERSPEED;
-use crate::rotor::modes::{PlanarModes, RIGID};
-use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
-
-/// A model with its name and look.
-pub type NamedMachine<'a> = (&'a str, Role, &'a Machine);
+use crate::rotor::modes::RIGID;
+use crate::spindle::Machine;
 
 /// Open-loop Bode diagrams of the coaxial channels front and rear, models side by side.
-///
-/// # Errors
-/// [`SpindleError`] when a plant cannot be built.
-pub fn open_loop(
-    models: &[NamedMachine],
+pub(crate) fn open_loop(
+    models: &[(&str, Role, &OpenLoopCurves)],
     marked: &[Vec<MarkedFrequency>; 2],
-) -> Result<Vec<(Picture, Figure)>, SpindleError> {
-    // 50 to 4000 Hz is the band of the published sweeps.
-    let grid = FrequencyGrid::log_hz(50.0, 4000.0, 800);
-    let hz = grid.hz();
-    let mut responses: Vec<Vec<Vec<c64>>> = vec![];
-    for (_, _, machine) in models {
-        let plant = Plant::new(machine, 0.0, ModelDetail::Full)?;
-        let lines: Vec<_> = grid.omega_rad_s().iter().map(|w| plant.at(*w)).collect();
-        responses.push(
-            [0, 2]
-                .map(|axis| lines.iter().map(|h| h[(axis, axis)]).collect())
-                .to_vec(),
-        );
-    }
-    Ok([
+) -> Vec<(Picture, Figure)> {
+    let bearings = [
         (Picture::BodeFront, "Front bearing"),
         (Picture::BodeRear, "Rear bearing"),
-    ]
-    .into_iter()
-    .enumerate()
-    .map(|(axis, (name, title))| {
+    ];
+    let each = bearings.into_iter().enumerate();
+    each.map(|(axis, (picture, title))| {
         let curves: Vec<ResponseCurve> = models
             .iter()
-            .zip(&responses)
-            .map(|((name, role, _), r)| ResponseCurve {
+            .map(|(name, role, model)| ResponseCurve {
                 name,
                 role: *role,
-                frequency_hz: &hz,
-                response: &r[axis],
+                frequency_hz: &model.frequency_hz,
+                response: &model.response[axis],
             })
             .collect();
         let title = format!("{title}: sensor over current, open loop");
+        let marked = &marked[axis];
         (
-            name,
-            bode(&title, "|sensor / current|", "m/A", &curves, &marked[axis]),
+            picture,
+            bode(&title, "|sensor / current|", "m/A", &curves, marked),
         )
     })
-    .collect())
+    .collect()
 }
 
-/// Shapes of the first three flexible modes of the models over the rotor's outline.
-///
-/// # Errors
-/// [`SpindleError`] when a rotor cannot be built.
-pub fn shapes(models: &[NamedMachine]) -> Result<Option<Figure>, SpindleError> {
-    let Some((_, _, first)) = models.first() else {
-        return Ok(None);
-    };
-    let rotor = first.rotor()?;
+/// Shapes of the first three flexible modes of a machine over its outline.
+pub(crate) fn shapes(
+    (name, role): (&str, Role),
+    machine: &Machine,
+    FreeRotor { rotor, modes }: &FreeRotor,
+) -> Figure {
     let nodes = rotor.node_positions_m();
     let outline: Vec<OutlinePiece> = rotor
         .sections()
@@ -87,65 +63,52 @@ pub fn shapes(models: &[NamedMachine]) -> Result<Option<Figure>, SpindleError> {
             diameter_m: s.outer_diameter_m[0],
         })
         .collect();
-    let [front, rear] = first.effective().bearings;
+    let [front, rear] = machine.effective().bearings;
     let station = |name, position_m, kind| Station {
         name,
         position_m,
         kind,
     };
     let stations = [
-        station("tool", first.tool_plane_m(), StationKind::Other),
+        station("tool", machine.tool_plane_m(), StationKind::Other),
         station("front sensor", front.sensor_m, StationKind::Sensor),
         station("front actuator", front.actuator_m, StationKind::Actuator),
         station("rear sensor", rear.sensor_m, StationKind::Sensor),
         station("rear actuator", rear.actuator_m, StationKind::Actuator),
     ];
-    let mut solved = vec![];
-    for (name, role, machine) in models {
-        let modes = PlanarModes::new(&machine.rotor()?).map_err(SpindleError::Shaft)?;
-        solved.push((*name, *role, modes));
-    }
-    let amplitude = |modes: &PlanarModes, k: usize| -> Vec<f64> {
-        (0..nodes.len())
-            .map(|i| {
-                if RIGID + k < modes.len() {
-                    modes.shapes[(2 * i, RIGID + k)]
-                } else {
-                    0.0
-                }
-            })
-            .collect()
+    let amplitude = |k: usize| -> Vec<f64> {
+        let shown = RIGID + k < modes.len();
+        let at = |i: usize| {
+            if shown {
+                modes.shapes[(2 * i, RIGID + k)]
+            } else {
+                0.0
+            }
+        };
+        (0..nodes.len()).map(at).collect()
     };
-    let amplitudes: Vec<Vec<Vec<f64>>> = (0..3)
-        .map(|k| solved.iter().map(|(_, _, m)| amplitude(m, k)).collect())
-        .collect();
+    let amplitudes: Vec<Vec<f64>> = (0..3).map(amplitude).collect();
+    let hz = modes.flexible_hz();
     let panels: Vec<(String, Vec<ShapeCurve>)> = amplitudes
         .iter()
         .enumerate()
-        .map(|(k, curves)| {
-            let hz = solved
-                .last()
-                .and_then(|(_, _, m)| m.flexible_hz().get(k).copied());
-            let heading = format!("mode {}: {:.0} Hz", k + 1, hz.unwrap_or(f64::NAN));
-            let curves = solved
-                .iter()
-                .zip(curves)
-                .map(|((name, role, _), amplitude)| ShapeCurve {
-                    name,
-                    role: *role,
-                    position_m: nodes,
-                    amplitude,
-                })
-                .collect();
-            (heading, curves)
+        .map(|(k, amplitude)| {
+            let hz = hz.get(k).copied().unwrap_or(f64::NAN);
+            let curve = ShapeCurve {
+                name,
+                role,
+                position_m: nodes,
+                amplitude,
+            };
+            (format!("mode {}: {hz:.0} Hz", k + 1), vec![curve])
         })
         .collect();
-    Ok(Some(mode_shapes(
+    mode_shapes(
         "Flexible modes of the free rotor",
         &outline,
         &stations,
         &panels,
-    )))
+    )
 }
 
 /// μ over frequency, over the iteration, over the order of the controller.

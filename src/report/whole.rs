@@ -20,6 +20,7 @@ use crate::input::{spindle_yaml, tool_yaml};
 use crate::pipeline::PipelineError;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
+use crate::pipeline::loop_curves::LoopCurves;
 use crate::pipeline::problem_set::ProblemSet;
 use crate::spindle::{Machine, SpindleError};
 use std::path::Path;
@@ -104,17 +105,17 @@ impl Report {
     /// Adds the pictures of the loop of a design and its margins at rest (`margins.mu`).
     ///
     /// # Errors
-    /// [`ReportError`] when a plant fails or a picture cannot be drawn.
+    /// [`ReportError`] when a picture cannot be drawn.
     pub fn loop_of(
         &mut self,
-        machine: &Machine,
-        design: &Design,
+        curves: &LoopCurves,
         runs: [&Prediction; 2],
+        top_rpm: f64,
     ) -> Result<(), ReportError> {
-        let (figures, margin) = loop_figures(machine, &design.delivery.controller, runs)?;
-        self.figures(figures)?;
-        if let Some(margin) = &margin {
-            self.summary.set("margins.mu", MarginSummary::from(margin));
+        self.figures(loop_figures(curves, runs, top_rpm))?;
+        if let Some(stable) = &curves.stable {
+            let margin = MarginSummary::from(&stable.shape.disc_margin());
+            self.summary.set("margins.mu", margin);
         }
         Ok(())
     }
