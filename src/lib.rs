@@ -133,7 +133,7 @@
 //! assert!((found.effects[0].effect.values[0] / 0.06 - 1.0).abs() < 0.05);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-#![warn(missing_docs)]
+#![warn(missing_docs, unreachable_pub)]
 
 // In the order of the pipeline; blank lines keep it.
 

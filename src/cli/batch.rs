@@ -27,7 +27,7 @@ use crate::report::worst::worst_records;
 use std::path::Path;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     if let Some(folder) = &arguments.collect {
         claim(&arguments.out, &REPORT, [])?;
         return finish(

@@ -4,7 +4,7 @@ use super::design_arguments::PidArguments;
 
 /// Arguments of `muspin batch`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Spindle file, or the name of a shipped one; usually the updated model of a run
     #[arg(long, default_value = "reference")]
     pub spindle: String,

@@ -10,8 +10,9 @@ use crate::input::shipped::{WEIGHTS, text};
 use crate::input::{spindle_yaml, tool_yaml};
 use crate::report::batch::{ROW_FILE, Row};
 use crate::report::results::ResultsFolder;
+use crate::report::summary::json;
 use crate::spindle::Machine;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// List of commands, one a line, to be run in the folder of the plan.
@@ -20,6 +21,20 @@ const COMMANDS: &str = "commands.txt";
 const VARIANTS: &str = "variants.json";
 /// Folder of the finished variants.
 const RESULTS: &str = "results";
+
+/// The list of a plan.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Variants {
+    variants: Vec<String>,
+}
+
+/// The answer.
+#[derive(Clone, Debug, Serialize)]
+struct Planned<'a> {
+    run: &'a str,
+    plan: &'a str,
+    variants: &'a [String],
+}
 
 /// Writes the plan.
 pub(super) fn plan(
@@ -52,16 +67,22 @@ pub(super) fn plan(
         text(&arguments.weights, "weights", WEIGHTS)?,
     )?;
     folder.add(COMMANDS, commands)?;
-    let names: Vec<&str> = variants.iter().map(|v| v.name.as_str()).collect();
-    let list = json!({ "variants": names });
-    folder.add(VARIANTS, format!("{list:#}\n"))?;
+    let names: Vec<String> = variants.iter().map(|v| v.name.clone()).collect();
+    let list = Variants {
+        variants: names.clone(),
+    };
+    folder.add(VARIANTS, format!("{:#}\n", json(&list)))?;
     folder.add("slurm.sh", slurm(variants.len()))?;
     console.writing(|| folder.write(Path::new(out)))?;
     let sentence = format!("{} variants are planned", variants.len());
-    let answer = json!({ "run": "batch", "plan": out, "variants": names });
+    let answer = Planned {
+        run: "batch",
+        plan: out,
+        variants: &names,
+    };
     console.other(
         || format!("{sentence} in {out}\n"),
-        || answer.clone(),
+        || json(&answer),
         || {
             Shown::met(true, sentence.as_str())
                 .file(format!("{out}/{COMMANDS}"))
@@ -136,9 +157,8 @@ pub(super) fn read_row(file: &Path) -> Option<Row> {
 }
 
 fn names(text: &str) -> Option<Vec<String>> {
-    let list: Value = serde_json::from_str(text).ok()?;
-    let names = list.get("variants")?.as_array()?.iter();
-    names.map(|n| n.as_str().map(str::to_owned)).collect()
+    let list: Variants = serde_json::from_str(text).ok()?;
+    Some(list.variants)
 }
 
 /// Names of the folders that hold a row, in alphabetical order.

@@ -18,7 +18,7 @@ use std::path::Path;
 
 /// Arguments of `muspin check`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Files: spindles, tools, weights, controllers, records, universal files, measurement folders
     #[arg(required = true)]
     files: Vec<String>,
@@ -28,7 +28,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let kinds: Vec<Result<FileKind, InputError>> =
         arguments.files.iter().map(|f| FileKind::of(f)).collect();
     let of_kind = |wanted: FileKind| {

@@ -35,7 +35,7 @@ const LISTED_MODES: usize = 3;
 
 /// Arguments of `muspin compare`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     #[command(flatten)]
     machine: DesignArguments,
     /// Controllers (JSON), any number; default: the μ design, the tuned and the textbook PID for this machine
@@ -70,7 +70,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.machine.weights)?;
     let (machine, mut controllers, used, remarks) = given(arguments)?;
     let (material, cut) = cut(arguments)?;

@@ -8,7 +8,7 @@ use std::io::IsTerminal;
 
 /// Options that every command takes.
 #[derive(clap::Args, Clone, Debug, Default)]
-pub struct ConsoleArguments {
+pub(crate) struct ConsoleArguments {
     /// Print the machine-readable answer (JSON) to standard output
     #[arg(long, global = true, conflicts_with_all = ["text", "quiet"], help_heading = "Output")]
     json: bool,
@@ -35,7 +35,7 @@ enum Form {
 
 /// The terminal as the options and the environment make it.
 #[derive(Clone, Debug)]
-pub struct Console {
+pub(crate) struct Console {
     form: Form,
     colours: bool,
     writing: Writing,
@@ -49,7 +49,7 @@ impl Console {
     ///
     /// # Errors
     /// [`Failure`] for a number of threads that cannot be had.
-    pub fn open(arguments: &ConsoleArguments, writing: Writing) -> Result<Self, Failure> {
+    pub(crate) fn open(arguments: &ConsoleArguments, writing: Writing) -> Result<Self, Failure> {
         if let Some(threads) = arguments.threads {
             if threads == 0 || threads > MOST_THREADS {
                 let rule = format!("--threads {threads}: 1 to {MOST_THREADS} are possible");
@@ -80,17 +80,17 @@ impl Console {
     ///
     /// # Errors
     /// As `write`.
-    pub fn writing<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    pub(crate) fn writing<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         self.writing.uninterrupted(write)
     }
 
     /// Whether the data of the command go to standard output as other programs read them.
-    pub fn writes_data(&self) -> bool {
+    pub(crate) fn writes_data(&self) -> bool {
         self.form == Form::Data
     }
 
     /// Whether progress may be shown.
-    pub fn shows_progress(&self) -> bool {
+    pub(crate) fn shows_progress(&self) -> bool {
         self.form != Form::Nothing
     }
 
@@ -98,7 +98,7 @@ impl Console {
     ///
     /// # Errors
     /// [`Failure`] when standard output cannot be written.
-    pub fn json(&self, text: &str, shown: impl FnOnce() -> Shown) -> Result<(), Failure> {
+    pub(crate) fn json(&self, text: &str, shown: impl FnOnce() -> Shown) -> Result<(), Failure> {
         match self.form {
             Form::Json | Form::Data => to_output(text),
             Form::Text => self.show(&shown()),
@@ -110,7 +110,7 @@ impl Console {
     ///
     /// # Errors
     /// [`Failure`] when standard output cannot be written.
-    pub fn other(
+    pub(crate) fn other(
         &self,
         data: impl FnOnce() -> String,
         value: impl FnOnce() -> Value,
@@ -136,7 +136,7 @@ fn to_output(text: &str) -> Result<(), Failure> {
 
 /// The end of a command for a person: verdict, figures, where the files are, what to do next.
 #[derive(Clone, Debug, Default)]
-pub struct Shown {
+pub(crate) struct Shown {
     verdict: String,
     missed: bool,
     table: Vec<Vec<String>>,
@@ -146,7 +146,7 @@ pub struct Shown {
 
 impl Shown {
     /// A command that has done what it was asked.
-    pub fn done(verdict: impl Into<String>) -> Self {
+    pub(crate) fn done(verdict: impl Into<String>) -> Self {
         Self {
             verdict: verdict.into(),
             ..Self::default()
@@ -154,7 +154,7 @@ impl Shown {
     }
 
     /// A command whose targets are met or missed.
-    pub fn met(met: bool, verdict: impl Into<String>) -> Self {
+    pub(crate) fn met(met: bool, verdict: impl Into<String>) -> Self {
         Self {
             missed: !met,
             ..Self::done(verdict)
@@ -163,28 +163,28 @@ impl Shown {
 
     /// Adds a row of the table; the first column is left-aligned, the others right-aligned.
     #[must_use]
-    pub fn row<const N: usize>(mut self, cells: [impl Into<String>; N]) -> Self {
+    pub(crate) fn row<const N: usize>(mut self, cells: [impl Into<String>; N]) -> Self {
         self.table.push(cells.into_iter().map(Into::into).collect());
         self
     }
 
     /// Adds rows of the table.
     #[must_use]
-    pub fn rows(mut self, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
+    pub(crate) fn rows(mut self, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
         self.table.extend(rows);
         self
     }
 
     /// Names a file or folder that was written.
     #[must_use]
-    pub fn file(mut self, path: impl Into<String>) -> Self {
+    pub(crate) fn file(mut self, path: impl Into<String>) -> Self {
         self.files.push(path.into());
         self
     }
 
     /// Names a next step.
     #[must_use]
-    pub fn next(mut self, command: impl Into<String>) -> Self {
+    pub(crate) fn next(mut self, command: impl Into<String>) -> Self {
         self.next.push(command.into());
         self
     }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// A machine with a controller of a file.
-pub struct ControlledMachine {
+pub(super) struct ControlledMachine {
     /// Spindle with tool.
     pub machine: Machine,
     /// The controller.
@@ -35,7 +35,7 @@ pub(super) struct UsedMachine {
 
 /// Spindle and tool of the command line: a path or a shipped name each.
 #[derive(clap::Args, Debug, Clone, Default)]
-pub struct MachineArguments {
+pub(super) struct MachineArguments {
     /// Spindle file, or the name of a shipped one; default: spindle.yaml beside the controller or in the folder above
     /// it, else the reference
     #[arg(long)]
@@ -47,9 +47,9 @@ pub struct MachineArguments {
 }
 
 /// Name of the shipped spindle.
-pub const SPINDLE: &str = "reference";
+pub(super) const SPINDLE: &str = "reference";
 /// Name of the shipped tool.
-pub const TOOL: &str = "paper-tool";
+pub(super) const TOOL: &str = "paper-tool";
 
 impl MachineArguments {
     /// Reads the controller and its machine. The remarks say what looks wrong in the files, and when the machine is not
@@ -57,7 +57,10 @@ impl MachineArguments {
     ///
     /// # Errors
     /// [`Failure`] of whichever file is wrong.
-    pub fn with_controller(&self, file: &str) -> Result<(ControlledMachine, Remarks), Failure> {
+    pub(super) fn with_controller(
+        &self,
+        file: &str,
+    ) -> Result<(ControlledMachine, Remarks), Failure> {
         let loaded = load_tagged_controller(file)?;
         let tag = loaded.machine;
         let choose = |given: &Option<String>, usual: &str, named: Option<&str>, shipped: &str| {
@@ -93,7 +96,7 @@ impl MachineArguments {
     ///
     /// # Errors
     /// [`Failure`] of whichever file is wrong.
-    pub fn alone(&self) -> Result<Machine, Failure> {
+    pub(super) fn alone(&self) -> Result<Machine, Failure> {
         let or = |given: &Option<String>, usual: &str| given.clone().unwrap_or(usual.to_owned());
         load_machine(&or(&self.spindle, SPINDLE), &or(&self.tool, TOOL))
     }
@@ -101,7 +104,7 @@ impl MachineArguments {
 
 impl ControlledMachine {
     /// True when the controller names another machine than the one that is used.
-    pub fn differs(&self) -> bool {
+    pub(super) fn differs(&self) -> bool {
         let other = |tag: &MachineTag| tag.hash != self.used.hash;
         self.designed_for.as_ref().is_some_and(other)
     }
@@ -117,13 +120,17 @@ impl ControlledMachine {
     }
 
     /// The same as the key `machine` of a summary.
-    pub fn add_to(&self, summary: &mut Summary) {
+    pub(super) fn add_to(&self, summary: &mut Summary) {
         summary.set("machine", self.used_machine());
     }
 }
 
 /// What to say of a controller whose tag names another machine than the one that is used.
-pub fn other_machine(file: &str, tag: Option<&MachineTag>, used: &MachineTag) -> Option<Warning> {
+pub(super) fn other_machine(
+    file: &str,
+    tag: Option<&MachineTag>,
+    used: &MachineTag,
+) -> Option<Warning> {
     tag.filter(|tag| tag.hash != used.hash).map(|_| Warning {
         file: file.to_owned(),
         message: format!(

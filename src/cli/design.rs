@@ -30,7 +30,7 @@ use crate::spindle::Machine;
 
 /// Arguments of `muspin design`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     #[command(flatten)]
     machine: DesignArguments,
     /// How the sampled loop enters the synthesis; the verification is the same for both
@@ -78,7 +78,7 @@ impl From<PipelineError> for Failure {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (machine, written) = arguments.machine.load()?;
     claim(&arguments.out, &REPORT, arguments.machine.files())?;
     let progress = Progress::start(console);
@@ -161,7 +161,7 @@ pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure>
 
 /// Exit of a design: done, or a target missed. `predictions` are those of its controller at rest and at top speed: zone
 /// D of ISO 14839-3 is not acceptable, zone C is good for a limited time and only said.
-pub fn outcome(design: &Design, predictions: [&Prediction; 2]) -> Outcome {
+pub(super) fn outcome(design: &Design, predictions: [&Prediction; 2]) -> Outcome {
     let acceptable = |p: &Prediction| p.zone().is_some_and(|zone| zone < Zone::D);
     if design.meets_targets() && predictions.into_iter().all(acceptable) {
         Outcome::Done
@@ -195,7 +195,7 @@ fn design_words(machine: &Machine, design: &Design, rest: &Prediction) -> String
 }
 
 /// The figures of a design for a person, below the sentences `words`.
-pub fn shown_design(design: &Design, ended: Outcome, words: &str) -> Shown {
+pub(super) fn shown_design(design: &Design, ended: Outcome, words: &str) -> Shown {
     let yes = |good: bool| if good { "yes" } else { "no" }.to_owned();
     Shown::met(ended == Outcome::Done, words)
         .row(["", "reached", "asked"])

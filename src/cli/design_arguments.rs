@@ -9,7 +9,7 @@ use crate::spindle::Machine;
 
 /// Machine and specification.
 #[derive(clap::Args, Debug, Clone)]
-pub struct DesignArguments {
+pub(super) struct DesignArguments {
     #[command(flatten)]
     pub machine: MachineArguments,
     /// Weights file, or the name of a shipped one
@@ -28,21 +28,21 @@ impl Default for DesignArguments {
 
 impl DesignArguments {
     /// The files as given.
-    pub fn files(&self) -> impl Iterator<Item = &str> {
+    pub(super) fn files(&self) -> impl Iterator<Item = &str> {
         let machine = [&self.machine.spindle, &self.machine.tool];
         let given = machine.into_iter().flatten().chain([&self.weights]);
         given.map(String::as_str)
     }
 
     /// Reads and validates all three files.
-    pub fn load(&self) -> Result<(Machine, Weights), Failure> {
+    pub(super) fn load(&self) -> Result<(Machine, Weights), Failure> {
         Ok((self.machine.alone()?, load_weights(&self.weights)?))
     }
 }
 
 /// Arguments of the commands that tune a PID.
 #[derive(clap::Args, Debug, Clone, Copy)]
-pub struct PidArguments {
+pub(super) struct PidArguments {
     /// Effort of the PID search: a few seconds, or up to half a minute for the best that it finds
     #[arg(long = "pid", value_enum)]
     effort: Option<PidEffort>,
@@ -53,7 +53,7 @@ pub struct PidArguments {
 
 impl PidArguments {
     /// Settings of the search; `usual` is the effort unless one is given.
-    pub fn settings(&self, usual: PidEffort) -> TuneSettings {
+    pub(super) fn settings(&self, usual: PidEffort) -> TuneSettings {
         let settings = match self.effort.unwrap_or(usual) {
             PidEffort::Quick => TuneSettings::quick(),
             PidEffort::Thorough => TuneSettings::thorough(),
@@ -67,7 +67,7 @@ impl PidArguments {
 
 /// How long the PID is tuned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum PidEffort {
+pub(super) enum PidEffort {
     /// A few seconds.
     Quick,
     /// Up to half a minute.

@@ -9,7 +9,7 @@ use crate::pipeline::settings::DesignSettings;
 use crate::spindle::Machine;
 
 /// The design with default settings and the polish, with a line per iteration on a terminal.
-pub fn run_design(
+pub(super) fn run_design(
     machine: &Machine,
     weights: &Weights,
     progress: &Progress,

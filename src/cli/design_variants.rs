@@ -43,7 +43,7 @@ impl From<RouteArgument> for Route {
 
 /// `--tighten`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tighten {
+pub(super) enum Tighten {
     /// As far as μ ≤ 1 allows.
     Auto,
     /// By this factor.
@@ -67,7 +67,7 @@ impl FromStr for Tighten {
 /// The design with the tool's displacement limits divided by the factor asked for, and that factor. `auto` starts from
 /// the largest factor that the problem itself allows and steps back until the controller as it runs, reduced and
 /// rounded and stable itself, has µ ≤ 1 as well.
-pub fn tightened(
+pub(super) fn tightened(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,

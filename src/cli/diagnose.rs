@@ -26,7 +26,7 @@ use crate::report::whole::Report;
 
 /// Arguments of `muspin diagnose`.
 #[derive(clap::Args, Debug, Default)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Measurement folder with measurement.yaml
     #[arg(long)]
     measurement: String,
@@ -62,7 +62,7 @@ fn failed(measurement: &str, error: DiagnoseError) -> Failure {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let loaded = load_measurement(&arguments.measurement)?;
     let machine = of_measurement(
         &loaded,

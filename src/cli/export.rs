@@ -31,7 +31,7 @@ const SPEEDS: usize = 11;
 
 /// Arguments of `muspin export`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Controller file (JSON); several make a table with bumpless change at run time
     #[arg(long, required = true)]
     controller: Vec<String>,
@@ -169,7 +169,7 @@ enum Exported {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (mut prepared, mut remarks) = (Vec::new(), Vec::new());
     for file in &arguments.controller {
         match prepare(arguments, file, &mut remarks)? {

@@ -20,7 +20,7 @@ use std::ops::Range;
 
 /// Arguments of `muspin frf`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     #[command(flatten)]
     machine: MachineArguments,
     /// Speed, rpm
@@ -50,7 +50,7 @@ pub struct Arguments {
 const MOST_POINTS: usize = 1_000_000;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let frequencies = frequencies_hz(arguments)?;
     let (machine, controller, remarks) = match &arguments.controller {
         None => (arguments.machine.alone()?, None, Remarks::default()),

@@ -18,7 +18,7 @@ use std::path::Path;
 
 /// Arguments of `muspin identify`.
 #[derive(clap::Args, Debug, Default)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Measurement folder with measurement.yaml
     #[arg(long)]
     measurement: String,
@@ -50,7 +50,7 @@ impl From<IdentifyError> for Failure {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let measurement = load_measurement(&arguments.measurement)?;
     let machine = of_measurement(
         &measurement,

@@ -11,14 +11,14 @@ use std::path::Path;
 
 /// Arguments of `muspin init`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Folder for the files; nothing that exists is replaced
     folder: String,
 }
 
 /// Arguments of `muspin example`.
 #[derive(clap::Args, Debug)]
-pub struct ExampleArguments {
+pub(super) struct ExampleArguments {
     /// Which case
     #[arg(value_enum)]
     name: Example,
@@ -98,12 +98,15 @@ impl Example {
 }
 
 /// Runs `muspin init`.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     write(Example::OwnRotor, &arguments.folder, console)
 }
 
 /// Runs `muspin example`.
-pub fn run_example(arguments: &ExampleArguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run_example(
+    arguments: &ExampleArguments,
+    console: &Console,
+) -> Result<Outcome, Failure> {
     let folder = arguments.folder.as_deref();
     write(
         arguments.name,

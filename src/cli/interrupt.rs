@@ -7,7 +7,7 @@ const INTERRUPTED: i32 = 130;
 
 /// Whether files of the command were written, shared with whoever answers interruptions; locked while one is written.
 #[derive(Clone, Debug, Default)]
-pub struct Writing(Arc<Mutex<bool>>);
+pub(crate) struct Writing(Arc<Mutex<bool>>);
 
 impl Writing {
     fn written(&self) -> MutexGuard<'_, bool> {
@@ -15,7 +15,7 @@ impl Writing {
     }
 
     /// Writes files without an interruption.
-    pub fn uninterrupted<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    pub(crate) fn uninterrupted<T, E>(&self, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let mut written = self.written();
         let result = write();
         *written |= result.is_ok();
@@ -24,7 +24,7 @@ impl Writing {
 
     /// Answers interruptions from now on. Where the system has no signals to answer, the program ends silently as
     /// usual.
-    pub fn answer_interruptions(&self) {
+    pub(crate) fn answer_interruptions(&self) {
         let own = self.clone();
         let _ = ctrlc::set_handler(move || {
             // Waits for files that are being written. The guard lives until the process ends: no others are begun.

@@ -9,7 +9,7 @@ use crate::spindle::mesh_quality::coarse_mesh;
 /// Warnings that are held back until it is known whether the loop is stable, because that is said in the first line.
 /// They go to standard error when the value is dropped, so that none is lost on the way to an error.
 #[derive(Debug, Default)]
-pub struct Remarks(pub Vec<Warning>);
+pub(super) struct Remarks(pub Vec<Warning>);
 
 impl Drop for Remarks {
     fn drop(&mut self) {
@@ -21,7 +21,7 @@ impl Drop for Remarks {
 ///
 /// # Errors
 /// [`Failure`] of whichever file is wrong.
-pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, Failure> {
+pub(super) fn load_machine(spindle: &str, tool: &str) -> Result<Machine, Failure> {
     let (machine, _said_on_return) = load_with_remarks(spindle, tool)?;
     Ok(machine)
 }
@@ -30,7 +30,7 @@ pub fn load_machine(spindle: &str, tool: &str) -> Result<Machine, Failure> {
 ///
 /// # Errors
 /// [`Failure`] of whichever file is wrong.
-pub fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, Remarks), Failure> {
+pub(super) fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, Remarks), Failure> {
     let machine = input::load_machine(spindle, tool)?;
     let mut remarks = Remarks::default();
     for (kind, file) in [(FileKind::Spindle, spindle), (FileKind::Tool, tool)] {
@@ -44,7 +44,7 @@ pub fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, Remarks)
 ///
 /// # Errors
 /// [`Failure`] of whichever file is wrong.
-pub fn of_measurement(
+pub(super) fn of_measurement(
     measurement: &Measurement,
     spindle: Option<&str>,
     tool: Option<&str>,
@@ -56,7 +56,7 @@ pub fn of_measurement(
 }
 
 /// Says a warning on standard error.
-pub fn say(warning: &Warning) {
+pub(super) fn say(warning: &Warning) {
     eprintln!("{warning}");
 }
 
@@ -64,7 +64,7 @@ pub fn say(warning: &Warning) {
 ///
 /// # Errors
 /// [`Failure`] when the modes of the shaft cannot be computed.
-pub fn mesh_warning(
+pub(super) fn mesh_warning(
     machine: &Machine,
     spindle: &str,
     tool: &str,

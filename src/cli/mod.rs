@@ -1,8 +1,8 @@
 //! Arguments, commands, progress. Standard output carries data, standard error progress and errors.
 //! Exit 0 done; 1 done but a target is missed; 2 error, nothing written.
 
-pub mod failure;
-pub mod progress;
+pub(crate) mod failure;
+pub(crate) mod progress;
 
 mod batch;
 mod batch_arguments;
@@ -10,7 +10,7 @@ mod batch_plan;
 mod batch_variants;
 mod check;
 mod compare;
-pub mod console;
+pub(crate) mod console;
 mod controlled_machine;
 mod design;
 mod design_arguments;

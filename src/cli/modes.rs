@@ -13,7 +13,7 @@ const TO_HZ: f64 = 10_000.0;
 
 /// Arguments of `muspin modes`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Spindle file, or the name of a shipped one
     #[arg(long, default_value = "reference")]
     spindle: String,
@@ -48,7 +48,7 @@ struct SpeedModes {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let machine = load_machine(&arguments.spindle, &arguments.tool)?;
     for rpm in &arguments.speeds {
         if !(rpm.is_finite() && *rpm >= 0.0) {

@@ -7,13 +7,13 @@ use crate::report::whole::ReportError;
 use std::path::Path;
 
 /// Files that every command with a report writes.
-pub const REPORT: [&str; 2] = ["summary.json", "report.html"];
+pub(super) const REPORT: [&str; 2] = ["summary.json", "report.html"];
 
 /// Checks that the folder may be written and that nothing which the command reads would be replaced.
 ///
 /// # Errors
 /// [`Failure`] with the file or folder that must not be touched.
-pub fn claim<'a>(
+pub(super) fn claim<'a>(
     out: &str,
     names: &[&str],
     inputs: impl IntoIterator<Item = &'a str>,

@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Progress of one command.
-pub struct Progress {
+pub(crate) struct Progress {
     bar: ProgressBar,
     watch: Mutex<Stopwatch>,
     start: Instant,
@@ -18,7 +18,7 @@ pub struct Progress {
 
 impl Progress {
     /// Progress on the terminal, or a silent one.
-    pub fn start(console: &Console) -> Self {
+    pub(crate) fn start(console: &Console) -> Self {
         let visible = console.shows_progress() && std::io::stderr().is_terminal();
         let bar = if visible {
             ProgressBar::new_spinner()
@@ -39,17 +39,17 @@ impl Progress {
     }
 
     /// Times of the stages of a design.
-    pub fn watch(&self) -> MutexGuard<'_, Stopwatch> {
+    pub(crate) fn watch(&self) -> MutexGuard<'_, Stopwatch> {
         self.watch.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What is being done now.
-    pub fn stage(&self, what: impl Into<String>) {
+    pub(crate) fn stage(&self, what: impl Into<String>) {
         self.bar.set_message(what.into());
     }
 
     /// How many of several equal parts are done; the time that the rest will take is estimated from them.
-    pub fn share(&self, done: usize, of: usize) {
+    pub(crate) fn share(&self, done: usize, of: usize) {
         let left = match done {
             0 => String::new(),
             _ => {
@@ -61,7 +61,7 @@ impl Progress {
     }
 
     /// A finished step stays on the terminal as a line: one D-K iteration, the result of a stage.
-    pub fn line(&self, text: impl AsRef<str>) {
+    pub(crate) fn line(&self, text: impl AsRef<str>) {
         self.bar.println(text);
     }
 }

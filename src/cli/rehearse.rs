@@ -22,7 +22,7 @@ use std::path::Path;
 
 /// Arguments of `muspin rehearse`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Spindle that the folder names as the model: a file or a shipped name
     #[arg(long, default_value = "reference")]
     spindle: String,
@@ -59,7 +59,7 @@ pub struct Arguments {
 const MOST_REPEATS: usize = 100;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (repeats, injection) = (arguments.repeats, arguments.injection);
     if repeats == 0 || repeats > MOST_REPEATS {
         let rule = format!("--repeats {repeats}: 1 to {MOST_REPEATS} are computed");
@@ -161,14 +161,14 @@ fn levitating(machine: &Machine) -> Result<Controller, Failure> {
 }
 
 /// Kind, file and speed of a record.
-pub type Listed = (&'static str, String, f64);
+pub(super) type Listed = (&'static str, String, f64);
 
 /// A sweep and a hammer test at every speed and the controller `pid.json`, added below `prefix` (empty, or ending in
 /// `/`).
 ///
 /// # Errors
 /// [`Failure`] when the loop is unstable, because no such measurement can be taken.
-pub fn records(
+pub(super) fn records(
     folder: &mut ResultsFolder,
     prefix: &str,
     truth: &Machine,

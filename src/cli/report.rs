@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `muspin report`.
 #[derive(clap::Args, Debug, Default)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Results folder with summary.json and plots/
     folder: PathBuf,
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let path = folder.join("summary.json");
     let text = std::fs::read_to_string(&path).map_err(|e| {

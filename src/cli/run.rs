@@ -22,7 +22,7 @@ use crate::update::Targets;
 
 /// Arguments of `muspin run`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Spindle file or shipped name; default: that of the measurement, or the reference
     #[arg(long)]
     spindle: Option<String>,
@@ -62,7 +62,7 @@ impl Default for Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.weights)?;
     let named = [&arguments.spindle, &arguments.tool, &arguments.measurement];
     let read = named.into_iter().flatten().chain([&arguments.weights]);

@@ -5,7 +5,7 @@ use crate::input::schema::{SchemaKind, page, schema};
 
 /// Arguments of `muspin schema`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Kind of file: spindle, tool, weights, measurement, frequencies or controller
     #[arg(required_unless_present = "page")]
     kind: Option<String>,
@@ -15,7 +15,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let text = match &arguments.kind {
         None => page(),
         Some(name) => text(kind(name)?),
@@ -26,7 +26,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// The file of a schema.
-pub fn text(kind: SchemaKind) -> String {
+pub(super) fn text(kind: SchemaKind) -> String {
     format!("{:#}\n", schema(kind))
 }
 

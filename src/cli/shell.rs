@@ -6,14 +6,14 @@ use clap_complete::{Shell, generate};
 
 /// Arguments of `muspin completions`.
 #[derive(clap::Args, Debug)]
-pub struct Completions {
+pub(super) struct Completions {
     /// Shell
     #[arg(value_enum)]
     shell: Shell,
 }
 
 /// Prints the completions of a shell.
-pub fn completions(arguments: &Completions) -> Result<Outcome, Failure> {
+pub(super) fn completions(arguments: &Completions) -> Result<Outcome, Failure> {
     let mut text = vec![];
     generate(arguments.shell, &mut Cli::command(), "muspin", &mut text);
     stdout::data(|out| out.write_all(&text))?;
@@ -21,7 +21,7 @@ pub fn completions(arguments: &Completions) -> Result<Outcome, Failure> {
 }
 
 /// Prints the manual page: the program, then every command.
-pub fn manual() -> Result<Outcome, Failure> {
+pub(super) fn manual() -> Result<Outcome, Failure> {
     let mut command = Cli::command();
     command.build();
     let mut text = vec![];

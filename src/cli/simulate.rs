@@ -26,7 +26,7 @@ use std::f64::consts::TAU;
 
 /// Arguments of `muspin simulate`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Controller file (JSON)
     #[arg(long)]
     controller: String,
@@ -92,7 +92,7 @@ impl From<TimeError> for Failure {
 const LONGEST_S: f64 = 20.0;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let (given, remarks) = arguments.machine.with_controller(&arguments.controller)?;
     let read = [&arguments.controller, &given.used.spindle, &given.used.tool];
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;

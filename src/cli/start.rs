@@ -12,21 +12,21 @@ use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};
 const SPINDLE: &str = include_str!("start/spindle.yaml");
 const TOOL: &str = include_str!("start/tool.yaml");
 /// A PID that floats the machine, found by `muspin rehearse`.
-pub const PID: &str = include_str!("start/pid.json");
+pub(super) const PID: &str = include_str!("start/pid.json");
 /// Spindle, tool and weights.
-pub const MACHINE: [(&str, &str); 3] = [
+pub(super) const MACHINE: [(&str, &str); 3] = [
     ("spindle.yaml", SPINDLE),
     ("tool.yaml", TOOL),
     ("weights.yaml", include_str!("start/weights.yaml")),
 ];
 /// List of the measurement with another stiffness.
-pub const UPDATE_LIST: &str = include_str!("start/measurement.yaml");
+pub(super) const UPDATE_LIST: &str = include_str!("start/measurement.yaml");
 /// List of the measurement with eddy currents.
-pub const DIAGNOSE_LIST: &str = include_str!("examples/measurement-diagnose.yaml");
+pub(super) const DIAGNOSE_LIST: &str = include_str!("examples/measurement-diagnose.yaml");
 
 /// What differs between the machine that is measured and its files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Truth {
+pub(super) enum Truth {
     /// Motor region 6 % softer, taper 8 % stiffer: what `start/measurement.yaml` says.
     OtherModuli,
     /// Eddy currents in the rear bearing: what `examples/measurement-diagnose.yaml` says.
@@ -58,7 +58,7 @@ impl Truth {
 ///
 /// # Errors
 /// [`Failure`] that names the file.
-pub fn machine() -> Result<Machine, Failure> {
+pub(super) fn machine() -> Result<Machine, Failure> {
     let spindle = read_spindle("spindle.yaml", SPINDLE)?;
     let tool = read_tool("tool.yaml", TOOL, &spindle)?;
     Ok(Machine::new(spindle, tool)?)
@@ -68,7 +68,7 @@ pub fn machine() -> Result<Machine, Failure> {
 ///
 /// # Errors
 /// [`Failure`] when a path cannot be staged.
-pub fn add_machine(folder: &mut ResultsFolder) -> Result<(), Failure> {
+pub(super) fn add_machine(folder: &mut ResultsFolder) -> Result<(), Failure> {
     for (name, text) in MACHINE {
         folder.add(name, text)?;
     }
@@ -83,7 +83,7 @@ pub fn add_machine(folder: &mut ResultsFolder) -> Result<(), Failure> {
 ///
 /// # Errors
 /// [`Failure`] when the measurement cannot be computed.
-pub fn add_measurement(
+pub(super) fn add_measurement(
     folder: &mut ResultsFolder,
     list: &str,
     truth: Truth,

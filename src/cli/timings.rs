@@ -6,7 +6,7 @@ use std::time::Instant;
 
 /// The option, for commands that design.
 #[derive(clap::Args, Debug, Default, Clone, Copy)]
-pub struct Timings {
+pub(super) struct Timings {
     /// Print wall and processor time of each stage of the design to standard error
     #[arg(long)]
     timings: bool,
@@ -14,7 +14,7 @@ pub struct Timings {
 
 impl Timings {
     /// Prints a table when it was asked for.
-    pub fn print(self, watch: &Stopwatch) {
+    pub(super) fn print(self, watch: &Stopwatch) {
         if self.timings {
             // Nobody reads a closed standard error.
             let _ = std::io::stderr().write_all(watch.table().as_bytes());
@@ -31,7 +31,7 @@ struct Lap {
 }
 
 /// Adds up the times of stages.
-pub struct Stopwatch {
+pub(crate) struct Stopwatch {
     laps: Vec<Lap>,
     wall: Instant,
     processor_s: f64,
@@ -39,7 +39,7 @@ pub struct Stopwatch {
 
 impl Stopwatch {
     /// Starts without a lap.
-    pub fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Self {
             laps: vec![],
             wall: Instant::now(),
@@ -48,12 +48,12 @@ impl Stopwatch {
     }
 
     /// Leaves what has passed since the last lap out of every stage.
-    pub fn skip(&mut self) {
+    pub(crate) fn skip(&mut self) {
         (self.wall, self.processor_s) = (Instant::now(), processor_s());
     }
 
     /// Ends a stage: the time since the last end belongs to it. Stages of one name are added.
-    pub fn lap(&mut self, stage: &'static str) {
+    pub(crate) fn lap(&mut self, stage: &'static str) {
         let wall_s = self.wall.elapsed().as_secs_f64();
         let own_s = processor_s() - self.processor_s;
         self.skip();

@@ -36,7 +36,7 @@ enum MethodArgument {
 
 /// Arguments of `muspin update`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// Measurement folder, a YAML file of frequencies, or `paper-frequencies`
     #[arg(long, default_value = "paper-frequencies")]
     measurement: String,
@@ -88,7 +88,7 @@ impl From<UpdateError> for Failure {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement)?;
     let machine = of_measurement(

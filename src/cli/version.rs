@@ -2,7 +2,7 @@
 
 /// Version, commit and build. The commit is the variable `MUSPIN_COMMIT` of the build, which a release sets: cargo
 /// would compile the whole crate anew after each commit if it were read from the repository.
-pub fn text() -> String {
+pub(super) fn text() -> String {
     let commit = option_env!("MUSPIN_COMMIT").unwrap_or("not recorded");
     let build = match cfg!(debug_assertions) {
         true => "debug",

@@ -30,7 +30,7 @@ impl FullLoop {
     ///
     /// # Errors
     /// [`VerificationError`] from the plant or the connection.
-    pub fn new(
+    pub(crate) fn new(
         machine: &Machine,
         law: &StateSpace<Discrete>,
         speed_rad_s: f64,
@@ -60,7 +60,7 @@ impl FullLoop {
     }
 
     /// First axis of bearing 0 or 1.
-    pub fn bearing(&self, j: usize) -> usize {
+    pub(crate) fn bearing(&self, j: usize) -> usize {
         j * self.axes / 2
     }
 
@@ -68,7 +68,7 @@ impl FullLoop {
     ///
     /// # Errors
     /// [`NumericError`] from the Lyapunov equation.
-    pub fn noise_gain(&self) -> Result<f64, NumericError> {
+    pub(crate) fn noise_gain(&self) -> Result<f64, NumericError> {
         let each: Result<Vec<f64>, NumericError> = [0, 1]
             .into_par_iter()
             .map(|j| h2_norm(&self.loops, self.bearing(j), self.axes))

@@ -8,7 +8,7 @@ pub mod data;
 pub mod decide;
 pub mod fit;
 pub mod locate;
-pub mod records;
+pub(crate) mod records;
 
 pub use data::evidence::{Evidence, Gap};
 pub use decide::judgement::Verdict;

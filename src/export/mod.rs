@@ -1,11 +1,11 @@
 //! A controller as files that other programs and processors read: JSON, `.mat`, CSV, C with its test vectors.
 
 pub mod c;
-pub mod error;
+pub(crate) mod error;
 pub mod firmware;
 pub mod json;
 pub mod mat;
-pub mod problem;
+pub(crate) mod problem;
 pub mod rows;
-pub mod sections;
+pub(crate) mod sections;
 pub mod table;

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 ///
 /// # Errors
 /// [`FirmwareError`] when the `.mat` file cannot be made.
-pub fn problem_files(set: &ProblemSet) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
+pub(crate) fn problem_files(set: &ProblemSet) -> Result<Vec<(String, Vec<u8>)>, FirmwareError> {
     let loops = &set.closed_loop;
     let mut closed = system(loops);
     closed["n"] = loops.order().into();

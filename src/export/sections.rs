@@ -16,7 +16,7 @@ const HEADER: &str = include_str!("templates/sections.h");
 ///
 /// # Errors
 /// From the eigenvalue iterations.
-pub fn section_tables(
+pub(crate) fn section_tables(
     law: &StateSpace<Discrete>,
     prefix: &str,
     controller: &str,

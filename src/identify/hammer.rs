@@ -44,7 +44,7 @@ impl HammerFrf {
 
 /// Compliance at the tool plane of the levitated spindle, m/N, with the hold of a sampled controller. `axis` 0 is x, 1
 /// is y.
-pub fn closed_loop_compliance(
+pub(crate) fn closed_loop_compliance(
     plant: &Plant,
     controller: &dyn HeldResponse,
     omega_rad_s: f64,

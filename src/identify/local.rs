@@ -12,7 +12,7 @@ use crate::linalg::{Mat, c64, solve_complex};
 
 /// Samples of one FRF in the window.
 #[derive(Clone, Debug)]
-pub struct LocalChannel {
+pub(crate) struct LocalChannel {
     /// Values, one a line.
     pub value: Vec<c64>,
     /// Standard deviation of the complex value.
@@ -21,7 +21,7 @@ pub struct LocalChannel {
 
 /// Data in one window.
 #[derive(Clone, Debug)]
-pub struct LocalData {
+pub(crate) struct LocalData {
     /// Normalised frequency of every line.
     pub x: Vec<f64>,
     /// FRFs.
@@ -30,7 +30,7 @@ pub struct LocalData {
 
 /// A fitted window.
 #[derive(Clone, Debug)]
-pub struct LocalFit {
+pub(crate) struct LocalFit {
     /// Free poles, normalised.
     pub poles: Vec<c64>,
     /// Standard deviation of the real and of the imaginary part of every free pole.
@@ -48,7 +48,7 @@ pub struct LocalFit {
 
 /// A root of a fitted channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Root {
+pub(crate) struct Root {
     /// Normalised, complex.
     pub x: c64,
     /// Standard deviation of its real part, normalised.
@@ -63,7 +63,12 @@ const STEP_LIMIT: f64 = 0.3;
 const STILL: f64 = 1e-9;
 
 /// Fits the window; `None` when there are too few lines, the equations are singular or a free pole runs away.
-pub fn fit(data: &LocalData, start: &[c64], fixed: &[c64], degree: usize) -> Option<LocalFit> {
+pub(crate) fn fit(
+    data: &LocalData,
+    start: &[c64],
+    fixed: &[c64],
+    degree: usize,
+) -> Option<LocalFit> {
     let (lines, channels) = (data.x.len(), data.channels.len());
     let per_channel = start.len() + fixed.len() + degree + 1;
     let unknowns = channels * per_channel + start.len();
@@ -110,23 +115,23 @@ impl LocalFit {
     }
 
     /// Value of a channel at a point of the complex plane.
-    pub fn value(&self, channel: usize, x: c64) -> c64 {
+    pub(crate) fn value(&self, channel: usize, x: c64) -> c64 {
         dot(&self.coefficients[channel], &self.basis(x))
     }
 
     /// Residue of a channel at a free pole.
-    pub fn residue(&self, channel: usize, pole: usize) -> c64 {
+    pub(crate) fn residue(&self, channel: usize, pole: usize) -> c64 {
         self.coefficients[channel][pole]
     }
 
     /// Standard deviation of the complex residue of a channel at a free pole.
-    pub fn residue_sd(&self, channel: usize, pole: usize) -> f64 {
+    pub(crate) fn residue_sd(&self, channel: usize, pole: usize) -> f64 {
         let k = channel * self.coefficients[channel].len() + pole;
         self.covariance[(k, k)].re.max(0.0).sqrt()
     }
 
     /// Root of a channel next to `start`; `None` when Newton leaves the window.
-    pub fn root(&self, channel: usize, start: c64) -> Option<Root> {
+    pub(crate) fn root(&self, channel: usize, start: c64) -> Option<Root> {
         let step = 1e-6;
         let slope = |x: c64| {
             let h = c64::new(step, 0.0);

@@ -1,13 +1,13 @@
 //! Records to frequency responses with covariance, and whether they are plausible; resonances and antiresonances;
 //! hammer tests.
 
-pub mod free_free;
+pub(crate) mod free_free;
 pub mod frf;
-pub mod hammer;
-pub mod local;
+pub(crate) mod hammer;
+pub(crate) mod local;
 pub mod peaks;
 pub mod plausibility;
-pub mod rehearsal;
+pub(crate) mod rehearsal;
 
 pub use free_free::{Identification, Reading, identify};
 pub use frf::{MeasuredFrf, SweepRecord, open_loop};

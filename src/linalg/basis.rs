@@ -4,7 +4,7 @@ use super::error::NumericError;
 use faer::Mat;
 
 /// Orthonormal basis of the column space of a tall matrix of full column rank, n×k.
-pub fn orthonormal_columns(a: &Mat<f64>) -> Mat<f64> {
+pub(crate) fn orthonormal_columns(a: &Mat<f64>) -> Mat<f64> {
     a.qr().compute_thin_Q()
 }
 
@@ -12,7 +12,7 @@ pub fn orthonormal_columns(a: &Mat<f64>) -> Mat<f64> {
 ///
 /// # Errors
 /// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
-pub fn condition(a: &Mat<f64>) -> Result<f64, NumericError> {
+pub(crate) fn condition(a: &Mat<f64>) -> Result<f64, NumericError> {
     if a.nrows() == 0 || a.ncols() == 0 {
         return Ok(1.0);
     }

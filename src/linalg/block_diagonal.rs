@@ -15,7 +15,7 @@ use faer::{Mat, c64};
 ///
 /// # Errors
 /// [`NumericError`] when the Schur form fails.
-pub fn invariant_bases(a: &Mat<f64>, limit: f64) -> Result<Vec<Mat<f64>>, NumericError> {
+pub(crate) fn invariant_bases(a: &Mat<f64>, limit: f64) -> Result<Vec<Mat<f64>>, NumericError> {
     let n = a.nrows();
     let mut form = schur(a)?;
     let mut bases = Vec::new();

@@ -40,7 +40,7 @@ pub fn solve_complex(a: &Mat<c64>, b: &Mat<c64>) -> Mat<c64> {
 
 /// Diagonal similarity scaling (powers of two) that evens out row and column norms: A ↦ D⁻¹AD.
 /// Returns the scaled matrix and the diagonal of D (Parlett and Reinsch 1969; Osborne 1960).
-pub fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
+pub(crate) fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
     let n = a.nrows();
     let (mut m, mut d) = (a.clone(), vec![1.0; n]);
     // Ten sweeps settle every pattern met; more would only change factors of two.

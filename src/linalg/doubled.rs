@@ -7,7 +7,7 @@ use faer::Mat;
 
 /// hi + lo, both n×m.
 #[derive(Clone, Debug)]
-pub struct Doubled {
+pub(crate) struct Doubled {
     /// Leading part.
     pub hi: Mat<f64>,
     /// Rest, below half an ulp of the leading part.
@@ -38,7 +38,7 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 
 impl Doubled {
     /// An f64 matrix, exactly.
-    pub fn from_f64(m: &Mat<f64>) -> Self {
+    pub(crate) fn from_f64(m: &Mat<f64>) -> Self {
         Self {
             hi: m.clone(),
             lo: Mat::zeros(m.nrows(), m.ncols()),
@@ -46,14 +46,14 @@ impl Doubled {
     }
 
     /// The nearest f64 matrix.
-    pub fn rounded(&self) -> Mat<f64> {
+    pub(crate) fn rounded(&self) -> Mat<f64> {
         Mat::from_fn(self.hi.nrows(), self.hi.ncols(), |i, j| {
             self.hi[(i, j)] + self.lo[(i, j)]
         })
     }
 
     /// Sum.
-    pub fn plus(&self, other: &Self) -> Self {
+    pub(crate) fn plus(&self, other: &Self) -> Self {
         let mut sum = self.clone();
         for j in 0..self.hi.ncols() {
             for i in 0..self.hi.nrows() {
@@ -67,7 +67,7 @@ impl Doubled {
     }
 
     /// The matrix times a power of two.
-    pub fn scaled(&self, power_of_two: f64) -> Self {
+    pub(crate) fn scaled(&self, power_of_two: f64) -> Self {
         let (n, m) = (self.hi.nrows(), self.hi.ncols());
         Self {
             hi: Mat::from_fn(n, m, |i, j| power_of_two * self.hi[(i, j)]),
@@ -76,7 +76,7 @@ impl Doubled {
     }
 
     /// Transpose.
-    pub fn transposed(&self) -> Self {
+    pub(crate) fn transposed(&self) -> Self {
         Self {
             hi: self.hi.transpose().to_owned(),
             lo: self.lo.transpose().to_owned(),
@@ -84,7 +84,7 @@ impl Doubled {
     }
 
     /// self·other. Column-oriented: independent sums run side by side.
-    pub fn times(&self, other: &Self) -> Self {
+    pub(crate) fn times(&self, other: &Self) -> Self {
         let (n, m) = (self.hi.nrows(), other.hi.ncols());
         let mut product = Self::from_f64(&Mat::zeros(n, m));
         for j in 0..m {
@@ -115,7 +115,7 @@ impl Doubled {
 
 impl Doubled {
     /// MᵀM of an f64 matrix.
-    pub fn gram(m: &Mat<f64>) -> Self {
+    pub(crate) fn gram(m: &Mat<f64>) -> Self {
         let n = m.ncols();
         let exact = Self::from_f64(m);
         let mut product = Self::from_f64(&Mat::zeros(n, n));
@@ -130,7 +130,7 @@ impl Doubled {
     }
 
     /// selfᵀ·other.
-    pub fn transpose_times(&self, other: &Self) -> Self {
+    pub(crate) fn transpose_times(&self, other: &Self) -> Self {
         let (n, m, rows) = (self.hi.ncols(), other.hi.ncols(), self.hi.nrows());
         let mut product = Self::from_f64(&Mat::zeros(n, m));
         for j in 0..m {
@@ -159,7 +159,7 @@ impl Doubled {
 
     /// Lower triangular L with self = L Lᵀ for a symmetric non-negative matrix. A pivot at the floor of doubled
     /// precision ends its column: zeros.
-    pub fn cholesky(&self) -> Self {
+    pub(crate) fn cholesky(&self) -> Self {
         let n = self.hi.nrows();
         // Works on Lᵀ, whose columns are contiguous rows of L.
         let mut t = Self::from_f64(&Mat::zeros(n, n));

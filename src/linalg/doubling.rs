@@ -11,7 +11,7 @@ use faer::{Mat, Scale};
 const STEPS: usize = 60;
 
 /// A stabilising solution if the iteration settles, on balanced data. The caller checks the residual.
-pub fn doubling(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, shift: f64) -> Option<Mat<f64>> {
+pub(crate) fn doubling(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, shift: f64) -> Option<Mat<f64>> {
     let n = a.nrows();
     let one = Mat::<f64>::identity(n, n);
     let shifted = a - &one * Scale(shift);

@@ -13,7 +13,7 @@ use faer::Mat;
 ///
 /// # Errors
 /// [`NumericError`] when the Schur form fails or the refinement does not settle (A has eigenvalues near the axis).
-pub fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, NumericError> {
+pub(crate) fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, NumericError> {
     // Each step gains the digits that ε·cond leaves; a step that gains less than one digit is hopeless.
     const LIMIT: usize = 20;
     let n = a.nrows();
@@ -58,7 +58,7 @@ pub fn lyapunov_doubled(a: &Mat<f64>, q: &Doubled) -> Result<Doubled, NumericErr
 ///
 /// # Errors
 /// As [`lyapunov_doubled`].
-pub fn reachability_factor(a: &Mat<f64>, b: &Mat<f64>) -> Result<Doubled, NumericError> {
+pub(crate) fn reachability_factor(a: &Mat<f64>, b: &Mat<f64>) -> Result<Doubled, NumericError> {
     let q = Doubled::gram(&b.transpose().to_owned());
     Ok(lyapunov_doubled(&a.transpose().to_owned(), &q)?.cholesky())
 }
@@ -67,13 +67,13 @@ pub fn reachability_factor(a: &Mat<f64>, b: &Mat<f64>) -> Result<Doubled, Numeri
 ///
 /// # Errors
 /// As [`lyapunov_doubled`].
-pub fn observability_factor(a: &Mat<f64>, c: &Mat<f64>) -> Result<Doubled, NumericError> {
+pub(crate) fn observability_factor(a: &Mat<f64>, c: &Mat<f64>) -> Result<Doubled, NumericError> {
     Ok(lyapunov_doubled(a, &Doubled::gram(c))?.cholesky())
 }
 
 /// Singular values (descending) and vectors of a square matrix by one-sided Jacobi: M = U diag(s) Vᵀ.
 /// Small singular values of a matrix with graded columns come out with relative accuracy.
-pub fn jacobi_svd(m: &Mat<f64>) -> (Mat<f64>, Vec<f64>, Mat<f64>) {
+pub(crate) fn jacobi_svd(m: &Mat<f64>) -> (Mat<f64>, Vec<f64>, Mat<f64>) {
     // Quadratic convergence; ten sweeps are usual.
     const SWEEPS: usize = 40;
     let n = m.ncols();

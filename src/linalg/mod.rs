@@ -1,22 +1,22 @@
 //! Facts about matrices. The only home of dense algebra: everything above calls these plain `f64`/`c64` functions.
 
-pub mod basis;
-pub mod block_diagonal;
-pub mod dense;
-pub mod doubled;
-pub mod doubling;
-pub mod error;
+pub(crate) mod basis;
+pub(crate) mod block_diagonal;
+pub(crate) mod dense;
+pub(crate) mod doubled;
+pub(crate) mod doubling;
+pub(crate) mod error;
 pub mod exponential;
-pub mod gramian;
+pub(crate) mod gramian;
 pub mod hermitian;
-pub mod lapack;
+pub(crate) mod lapack;
 pub mod lyapunov;
-pub mod planar;
+pub(crate) mod planar;
 pub mod riccati;
 pub mod schur;
-pub mod small;
-pub mod svd;
-pub mod symmetric;
+pub(crate) mod small;
+pub(crate) mod svd;
+pub(crate) mod symmetric;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,

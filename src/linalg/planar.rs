@@ -7,7 +7,7 @@ use super::{Mat, c64};
 
 /// A complex matrix in two arrays.
 #[derive(Clone, Debug)]
-pub struct Planar {
+pub(crate) struct Planar {
     rows: usize,
     cols: usize,
     re: Vec<f64>,
@@ -15,13 +15,13 @@ pub struct Planar {
 }
 
 /// Real and imaginary parts of a part of a column.
-pub type Part<'a> = (&'a [f64], &'a [f64]);
+pub(crate) type Part<'a> = (&'a [f64], &'a [f64]);
 /// The same for writing.
-pub type PartMut<'a> = (&'a mut [f64], &'a mut [f64]);
+pub(crate) type PartMut<'a> = (&'a mut [f64], &'a mut [f64]);
 
 /// y ← y + a·x.
 #[inline]
-pub fn add_scaled(y: PartMut, a: (f64, f64), x: Part) {
+pub(crate) fn add_scaled(y: PartMut, a: (f64, f64), x: Part) {
     let own = y.0.iter_mut().zip(y.1.iter_mut());
     for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
         *yr += a.0 * xr - a.1 * xi;
@@ -31,7 +31,7 @@ pub fn add_scaled(y: PartMut, a: (f64, f64), x: Part) {
 
 /// y ← y + a·conj(x), as [`add_scaled`].
 #[inline]
-pub fn add_scaled_conj(y: PartMut, a: (f64, f64), x: Part) {
+pub(crate) fn add_scaled_conj(y: PartMut, a: (f64, f64), x: Part) {
     let own = y.0.iter_mut().zip(y.1.iter_mut());
     for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
         *yr += a.0 * xr + a.1 * xi;
@@ -41,7 +41,7 @@ pub fn add_scaled_conj(y: PartMut, a: (f64, f64), x: Part) {
 
 impl Planar {
     /// Zero, rows×cols.
-    pub fn zeros(rows: usize, cols: usize) -> Self {
+    pub(crate) fn zeros(rows: usize, cols: usize) -> Self {
         Self {
             rows,
             cols,
@@ -51,7 +51,7 @@ impl Planar {
     }
 
     /// From entries (re, im).
-    pub fn from_fn(
+    pub(crate) fn from_fn(
         rows: usize,
         cols: usize,
         mut entry: impl FnMut(usize, usize) -> (f64, f64),
@@ -66,7 +66,7 @@ impl Planar {
     }
 
     /// Copy of a matrix with its rows and columns multiplied.
-    pub fn scaled(m: &Mat<c64>, rows: &[f64], cols: &[f64]) -> Self {
+    pub(crate) fn scaled(m: &Mat<c64>, rows: &[f64], cols: &[f64]) -> Self {
         Self::from_fn(m.nrows(), m.ncols(), |i, j| {
             let factor = rows[i] * cols[j];
             (m[(i, j)].re * factor, m[(i, j)].im * factor)
@@ -74,40 +74,40 @@ impl Planar {
     }
 
     /// Number of rows.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
     /// Number of columns.
-    pub fn cols(&self) -> usize {
+    pub(crate) fn cols(&self) -> usize {
         self.cols
     }
 
     /// Entry (re, im).
-    pub fn at(&self, i: usize, j: usize) -> (f64, f64) {
+    pub(crate) fn at(&self, i: usize, j: usize) -> (f64, f64) {
         let k = i + j * self.rows;
         (self.re[k], self.im[k])
     }
 
     /// Adds a real number to an entry.
-    pub fn add_real(&mut self, i: usize, j: usize, value: f64) {
+    pub(crate) fn add_real(&mut self, i: usize, j: usize, value: f64) {
         self.re[i + j * self.rows] += value;
     }
 
     /// |entry|².
-    pub fn squared(&self, i: usize, j: usize) -> f64 {
+    pub(crate) fn squared(&self, i: usize, j: usize) -> f64 {
         let (re, im) = self.at(i, j);
         re * re + im * im
     }
 
     /// Rows `from`..`to` of a column.
-    pub fn part(&self, from: usize, to: usize, j: usize) -> Part<'_> {
+    pub(crate) fn part(&self, from: usize, to: usize, j: usize) -> Part<'_> {
         let (a, b) = (from + j * self.rows, to + j * self.rows);
         (&self.re[a..b], &self.im[a..b])
     }
 
     /// Rows `from`..`to` of a column for writing.
-    pub fn part_mut(&mut self, from: usize, to: usize, j: usize) -> PartMut<'_> {
+    pub(crate) fn part_mut(&mut self, from: usize, to: usize, j: usize) -> PartMut<'_> {
         let (a, b) = (from + j * self.rows, to + j * self.rows);
         (&mut self.re[a..b], &mut self.im[a..b])
     }
@@ -122,14 +122,14 @@ impl Planar {
     }
 
     /// Sets every entry to zero.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.re.fill(0.0);
         self.im.fill(0.0);
     }
 
     /// Replaces the lower triangle of a Hermitian matrix by its Cholesky factor L; false when it is not positive
     /// definite.
-    pub fn cholesky(&mut self) -> bool {
+    pub(crate) fn cholesky(&mut self) -> bool {
         let n = self.rows;
         for j in 0..n {
             let (own, before) = self.split(j);
@@ -154,7 +154,7 @@ impl Planar {
     }
 
     /// Transposed inverse of a lower triangular factor with a real diagonal: column r of `into` is row r of L⁻¹.
-    pub fn invert_lower_transposed(&self, into: &mut Self) {
+    pub(crate) fn invert_lower_transposed(&self, into: &mut Self) {
         let n = self.rows;
         into.clear();
         for r in 0..n {
@@ -175,7 +175,7 @@ impl Planar {
 
     /// Largest singular value, through the smaller Gram matrix: exact to rounding relative to itself. NaN for entries
     /// that are not finite.
-    pub fn largest_singular_value(&self) -> f64 {
+    pub(crate) fn largest_singular_value(&self) -> f64 {
         let entries = self.re.iter().chain(&self.im);
         // max() would drop a NaN.
         let size = entries.fold(0.0f64, |m, v| if v.abs() <= m { m } else { v.abs() });
@@ -204,7 +204,7 @@ impl Planar {
 
     /// Largest eigenvalue of a Hermitian matrix (both triangles), which it destroys: Householder's tridiagonal form,
     /// then QL.
-    pub fn largest_hermitian_value(&mut self) -> f64 {
+    pub(crate) fn largest_hermitian_value(&mut self) -> f64 {
         let n = self.rows;
         let (mut d, mut e) = (vec![0.0; n], vec![0.0; n]);
         let (mut v, mut p) = (Self::zeros(n, 1), Self::zeros(n, 1));

@@ -4,7 +4,7 @@ use super::c64;
 
 /// Solves A X = B in place (B becomes X), A n×n and B n×p row-major, by elimination with partial pivoting.
 /// A singular A leaves values that are not finite.
-pub fn eliminate(a: &mut [c64], b: &mut [c64], n: usize, p: usize) {
+pub(crate) fn eliminate(a: &mut [c64], b: &mut [c64], n: usize, p: usize) {
     for k in 0..n {
         let size = |i: usize| a[i * n + k].re.abs() + a[i * n + k].im.abs();
         let mut best = k;

@@ -8,7 +8,7 @@ use crate::linalg::{Mat, NumericError, c64, eigenvalues};
 
 /// Peak with both bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Peak {
+pub(crate) struct Peak {
     /// Largest value found.
     pub lower: f64,
     /// Where, rad/s; infinity for s = ∞.
@@ -24,7 +24,7 @@ const STEPS: usize = 60;
 ///
 /// # Errors
 /// [`NumericError`] when eigenvalues fail, the value is not finite at a seed, or the levels do not settle.
-pub fn peak(
+pub(crate) fn peak(
     value: &dyn Fn(f64) -> f64,
     seeds: &[f64],
     floor: f64,
@@ -79,7 +79,7 @@ pub fn peak(
 
 /// Frequencies of the eigenvalues on the axis to within rounding, ascending: where a level may be met that the gain
 /// stays clear of or crosses steeply. Narrower than what [`peak`] looks at, which also climbs.
-pub fn axis_frequencies(values: &[c64]) -> Vec<f64> {
+pub(crate) fn axis_frequencies(values: &[c64]) -> Vec<f64> {
     let size = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let mut list: Vec<f64> = values
         .iter()

@@ -4,7 +4,7 @@ use super::state_space::{StateSpace, TimeBase};
 
 /// Diagonal T for x = T x̃ such that row i of [T⁻¹AT, T⁻¹B] and column i of [T⁻¹AT; CT] have like norms.
 /// States that nothing drives or nothing reads keep their scale.
-pub fn balancing<T: TimeBase>(system: &StateSpace<T>) -> Vec<f64> {
+pub(crate) fn balancing<T: TimeBase>(system: &StateSpace<T>) -> Vec<f64> {
     let n = system.order();
     let mut t = vec![1.0f64; n];
     let b: Vec<f64> = (0..n)

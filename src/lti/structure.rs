@@ -3,7 +3,7 @@
 use super::{StateSpace, TimeBase};
 
 /// States that the listed inputs drive, directly or through others.
-pub fn driven<T: TimeBase>(system: &StateSpace<T>, inputs: &[usize]) -> Vec<bool> {
+pub(crate) fn driven<T: TimeBase>(system: &StateSpace<T>, inputs: &[usize]) -> Vec<bool> {
     let start = |i: usize| inputs.iter().any(|j| system.b[(i, *j)] != 0.0);
     spread(system.order(), start, |to, from| {
         system.a[(to, from)] != 0.0
@@ -11,7 +11,7 @@ pub fn driven<T: TimeBase>(system: &StateSpace<T>, inputs: &[usize]) -> Vec<bool
 }
 
 /// States that the listed outputs see, directly or through others.
-pub fn seen<T: TimeBase>(system: &StateSpace<T>, outputs: &[usize]) -> Vec<bool> {
+pub(crate) fn seen<T: TimeBase>(system: &StateSpace<T>, outputs: &[usize]) -> Vec<bool> {
     let start = |j: usize| outputs.iter().any(|i| system.c[(*i, j)] != 0.0);
     spread(system.order(), start, |to, from| {
         system.a[(from, to)] != 0.0

@@ -19,7 +19,7 @@ pub(super) struct PidLaw {
 
 impl PidLaw {
     /// All 26 logarithms for free ones.
-    pub fn logs(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn logs(&self, x: &[f64]) -> Vec<f64> {
         let mut all = self.base.clone();
         for (k, v) in self.free.iter().zip(x) {
             all[*k] = *v;
@@ -28,7 +28,7 @@ impl PidLaw {
     }
 
     /// The parameters within the bounds of realisable sections.
-    pub fn parameters_of(&self, x: &[f64]) -> Option<PidParameters> {
+    pub(super) fn parameters_of(&self, x: &[f64]) -> Option<PidParameters> {
         PidParameters::from_log(&self.logs(x), self.nyquist_rad_s)
     }
 

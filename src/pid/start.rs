@@ -40,7 +40,7 @@ impl StartRule {
     ///
     /// # Errors
     /// [`SpindleError`] when the rotor breaks a rule.
-    pub fn new(machine: &Machine, bending_rad_s: f64) -> Result<Self, SpindleError> {
+    pub(super) fn new(machine: &Machine, bending_rad_s: f64) -> Result<Self, SpindleError> {
         let rigid = machine.rotor()?.mass_properties();
         let bearing = |side: Side, position_m: f64| {
             let b = machine.spindle.bearing(side);

@@ -41,7 +41,7 @@ impl RotatingLoop {
     ///
     /// # Errors
     /// [`PipelineError`] when a weight is not positive.
-    pub fn new(
+    pub(super) fn new(
         plant: &Plant,
         weights: &Weights,
         modes: &[UncertainMode],
@@ -76,7 +76,7 @@ impl RotatingLoop {
     }
 
     /// M and its blocks for forward and backward whirl at a frequency, rad/s.
-    pub fn at(&self, omega: f64) -> [(Mat<c64>, Vec<Block>); 2] {
+    pub(super) fn at(&self, omega: f64) -> [(Mat<c64>, Vec<Block>); 2] {
         let [a, b] = self.planes(omega);
         let [ka, kb] = [self.law[0].at(omega), self.law[1].at(omega)];
         SIGNS.map(|sign| {

@@ -13,14 +13,14 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// An error of the file system with the path that it concerns.
-pub type At<T> = Result<T, (PathBuf, io::Error)>;
+pub(crate) type At<T> = Result<T, (PathBuf, io::Error)>;
 
 fn at<T>(path: &Path, result: io::Result<T>) -> At<T> {
     result.map_err(|error| (path.to_owned(), error))
 }
 
 /// What is to be put in place.
-pub struct Replacement<'a> {
+pub(crate) struct Replacement<'a> {
     /// The folder, links resolved.
     pub target: &'a Path,
     /// Files to write: relative path → bytes.
@@ -38,7 +38,7 @@ impl Replacement<'_> {
     ///
     /// # Errors
     /// What the file system refused, with the folder as it was before.
-    pub fn carry_out(&self) -> At<()> {
+    pub(crate) fn carry_out(&self) -> At<()> {
         if !self.target.exists() {
             let parent = parent(self.target);
             at(parent, fs::create_dir_all(parent))?;

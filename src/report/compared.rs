@@ -25,7 +25,7 @@ use std::f64::consts::TAU;
 const LOBE_POINTS: usize = 1000;
 
 /// A measured hammer test: its curve, its key, the resonances that a local fit resolves.
-pub struct Hammer {
+pub(crate) struct Hammer {
     /// Curve.
     pub curve: Measured,
     /// Key under `tool_plane`.
@@ -38,7 +38,7 @@ pub struct Hammer {
 ///
 /// # Errors
 /// [`ReportError`] when a picture cannot be drawn.
-pub fn add_compared(
+pub(crate) fn add_compared(
     report: &mut Report,
     ground: &Ground<'_>,
     flexible_rad_s: &[f64],

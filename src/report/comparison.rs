@@ -1,4 +1,5 @@
-//! A comparison as topics of the summary: the statements of the paper's figure 9 as numbers, and measured hammer records.
+//! A comparison as topics of the summary: the statements of the paper's figure 9 as numbers, and measured hammer
+//! records.
 
 use super::summary::{Named, finite};
 use crate::identify::peaks::Resonance;

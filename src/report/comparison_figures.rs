@@ -7,13 +7,13 @@ use crate::pipeline::worst::WorstPrediction;
 use crate::predict::worst_case::{Extreme, WorstCurve};
 
 /// Worst cases of one controller: role, name, cases in the same order for every controller.
-pub type NamedWorst = (Role, String, Vec<WorstPrediction>);
+pub(crate) type NamedWorst = (Role, String, Vec<WorstPrediction>);
 
 /// Curves of one axis that differ by less than this fraction from those of the other are not drawn twice.
 const SAME: f64 = 1e-6;
 
 /// The pictures; none when every set of loops holds an unstable one.
-pub fn worst_figures(all: &[NamedWorst]) -> Vec<(Picture, Figure)> {
+pub(crate) fn worst_figures(all: &[NamedWorst]) -> Vec<(Picture, Figure)> {
     let stiffness = panels(
         all,
         &["x", "y"],

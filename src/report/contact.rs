@@ -25,7 +25,7 @@ struct ContactSummary {
 ///
 /// # Errors
 /// [`ReportError`] when the picture cannot be drawn.
-pub fn add_contact(
+pub(crate) fn add_contact(
     report: &mut Report,
     machine: &Machine,
     contact: &Contact,

@@ -1,4 +1,5 @@
-//! Faults of records as topic of the summary, and the corrected records as a measurement folder (formats.md, section 4).
+//! Faults of records as topic of the summary, and the corrected records as a measurement folder (formats.md,
+//! section 4).
 
 use super::identification::RecordFaultSummary;
 use super::records::{hammer_csv, sweep_csv};
@@ -13,7 +14,7 @@ const FOLDER: &str = "measurement";
 
 /// Names of the records in file order.
 #[derive(Clone, Debug, Default)]
-pub struct RecordNames {
+pub(crate) struct RecordNames {
     /// Files of the sweeps.
     pub sweeps: Vec<String>,
     /// Files of the hammer tests.
@@ -22,7 +23,7 @@ pub struct RecordNames {
 
 impl RecordNames {
     /// The file of a record, as `measurement.yaml` names it.
-    pub fn of(&self, record: RecordId) -> &str {
+    pub(crate) fn of(&self, record: RecordId) -> &str {
         let name = match record {
             RecordId::Sweep(s) => self.sweeps.get(s),
             RecordId::Hammer(t) => self.hammers.get(t),
@@ -41,11 +42,11 @@ pub(crate) fn record_faults(d: &Diagnosis, names: &RecordNames) -> Vec<RecordFau
 }
 
 /// A file that is copied: its name, its bytes.
-pub type Copied = (String, Vec<u8>);
+pub(crate) type Copied = (String, Vec<u8>);
 
 /// How a record was taken.
 #[derive(Clone, Debug, Default)]
-pub struct Circumstances {
+pub(crate) struct Circumstances {
     /// File of the controller in the folder, as it is named there.
     pub controller: Option<String>,
     /// 0 for x, 1 for y.
@@ -57,7 +58,7 @@ pub struct Circumstances {
 ///
 /// # Errors
 /// [`ResultsError`] for a file that stands there twice.
-pub fn stage_records(
+pub(crate) fn stage_records(
     folder: &mut ResultsFolder,
     d: &Diagnosis,
     names: &RecordNames,

@@ -9,7 +9,7 @@
 
 use super::diagnosis_tables;
 use super::frequency_table;
-use super::page_summary::PageSummary;
+use super::page_summary::{PageSummary, TopicError};
 use super::pictures::PictureName;
 use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
 use super::readable::{self, Grid, Row, figure, words};
@@ -27,13 +27,8 @@ pub enum HtmlError {
     #[error("report template: {0}")]
     Template(#[from] minijinja::Error),
     /// A topic of the summary is not as muspin writes it.
-    #[error("summary.json: {topic}: {source}")]
-    Topic {
-        /// Key of the topic.
-        topic: &'static str,
-        /// What was expected, and what was found.
-        source: serde_json::Error,
-    },
+    #[error(transparent)]
+    Topic(#[from] TopicError),
 }
 
 #[derive(serde::Serialize)]

@@ -286,7 +286,7 @@ impl From<&Identification> for IdentificationSummary {
 }
 
 /// FRF with covariance: entries, then the upper triangle of Cov(vec G) (index = output + 4·input, from 1).
-pub fn frf_csv(frf: &MeasuredFrf) -> String {
+pub(crate) fn frf_csv(frf: &MeasuredFrf) -> String {
     let mut text = String::from("frequency_hz");
     for i in 1..=4 {
         for j in 1..=4 {

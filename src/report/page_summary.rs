@@ -1,14 +1,24 @@
-//! What the page reads of a summary: the structs that wrote it, any of which may be absent. Title, verdict and sentences.
+//! What the page reads of a summary: the structs that wrote it, any of which may be absent. Title, verdict and
+//! sentences.
 
 use super::design_summary::DesignSummary;
 use super::diagnosis_summary::DiagnosisSummary;
-use super::html::HtmlError;
 use super::prediction_summary::{SensitivitySummary, StiffnessSummary};
 use super::readable::{self, words};
 use super::updating::UpdatingSummary;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+/// A topic of a summary is not as muspin writes it.
+#[derive(Debug, thiserror::Error)]
+#[error("summary.json: {topic}: {source}")]
+pub struct TopicError {
+    /// Key of the topic.
+    pub topic: &'static str,
+    /// What was expected, and what was found.
+    pub source: serde_json::Error,
+}
 
 /// The line at the top: `verdict`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -61,12 +71,12 @@ pub(crate) struct PageSummary {
 fn topic<T: DeserializeOwned>(
     summary: &Value,
     topic: &'static str,
-) -> Result<Option<T>, HtmlError> {
+) -> Result<Option<T>, TopicError> {
     match summary.get(topic) {
         None | Some(Value::Null) => Ok(None),
         Some(value) => T::deserialize(value)
             .map(Some)
-            .map_err(|source| HtmlError::Topic { topic, source }),
+            .map_err(|source| TopicError { topic, source }),
     }
 }
 
@@ -74,8 +84,8 @@ impl PageSummary {
     /// Reads `summary.json`.
     ///
     /// # Errors
-    /// [`HtmlError::Topic`] for a topic that is not as muspin writes it.
-    pub(crate) fn of(summary: &Value) -> Result<Self, HtmlError> {
+    /// [`TopicError`] for a topic that is not as muspin writes it.
+    pub(crate) fn of(summary: &Value) -> Result<Self, TopicError> {
         Ok(Self {
             run: topic(summary, "run")?,
             spindle: topic(summary, "spindle")?,

@@ -1,8 +1,8 @@
 //! The pictures of a results folder: the stem of the files, the section of the page, the order there.
 //!
-//! A stem is the word of the picture, with underscores; pictures of one kind that come several times are told apart by a
-//! detail after a hyphen: `channel-front_x-from-rear_y`. The page takes section and order from the picture, so that a
-//! page rebuilt from the files is the page of the run.
+//! A stem is the word of the picture, with underscores; pictures of one kind that come several times are told apart by
+//! a detail after a hyphen: `channel-front_x-from-rear_y`. The page takes section and order from the picture, so that
+//! a page rebuilt from the files is the page of the run.
 
 use super::sections::Section;
 

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 /// A figure in words.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     /// What it is.
     pub label: String,
     /// Its value with the unit.
@@ -15,7 +15,7 @@ pub struct Row {
 
 /// A table of a list of records.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Grid {
+pub(crate) struct Grid {
     /// What it lists.
     pub label: String,
     /// Column headings with units.
@@ -76,7 +76,7 @@ fn split(key: &str) -> (String, Option<&'static Unit>) {
 }
 
 /// A key in words, with the symbols engineers use.
-pub fn words(key: &str) -> String {
+pub(crate) fn words(key: &str) -> String {
     let parts: Vec<&str> = key
         .split('_')
         .map(|w| match w {
@@ -93,7 +93,7 @@ pub fn words(key: &str) -> String {
 }
 
 /// A number with four significant digits, in plain form between 10⁻⁴ and 10⁶.
-pub fn four_digits(x: f64) -> String {
+pub(crate) fn four_digits(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }
@@ -171,7 +171,7 @@ fn plain(value: &Value, unit: Option<&Unit>) -> String {
 }
 
 /// Everything below a value as rows and grids, in the order of the file. Keys in `skip` are left out.
-pub fn flatten(value: &Value, skip: &[&str]) -> (Vec<Row>, Vec<Grid>) {
+pub(crate) fn flatten(value: &Value, skip: &[&str]) -> (Vec<Row>, Vec<Grid>) {
     let (mut rows, mut grids) = (Vec::new(), Vec::new());
     walk(("", None), "", value, skip, &mut rows, &mut grids);
     (rows, grids)

@@ -25,7 +25,7 @@ use crate::update::Targets;
 use serde::Serialize;
 
 /// Look of the controller of the D-K iteration beside the polished one.
-pub const UNPOLISHED: Role = Role::Other(2);
+pub(crate) const UNPOLISHED: Role = Role::Other(2);
 
 /// Flexible modes whose frequency and damping are listed.
 const LISTED_FREQUENCIES: usize = 5;
@@ -35,7 +35,7 @@ const LISTED_DAMPING: usize = 3;
 ///
 /// # Errors
 /// [`ReportError`] when a picture cannot be drawn or a file cannot be made.
-pub fn run_report(
+pub(crate) fn run_report(
     run: &Run,
     weights: &str,
     identification: Option<&Identification>,

@@ -112,7 +112,7 @@ pub(crate) fn shapes(
 }
 
 /// μ over frequency, over the iteration, over the order of the controller.
-pub fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
+pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
     let columns = |curve: &[(f64, f64, f64)]| {
         let f: Vec<f64> = curve.iter().map(|c| c.0).collect();
         let upper: Vec<f64> = curve.iter().map(|c| c.1).collect();
@@ -226,7 +226,7 @@ fn over_speed(design: &Design) -> [(Picture, Figure); 2] {
 
 /// A dynamic stiffness that is no prediction of a loop: measured, or a limit.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub(crate) struct Measured {
     /// Name in the legend.
     pub name: String,
     /// What it stands for.
@@ -241,7 +241,7 @@ pub struct Measured {
 
 impl Measured {
     /// The limit of the smallest stiffness at rest, as a line over the band of the stiffness.
-    pub fn limit(limit: &StiffnessLimit, band_hz: (f64, f64)) -> Self {
+    pub(crate) fn limit(limit: &StiffnessLimit, band_hz: (f64, f64)) -> Self {
         Self {
             name: "limit of the smallest stiffness".to_owned(),
             role: Role::Limit,
@@ -254,7 +254,7 @@ impl Measured {
 
 /// Dynamic stiffness at the tool and sensitivity, at every speed given. A picture without a stable loop
 /// or a record is left out.
-pub fn predictions(
+pub(crate) fn predictions(
     runs: &[(Role, &Prediction)],
     measured: &[Measured],
     max_speed_hz: f64,

@@ -101,8 +101,8 @@ impl Section {
                 "What the slack of the specification gives when it goes into the tool's displacement limits."
             }
             Self::Routes => {
-                "Both routes, each judged on the sampled loop: synthesis on the sampled plant, and continuous synthesis \
-                 with a Padé delay followed by Tustin's rule."
+                "Both routes, each judged on the sampled loop: synthesis on the sampled plant, and continuous \
+                 synthesis with a Padé delay followed by Tustin's rule."
             }
             Self::Stiffness => "Force over displacement at the tool plane; higher is stiffer.",
             Self::Sensitivity => {

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 /// Limits that the spindle file does not hold in this form.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub(crate) struct Limits {
     /// Control current that the firmware allows, A.
     pub current_a: f64,
     /// Bus voltage of the amplifiers, V.
@@ -229,7 +229,7 @@ impl From<&AntiWindup> for AntiWindupSummary {
 }
 
 /// The same push with several controllers: displacement of both bearings in x, and the current of the front one.
-pub fn push_figure(
+pub(crate) fn push_figure(
     machine: &Machine,
     title: &str,
     responses: &[(&str, Role, &TimeResponse)],
@@ -312,7 +312,7 @@ fn vibration_zone(clearance_ratio: f64) -> &'static str {
 ///
 /// # Errors
 /// [`SpindleError`] when the line of the shaft cannot be drawn through the planes.
-pub fn motion(
+pub(crate) fn motion(
     machine: &Machine,
     response: &TimeResponse,
     title: &str,

@@ -17,7 +17,7 @@ const PLACES: [&str; 6] = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "
 ///
 /// # Errors
 /// [`ReportError`] when a picture cannot be drawn.
-pub fn add_response(
+pub(crate) fn add_response(
     report: &mut Report,
     machine: &Machine,
     response: &TimeResponse,

@@ -194,7 +194,7 @@ fn label(e: &PeakError) -> String {
 }
 
 /// The table of errors in Hz and %, models side by side as in Table 1 of the reference method.
-pub fn error_table(models: &[(&str, &Updated)]) -> Table {
+pub(crate) fn error_table(models: &[(&str, &Updated)]) -> Table {
     let mut header = vec![
         "kind".to_owned(),
         "frf".to_owned(),
@@ -236,7 +236,7 @@ pub fn error_table(models: &[(&str, &Updated)]) -> Table {
 
 /// Pictures of an updating: factors, determinability, errors, mode shapes. `models` names the fits, the
 /// delivered one first.
-pub fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(Picture, Figure)> {
+pub(crate) fn figures(machine: &Machine, models: &[(&str, &Updated)]) -> Vec<(Picture, Figure)> {
     let Some((name, fit)) = models.first() else {
         return vec![];
     };

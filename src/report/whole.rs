@@ -48,7 +48,7 @@ pub enum ReportError {
 
 /// A results folder on the way to being written.
 #[derive(Default)]
-pub struct Report {
+pub(crate) struct Report {
     /// Files and pictures.
     pub folder: ResultsFolder,
     /// Figures by key.
@@ -57,7 +57,7 @@ pub struct Report {
 
 impl Report {
     /// An empty report of a command on a machine.
-    pub fn of(command: &str, machine: &Machine) -> Self {
+    pub(crate) fn of(command: &str, machine: &Machine) -> Self {
         let mut report = Self::default();
         let summary = &mut report.summary;
         summary.set("run", command);
@@ -76,7 +76,7 @@ impl Report {
     ///
     /// # Errors
     /// [`ReportError`] when a picture cannot be drawn.
-    pub fn figures<N: Into<PictureName>>(
+    pub(crate) fn figures<N: Into<PictureName>>(
         &mut self,
         figures: impl IntoIterator<Item = (N, Figure)>,
     ) -> Result<(), ReportError> {
@@ -87,7 +87,7 @@ impl Report {
     }
 
     /// Adds stiffness and sensitivity of a controller at rest and at top speed.
-    pub fn predictions(&mut self, name: &str, [rest, speed]: [&Prediction; 2]) {
+    pub(crate) fn predictions(&mut self, name: &str, [rest, speed]: [&Prediction; 2]) {
         let summary = &mut self.summary;
         let both = [rest, speed];
         let stiffness = StiffnessSummary::of_both(both);
@@ -97,7 +97,7 @@ impl Report {
     }
 
     /// Adds µ and tool stiffness at rest with the coefficients of each arithmetic.
-    pub fn arithmetic(&mut self, design: &Design, predictions: &[Prediction]) {
+    pub(crate) fn arithmetic(&mut self, design: &Design, predictions: &[Prediction]) {
         let rows = ArithmeticSummary::all(design, predictions);
         self.summary.set("design.arithmetic", rows);
     }
@@ -106,7 +106,7 @@ impl Report {
     ///
     /// # Errors
     /// [`ReportError`] when a picture cannot be drawn.
-    pub fn loop_of(
+    pub(crate) fn loop_of(
         &mut self,
         curves: &LoopCurves,
         runs: [&Prediction; 2],
@@ -124,7 +124,7 @@ impl Report {
     ///
     /// # Errors
     /// [`ReportError`] when a file cannot be made.
-    pub fn controller(
+    pub(crate) fn controller(
         &mut self,
         machine: &Machine,
         design: &Design,
@@ -138,7 +138,7 @@ impl Report {
     ///
     /// # Errors
     /// As [`Self::controller`].
-    pub fn controller_beside(
+    pub(crate) fn controller_beside(
         &mut self,
         machine: &Machine,
         design: &Design,
@@ -173,7 +173,7 @@ impl Report {
     ///
     /// # Errors
     /// [`ReportError`] when a file cannot be made.
-    pub fn problem(&mut self, set: &ProblemSet) -> Result<(), ReportError> {
+    pub(crate) fn problem(&mut self, set: &ProblemSet) -> Result<(), ReportError> {
         for (file, bytes) in problem_files(set)? {
             self.folder.add(&format!("problem/{file}"), bytes)?;
         }
@@ -184,7 +184,7 @@ impl Report {
     ///
     /// # Errors
     /// [`ReportError`] when the page cannot be made or the folder cannot be written.
-    pub fn write(&mut self, out: &str) -> Result<(), ReportError> {
+    pub(crate) fn write(&mut self, out: &str) -> Result<(), ReportError> {
         let page = html::report(&self.summary.value(), &self.folder.pictures())?;
         self.folder.add("report.html", page)?;
         self.folder.add("summary.json", self.summary.to_json())?;
@@ -218,7 +218,7 @@ fn controller_files(
 }
 
 /// The tag of a machine whose files are found under these paths.
-pub fn machine_tag(machine: &Machine, spindle: &str, tool: &str) -> MachineTag {
+pub(crate) fn machine_tag(machine: &Machine, spindle: &str, tool: &str) -> MachineTag {
     let mut text = spindle_yaml(&machine.spindle);
     text.push_str(&tool_yaml(&machine.tool));
     MachineTag {

@@ -124,7 +124,7 @@ impl WorstOverSpeed {
 
 /// The smallest stiffness over speeds and uncertainty, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Least {
+pub(crate) struct Least {
     /// Not below this, N/m.
     pub n_per_m: f64,
     /// At, Hz.
@@ -137,7 +137,7 @@ pub struct Least {
 ///
 /// # Errors
 /// The reason in words when a loop of the set is unstable.
-pub fn least_over_speed(worst: &[WorstPrediction]) -> Result<Least, String> {
+pub(crate) fn least_over_speed(worst: &[WorstPrediction]) -> Result<Least, String> {
     if let Some(bad) = worst.iter().find(|w| !w.is_stable()) {
         return Err(unstable_within(bad));
     }

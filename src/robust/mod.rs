@@ -3,7 +3,7 @@
 
 pub mod dfit;
 pub mod dk;
-pub mod error;
+pub(crate) mod error;
 pub mod hinf;
 pub mod mu;
 pub mod prescale;

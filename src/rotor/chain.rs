@@ -177,7 +177,7 @@ impl Chain {
 
 /// Scratch for repeated factorisations of K − λM.
 #[derive(Clone, Debug)]
-pub struct Factor {
+pub(crate) struct Factor {
     /// Sᵢ⁻¹ (11, 12, 22).
     inverse: Vec<[f64; 3]>,
     /// Oᵢ of the matrix that was factorised.
@@ -188,7 +188,7 @@ pub struct Factor {
 
 impl Factor {
     /// Scratch for a number of nodes.
-    pub fn new(nodes: usize) -> Self {
+    pub(crate) fn new(nodes: usize) -> Self {
         Self {
             inverse: vec![[0.0; 3]; nodes],
             off: vec![[0.0; 4]; nodes.saturating_sub(1)],
@@ -197,7 +197,7 @@ impl Factor {
     }
 
     /// Factorises K − λM in place.
-    pub fn compute(&mut self, stiffness: &Blocks, mass: &Blocks, lambda: f64) {
+    pub(crate) fn compute(&mut self, stiffness: &Blocks, mass: &Blocks, lambda: f64) {
         self.below = 0;
         let mut carry = [0.0f64; 3];
         for (i, (k, m)) in stiffness.diagonal.iter().zip(&mass.diagonal).enumerate() {
@@ -248,7 +248,7 @@ impl Factor {
     }
 
     /// Forward sweep of a port vector into `y`; entries before the port's node stay untouched.
-    pub fn forward(&self, port: &Port, y: &mut [[f64; 2]]) {
+    pub(crate) fn forward(&self, port: &Port, y: &mut [[f64; 2]]) {
         let w = &port.weights;
         let mut current = [w[0], w[1]];
         for (i, slot) in y.iter_mut().enumerate().skip(port.node) {
@@ -268,7 +268,7 @@ impl Factor {
     }
 
     /// cᵀ(K − λM)⁻¹b from the forward sweeps of two ports.
-    pub fn receptance(&self, c: (&Port, &[[f64; 2]]), b: (&Port, &[[f64; 2]])) -> f64 {
+    pub(crate) fn receptance(&self, c: (&Port, &[[f64; 2]]), b: (&Port, &[[f64; 2]])) -> f64 {
         let start = c.0.node.max(b.0.node);
         (start..self.inverse.len())
             .map(|i| {
@@ -279,7 +279,7 @@ impl Factor {
     }
 
     /// (K − λM)⁻¹ times a nodal vector, in place.
-    pub fn solve(&self, x: &mut [[f64; 2]]) {
+    pub(crate) fn solve(&self, x: &mut [[f64; 2]]) {
         let n = self.inverse.len();
         for i in 1..n {
             let t = self.apply(i - 1, x[i - 1]);
@@ -299,7 +299,7 @@ impl Factor {
     }
 
     /// (K − λM)⁻¹ times the unit vector of a port.
-    pub fn solve_port(&self, port: &Port) -> Vec<[f64; 2]> {
+    pub(crate) fn solve_port(&self, port: &Port) -> Vec<[f64; 2]> {
         let mut x = vec![[0.0; 2]; self.inverse.len()];
         let w = &port.weights;
         if let Some(v) = x.get_mut(port.node) {

@@ -4,15 +4,15 @@
 //! plane a node has a deflection w (m) and a rotation ψ (rad, ψ = +dw/dz for a slender beam). Both planes are the same;
 //! in the complex coordinate r = x + jy the equation of motion is  M r̈ + C ṙ − jΩG ṙ + K r = f.
 
-pub mod assembly;
-pub mod basis;
-pub mod chain;
+pub(crate) mod assembly;
+pub(crate) mod basis;
+pub(crate) mod chain;
 pub mod chain_assembly;
 pub mod element;
 pub mod modes;
 pub mod section;
 pub mod spectrum;
-pub mod whirl;
+pub(crate) mod whirl;
 pub mod zeros;
 
 pub use assembly::{Joint, MassProperties, PlaneMatrices, PointMass, Rotor};

@@ -19,20 +19,15 @@ use crate::rotor::modes::RIGID;
 use crate::rotor::{Basis, PlanarModes, Rotor};
 use std::sync::OnceLock;
 
-/// Ports of the shaft, in this order; further ones belong to effects.
+/// Ports of the shaft that are found by name. Tool plane, front and rear actuator plane are 2 to 4; those after
+/// [`NAMED`] belong to effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
-pub enum Port {
+pub(crate) enum Port {
     /// Control force of the front bearing, its reaction on the housing.
     FrontControl = 0,
     /// Control force of the rear bearing.
     RearControl = 1,
-    /// Tool plane.
-    Tool = 2,
-    /// Front actuator plane, absolute.
-    FrontActuator = 3,
-    /// Rear actuator plane, absolute.
-    RearActuator = 4,
     /// Front sensor plane relative to the housing.
     FrontSensor = 5,
     /// Rear sensor plane relative to the housing.

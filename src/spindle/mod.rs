@@ -1,17 +1,17 @@
 //! The machine round the shaft: bearings, electronics, effects, tool, named ports, the open-loop plant at a speed.
 
-pub mod effective;
+pub(crate) mod effective;
 pub mod effects;
-pub mod machine;
-pub mod mechanics;
+pub(crate) mod machine;
+pub(crate) mod mechanics;
 pub mod mesh_quality;
-pub mod model_detail;
+pub(crate) mod model_detail;
 pub mod plant;
-pub mod realise;
+pub(crate) mod realise;
 pub mod response;
 mod rule;
 mod rules;
-pub mod whirl_form;
+pub(crate) mod whirl_form;
 
 pub use effective::{Effective, EffectiveBearing, Housing};
 pub use effects::{Bearings, Effect, EffectKind, Location};

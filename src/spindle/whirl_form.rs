@@ -9,7 +9,7 @@ use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 
 /// Poles and port amplitudes of the whirl modes.
 #[derive(Clone, Debug)]
-pub struct WhirlForm {
+pub(crate) struct WhirlForm {
     poles: Vec<c64>,
     /// Ports × poles.
     read: Mat<c64>,
@@ -24,7 +24,7 @@ impl WhirlForm {
     /// The form of a shaft with the given angular frequencies, damping 2ζω, circulatory stiffness, Ω·G and amplitudes
     /// at the ports (ports × coordinates); `None` when the eigenvectors are not accurate, as near a repeated
     /// eigenvalue.
-    pub fn new(
+    pub(crate) fn new(
         omega_rad_s: &[f64],
         damping: &[f64],
         circulatory: &[f64],
@@ -72,7 +72,7 @@ impl WhirlForm {
     }
 
     /// Receptance between the ports at a signed angular frequency, `residual` added.
-    pub fn receptance(&self, omega_rad_s: f64, residual: &Mat<f64>) -> Mat<c64> {
+    pub(crate) fn receptance(&self, omega_rad_s: f64, residual: &Mat<f64>) -> Mat<c64> {
         let p = self.read.nrows();
         let s = c64::new(0.0, omega_rad_s);
         let gains: Vec<c64> = self

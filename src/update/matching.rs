@@ -15,7 +15,7 @@ const PLACEHOLDER_PAIRED: f64 = 0.0;
 
 /// Index of the model peak that belongs to each measured one. Both lists ascend; `None` among the measured is a
 /// placeholder. `priority[k]` scales the price of passing over model peak k (0 for one that hardly shows).
-pub fn align(
+pub(crate) fn align(
     measured_ln: &[Option<f64>],
     model_ln: &[f64],
     priority: &[f64],
@@ -72,7 +72,7 @@ fn relax(cost: &mut [Vec<f64>], step: &mut [Vec<u8>], to: (usize, usize), value:
 
 /// Carries a measured log frequency to the model's scale: fixed points are pairs (measured, model) of resonances,
 /// ascending.
-pub fn warp(fixed_ln: &[(f64, f64)], f_ln: f64) -> f64 {
+pub(crate) fn warp(fixed_ln: &[(f64, f64)], f_ln: f64) -> f64 {
     let (Some(first), Some(last)) = (fixed_ln.first(), fixed_ln.last()) else {
         return f_ln;
     };

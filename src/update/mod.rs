@@ -6,17 +6,17 @@
 //! analytic sensitivities and a prior ([`gauss_newton()`]), and the Nelder–Mead search of the reference method, Eq. (7)
 //! ([`nelder_mead()`]).
 
-pub mod determine;
+pub(crate) mod determine;
 pub mod gauss_newton;
-pub mod held_out;
+pub(crate) mod held_out;
 pub mod machine;
-pub mod matching;
+pub(crate) mod matching;
 pub mod nelder_mead;
-pub mod outcome;
-pub mod peak_kind;
+pub(crate) mod outcome;
+pub(crate) mod peak_kind;
 mod problem;
-pub mod shapes;
-pub mod targets;
+pub(crate) mod shapes;
+pub(crate) mod targets;
 
 pub use determine::{Combination, Determined};
 pub use gauss_newton::gauss_newton_rotor;

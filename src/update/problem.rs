@@ -104,7 +104,11 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub fn new(rotor: &Rotor, targets: &Targets, use_zeros: bool) -> Result<Self, UpdateError> {
+    pub(super) fn new(
+        rotor: &Rotor,
+        targets: &Targets,
+        use_zeros: bool,
+    ) -> Result<Self, UpdateError> {
         let chain = chain_assembly::chain(rotor)?;
         if chain.regions.is_empty() {
             return Err(UpdateError::NoRegions);
@@ -183,12 +187,12 @@ impl Problem {
         })
     }
 
-    pub fn parameters(&self) -> usize {
+    pub(super) fn parameters(&self) -> usize {
         self.chain.regions.len()
     }
 
     /// Solves the model once; sensitivities on demand.
-    pub fn evaluate(&self, ln_factors: &[f64], sensitivities: bool) -> Evaluation {
+    pub(super) fn evaluate(&self, ln_factors: &[f64], sensitivities: bool) -> Evaluation {
         let factors: Vec<f64> = ln_factors.iter().map(|x| x.exp()).collect();
         let spectrum = spectrum(&self.chain, &factors, &self.query);
         let partners = self.partners(&spectrum);

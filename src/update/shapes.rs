@@ -24,7 +24,7 @@ pub struct ShapeComparison {
 }
 
 /// Modal assurance criterion of two amplitude lists; 0 when one of them vanishes.
-pub fn mac(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn mac(a: &[f64], b: &[f64]) -> f64 {
     let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
     let size = dot(a, a) * dot(b, b);
     if size > 0.0 {

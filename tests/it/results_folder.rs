@@ -500,6 +500,6 @@ fn a_picture_keeps_its_section_and_place_in_a_page_rebuilt_from_files() {
     ];
     let places = wanted.map(|stem| page.find(&format!("<svg>{stem}</svg>")).unwrap());
     assert!(places.is_sorted(), "{places:?}");
-    let further = page.find("Further figures").unwrap();
+    let further = page.find("id=\"further\"").unwrap();
     assert!(places[5] < further && further < places[6]);
 }

@@ -59,17 +59,17 @@ impl From<Answer> for Value {
 }
 
 /// A finite number, else `null`.
-pub fn number(value: f64) -> Value {
+pub(super) fn number(value: f64) -> Value {
     serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
 }
 
 /// A real matrix as a list of rows.
-pub fn matrix(m: &Mat<f64>) -> Value {
+pub(super) fn matrix(m: &Mat<f64>) -> Value {
     rows(m.nrows(), m.ncols(), |i, j| m[(i, j)])
 }
 
 /// A complex matrix as `{"re": rows, "im": rows}`.
-pub fn complex_matrix(m: &Mat<c64>) -> Value {
+pub(super) fn complex_matrix(m: &Mat<c64>) -> Value {
     json!({
         "re": rows(m.nrows(), m.ncols(), |i, j| m[(i, j)].re),
         "im": rows(m.nrows(), m.ncols(), |i, j| m[(i, j)].im),
@@ -77,7 +77,7 @@ pub fn complex_matrix(m: &Mat<c64>) -> Value {
 }
 
 /// A system as `{A, B, C, D}`; more fields can be added.
-pub fn system<T: TimeBase>(s: &StateSpace<T>) -> Answer {
+pub(super) fn system<T: TimeBase>(s: &StateSpace<T>) -> Answer {
     Answer::new()
         .with_matrix("A", &s.a)
         .with_matrix("B", &s.b)

@@ -4,7 +4,7 @@ use super::{Answer, Failure, Problem};
 use crate::linalg::riccati::{RiccatiError, care};
 
 /// Solves the problem of the file.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let a = problem.square("A")?;
     let n = a.nrows();
     let g = problem.matrix_of("G", n, n)?;

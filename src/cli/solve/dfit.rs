@@ -9,7 +9,7 @@ use crate::robust::dfit::{DfitError, Magnitudes, fit_up_to};
 const MAX_ORDER: usize = 20;
 
 /// Solves the problem of the file.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let orders = problem.counts("orders")?;
     let Some(highest) = orders.iter().copied().max() else {
         return Err(problem

@@ -5,7 +5,7 @@ use super::{Answer, Failure, Problem};
 use crate::lti::sample::{tustin, tustin_prewarped, zoh};
 
 /// Solves the problem of the file.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let continuous = problem.system()?;
     let period = problem.number("Ts")?;
     if period <= 0.0 {

@@ -6,7 +6,7 @@ use crate::robust::dk::{DkError, DkSettings, iterate};
 use serde_json::{Value, json};
 
 /// Solves the problem of the file; `omega` gives the range that the D-scales follow, `max_d_order` bounds their order.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let plant = problem.generalized_plant()?;
     let mut settings = DkSettings::default();
     if problem.has("omega") {

@@ -7,7 +7,7 @@ use crate::lti::norm::{NormError, hinf_norm};
 const REL_TOL: f64 = 1e-10;
 
 /// Solves the problem of the file.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let found = hinf_norm(&problem.system()?, REL_TOL)?;
     Ok(Answer::new()
         .with_number("norm", found.norm)

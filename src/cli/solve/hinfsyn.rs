@@ -5,7 +5,7 @@ use super::{Answer, Failure, Problem};
 use crate::robust::{HinfSettings, SynthesisError, synthesise};
 
 /// Solves the problem of the file; `gamma` in the file asks for the central controller at that level.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let plant = problem.generalized_plant()?;
     let mut settings = HinfSettings::default();
     if problem.has("gamma") {

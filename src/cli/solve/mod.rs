@@ -20,7 +20,7 @@ use std::path::PathBuf;
 
 /// Arguments of `muspin solve`.
 #[derive(clap::Args, Debug)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// What to solve
     #[arg(value_enum)]
     kind: Kind,
@@ -51,7 +51,7 @@ enum Kind {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let problem = Problem::read(&arguments.file)?;
     let answer: Answer = match arguments.kind {
         Kind::Care => care::solve(&problem),

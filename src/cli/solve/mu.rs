@@ -6,7 +6,7 @@ use super::{Answer, Failure, Problem};
 use crate::robust::{MuError, mu};
 
 /// Solves the problem of the file.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let m = problem.complex_matrix("M")?;
     let found = mu::bounds(&m, &problem.blocks()?)?;
     Ok(Answer::new()

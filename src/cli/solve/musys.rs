@@ -5,7 +5,7 @@ use crate::robust::mu::peak::CERTIFICATE_SLACK;
 use crate::robust::mu::system::MuSystem;
 
 /// Solves the problem of the file.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let system = MuSystem::new(&problem.system()?, &problem.blocks()?)?;
     let peak = system.peak(CERTIFICATE_SLACK)?;
     Ok(Answer::new()

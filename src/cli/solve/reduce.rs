@@ -7,7 +7,7 @@ use crate::lti::balance::Balancing;
 use serde_json::Value;
 
 /// Solves the problem of the file.
-pub fn solve(problem: &Problem) -> Result<Answer, Failure> {
+pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     let full = problem.system()?;
     let orders = problem.counts("orders")?;
     if let Some((k, order)) = orders

@@ -44,4 +44,4 @@ pub(super) const WEAKEST_BELOW: f64 = 0.5;
 /// Factor on the largest |S_jj| with those.
 pub(super) const WEAKEST: f64 = 2.0;
 /// Largest |S_jj| with the others: the margin at which zone C of ISO 14839-3 ends, that of the anti-windup.
-pub const WEAK_SENSITIVITY: f64 = 5.0;
+pub(crate) const WEAK_SENSITIVITY: f64 = 5.0;

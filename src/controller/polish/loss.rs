@@ -35,7 +35,7 @@ pub(crate) const LIMITS: usize = 5;
 
 impl Group {
     /// Number of the limit; `None` for the objective.
-    pub fn limit(self) -> Option<usize> {
+    pub(crate) fn limit(self) -> Option<usize> {
         match self {
             Self::Compliance => None,
             Self::Sensitivity => Some(0),
@@ -78,13 +78,13 @@ pub(crate) struct Evaluation {
 
 impl Evaluation {
     /// Largest value of a group.
-    pub fn largest(&self, group: Group) -> f64 {
+    pub(crate) fn largest(&self, group: Group) -> f64 {
         let of = self.values.iter().filter(|v| v.group == group);
         of.map(|v| v.value).fold(f64::NEG_INFINITY, nan_max)
     }
 
     /// Objective plus penalty times what exceeds the limits.
-    pub fn merit(&self, penalty: f64) -> f64 {
+    pub(crate) fn merit(&self, penalty: f64) -> f64 {
         let limits = [
             Group::Sensitivity,
             Group::HighGain,
@@ -137,7 +137,7 @@ pub(crate) struct SpecifiedLoop {
 
 impl Loss {
     /// A loss over rotors on their lines.
-    pub fn new(
+    pub(crate) fn new(
         lines: Vec<Line>,
         rotors: Vec<Rotor>,
         specification: Option<Specification>,
@@ -173,7 +173,7 @@ impl Loss {
     }
 
     /// The loop with parameters `x` of a structure, over all rotors that count.
-    pub fn evaluate(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
+    pub(crate) fn evaluate(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
         let lines: Vec<LineState> = (0..self.lines.len())
             .into_par_iter()
             .map(|k| self.line_state(law, x, k))
@@ -235,7 +235,7 @@ impl Loss {
     }
 
     /// Renews the scales of the modal channels where the bound is near its limit, and those bounds in `found`.
-    pub fn rescale(&mut self, found: &mut Evaluation) {
+    pub(crate) fn rescale(&mut self, found: &mut Evaluation) {
         let Some(spec) = &mut self.specification else {
             return;
         };

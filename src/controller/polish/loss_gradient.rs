@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 impl Loss {
     /// Derivative of a value by the parameters.
-    pub fn gradient(
+    pub(crate) fn gradient(
         &self,
         law: &dyn Structure,
         x: &[f64],
@@ -113,7 +113,7 @@ impl Loss {
 
     /// Rows whose squares sum to [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest,
     /// relative: S_u δK G, and in the controller itself, δK/‖K‖ weighted by `own`. Every `stride`-th line.
-    pub fn metric_rows(
+    pub(crate) fn metric_rows(
         &self,
         law: &dyn Structure,
         x: &[f64],

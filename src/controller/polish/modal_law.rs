@@ -35,7 +35,7 @@ impl ModalLaw {
     ///
     /// # Errors
     /// [`ControllerError`] when the eigenvectors of A do not reproduce the controller.
-    pub fn of(system: &StateSpace<Discrete>) -> Result<(Self, Vec<f64>), ControllerError> {
+    pub(crate) fn of(system: &StateSpace<Discrete>) -> Result<(Self, Vec<f64>), ControllerError> {
         const STEP: &str = "modal form for the polish";
         let n = system.order();
         let (balanced, scale) = balance(&system.a);
@@ -80,7 +80,7 @@ impl ModalLaw {
     }
 
     /// States.
-    pub fn order(&self) -> usize {
+    pub(crate) fn order(&self) -> usize {
         2 * self.pairs + self.reals
     }
 
@@ -88,7 +88,7 @@ impl ModalLaw {
     ///
     /// # Errors
     /// [`NumericError`] for parameters that are not finite.
-    pub fn system(&self, x: &[f64]) -> Result<StateSpace<Discrete>, NumericError> {
+    pub(crate) fn system(&self, x: &[f64]) -> Result<StateSpace<Discrete>, NumericError> {
         let n = self.order();
         let (mut a, mut b, mut c) = (Mat::zeros(n, n), Mat::zeros(n, 2), Mat::zeros(2, n));
         for k in 0..self.pairs {

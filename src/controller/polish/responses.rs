@@ -87,7 +87,11 @@ impl Plants {
     ///
     /// # Errors
     /// [`SpindleError`] from the plants.
-    pub fn new(machine: &Machine, over: f64, shifts: &[Vec<f64>]) -> Result<Self, SpindleError> {
+    pub(crate) fn new(
+        machine: &Machine,
+        over: f64,
+        shifts: &[Vec<f64>],
+    ) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
         let top = machine.spindle.max_rpm * TAU / 60.0;
         let at_speeds: Result<Vec<Plant>, SpindleError> = [0.0, top, over * top]
@@ -114,7 +118,7 @@ impl Plants {
 
     /// With the machine at rest once more for each part of their force that its magnets give.
     #[must_use]
-    pub fn with_weak_magnets(self, parts: &[[f64; 2]]) -> Self {
+    pub(crate) fn with_weak_magnets(self, parts: &[[f64; 2]]) -> Self {
         Self {
             weak: parts.to_vec(),
             ..self
@@ -122,12 +126,12 @@ impl Plants {
     }
 
     /// The machine at rest.
-    pub fn at_rest(&self) -> &Plant {
+    pub(crate) fn at_rest(&self) -> &Plant {
         &self.list[0].1
     }
 
     /// Plants of a role.
-    pub fn of(&self, role: Role) -> impl Iterator<Item = &Plant> {
+    pub(crate) fn of(&self, role: Role) -> impl Iterator<Item = &Plant> {
         self.list
             .iter()
             .filter(move |(r, _)| *r == role)
@@ -135,12 +139,12 @@ impl Plants {
     }
 
     /// Sample period, s.
-    pub fn period_s(&self) -> f64 {
+    pub(crate) fn period_s(&self) -> f64 {
         self.period_s
     }
 
     /// Every rotor on the lines, rad/s.
-    pub fn on(&self, lines: &[Line]) -> Vec<Rotor> {
+    pub(crate) fn on(&self, lines: &[Line]) -> Vec<Rotor> {
         let mut rotors: Vec<Rotor> = self
             .list
             .iter()
@@ -189,7 +193,7 @@ impl Plants {
     ///
     /// # Errors
     /// [`crate::linalg::NumericError`] for weights that are not positive.
-    pub fn specification(
+    pub(crate) fn specification(
         &self,
         lines: &[Line],
         modes: &[UncertainMode],

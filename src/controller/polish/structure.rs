@@ -16,7 +16,7 @@ pub(crate) struct Line {
 
 impl Line {
     /// The line at `omega_rad_s` of a loop sampled every `period_s`.
-    pub fn new(omega_rad_s: f64, period_s: f64) -> Self {
+    pub(crate) fn new(omega_rad_s: f64, period_s: f64) -> Self {
         let half = 0.5 * omega_rad_s * period_s;
         Self {
             omega_rad_s,

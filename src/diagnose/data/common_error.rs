@@ -10,11 +10,11 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 /// Median amplitude of the prior, and the one that a fit starts from.
-pub const USUAL: f64 = 2e-3;
+pub(crate) const USUAL: f64 = 2e-3;
 /// Standard deviation of the logarithm of the amplitude: a rig of one half or of twice the usual is nothing special.
 const SPREAD: f64 = 0.7;
 /// Largest amplitude: beyond the floor of the gap an error is a finding.
-pub const LARGEST: f64 = 6e-3;
+pub(crate) const LARGEST: f64 = 6e-3;
 /// Smallest amplitude.
 const SMALLEST: f64 = 2e-4;
 /// Amplitudes that are compared, evenly spaced in the logarithm: a twentieth of a standard deviation in χ² apart.
@@ -38,7 +38,7 @@ pub struct Smooth {
 }
 
 /// Smooth errors by what they depend on: stride, hammer tests, channels between the bearings, model error.
-pub type Known = Arc<Mutex<BTreeMap<(usize, bool, bool, u64), Arc<Smooth>>>>;
+pub(crate) type Known = Arc<Mutex<BTreeMap<(usize, bool, bool, u64), Arc<Smooth>>>>;
 
 impl Smooth {
     /// −2 ln of what the amplitude costs: the determinant, and its prior.

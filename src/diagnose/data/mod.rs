@@ -1,6 +1,6 @@
 //! The measurement, whitened: what a diagnosis is held against.
 
-pub mod common_error;
-pub mod corrected_evidence;
+pub(crate) mod common_error;
+pub(crate) mod corrected_evidence;
 pub mod evidence;
 pub mod measurement;

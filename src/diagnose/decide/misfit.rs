@@ -9,7 +9,7 @@ use super::super::fit::problem::Point;
 
 /// A block of channels and lines whose χ² per residual exceeds this is not explained by noise: 240 residuals scatter by
 /// 0.1, noise that is not quite white has reached 1.6.
-pub const FAILING_BLOCK_CHI2: f64 = 2.2;
+pub(crate) const FAILING_BLOCK_CHI2: f64 = 2.2;
 
 /// The worst block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,10 +2,10 @@
 
 pub mod candidate;
 pub mod detectability;
-pub mod judgement;
-pub mod misfit;
+pub(crate) mod judgement;
+pub(crate) mod misfit;
 pub mod next_measurement;
-pub mod residuals;
-pub mod screening;
-pub mod selection;
-pub mod verdict;
+pub(crate) mod residuals;
+pub(crate) mod screening;
+pub(crate) mod selection;
+pub(crate) mod verdict;

@@ -13,7 +13,7 @@ use crate::spindle::response::{SIDE, Square};
 
 /// A machine as fitted.
 #[derive(Clone, Debug, Default)]
-pub struct Fitted {
+pub(crate) struct Fitted {
     /// Nuisance parameters.
     pub small: Vec<f64>,
     /// Effects.
@@ -62,7 +62,7 @@ impl Channel {
 }
 
 /// Gaps before and after over channels of a kind.
-pub fn gaps(channels: &[Channel], wanted: impl Fn(&Channel) -> bool) -> (f64, f64) {
+pub(crate) fn gaps(channels: &[Channel], wanted: impl Fn(&Channel) -> bool) -> (f64, f64) {
     let (mut before, mut after) = (Gap::default(), Gap::default());
     for channel in channels.iter().filter(|c| wanted(c)) {
         let (b, a) = channel.residual();
@@ -76,7 +76,7 @@ pub fn gaps(channels: &[Channel], wanted: impl Fn(&Channel) -> bool) -> (f64, f6
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn channels(
+pub(crate) fn channels(
     case: &Case,
     fitted: &Fitted,
     correction: Option<&Correction>,

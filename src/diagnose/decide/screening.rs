@@ -20,11 +20,11 @@ use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
 /// Least fall of the score for another effect.
-pub const FURTHER_EFFECT_BIC_GAIN: f64 = 16.0;
+pub(crate) const FURTHER_EFFECT_BIC_GAIN: f64 = 16.0;
 /// Least fall for a first one: no large effect is there whose model error a small one could take up.
-pub const FIRST_EFFECT_BIC_GAIN: f64 = 5.0;
+pub(crate) const FIRST_EFFECT_BIC_GAIN: f64 = 5.0;
 /// Scores closer than this cannot be told apart (odds of 1 to 30).
-pub const TIE_BIC: f64 = 7.0;
+pub(crate) const TIE_BIC: f64 = 7.0;
 /// Names that reach the thinned second screening, all lines, and the final model error.
 const SHORT_LISTS: [usize; 3] = [24, 8, 5];
 /// The same for a second effect.

@@ -278,7 +278,7 @@ fn final_score(case: &Case, standing: &Standing) -> Result<f64, DiagnoseError> {
 }
 
 /// Whether nothing significant is left, and no nuisance parameter had to leave its prior for that.
-pub fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError> {
+pub(crate) fn complete(case: &Case, standing: &Standing) -> Result<bool, DiagnoseError> {
     let Candidate {
         effects,
         fit,

@@ -9,7 +9,7 @@ use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::spindle::{Effect, EffectKind, Location};
 
 /// Model model error of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
-pub const FINAL_MODEL_ERROR: f64 = 5e-4;
+pub(crate) const FINAL_MODEL_ERROR: f64 = 5e-4;
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -27,7 +27,7 @@ pub struct Fit {
 }
 
 /// A step of the schedule: model error and iterations.
-pub type Stage = (f64, usize);
+pub(crate) type Stage = (f64, usize);
 
 /// Curvature of χ² that every effect's coordinate has at least in a step. A unit is a large effect, so that a
 /// coordinate of which the data know nothing (the place of no mass) stays where it is, and next to priors (weights of

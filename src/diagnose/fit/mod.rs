@@ -1,14 +1,14 @@
 //! The most probable parameters of a set of effects, with nuisance parameters.
 
 pub mod case;
-pub mod estimate;
-pub mod geodesic;
+pub(crate) mod estimate;
+pub(crate) mod geodesic;
 pub mod hypothesis;
-pub mod jacobian;
-pub mod linearise;
+pub(crate) mod jacobian;
+pub(crate) mod linearise;
 pub mod model;
-pub mod nuisance;
-pub mod prediction;
+pub(crate) mod nuisance;
+pub(crate) mod prediction;
 pub mod problem;
-pub mod record_number;
-pub mod smooth;
+pub(crate) mod record_number;
+pub(crate) mod smooth;

@@ -17,7 +17,7 @@ const UNKNOWN: f64 = 1e-6;
 const HALVINGS: usize = 5;
 
 /// A measurement of which one record depends on a number.
-pub struct RecordNumber<'a> {
+pub(crate) struct RecordNumber<'a> {
     /// The machine.
     pub model: &'a Model,
     /// The other records.
@@ -34,7 +34,7 @@ pub struct RecordNumber<'a> {
 
 /// A fit.
 #[derive(Clone, Debug)]
-pub struct Numbered {
+pub(crate) struct Numbered {
     /// The number.
     pub number: f64,
     /// Nuisance parameters.
@@ -78,7 +78,7 @@ impl RecordNumber<'_> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub fn fit(
+    pub(crate) fn fit(
         &self,
         from: &Numbered,
         model_error: f64,
@@ -120,7 +120,11 @@ impl RecordNumber<'_> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub fn predicted_fall(&self, from: &Numbered, model_error: f64) -> Result<f64, DiagnoseError> {
+    pub(crate) fn predicted_fall(
+        &self,
+        from: &Numbered,
+        model_error: f64,
+    ) -> Result<f64, DiagnoseError> {
         let (normal, slope) = self.equations(from, model_error)?;
         let step = solve(&normal, &slope)?;
         let n = step.nrows() - 1;

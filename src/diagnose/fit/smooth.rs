@@ -22,7 +22,7 @@ const FUNCTIONS: usize = 8;
 /// Index at which their variance has fallen to a quarter.
 const BEND: f64 = 3.0;
 /// Model errors above this hide a smooth error.
-pub const HIDING: f64 = 3e-3;
+pub(crate) const HIDING: f64 = 3e-3;
 /// Variance beside that of noise, at the largest amplitude, below which a direction is left out.
 const NEGLIGIBLE: f64 = 0.1;
 

@@ -35,7 +35,11 @@ pub struct Correction {
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
-pub fn correct(case: &Case, port: &PortScore, usage: Subset) -> Result<Correction, DiagnoseError> {
+pub(crate) fn correct(
+    case: &Case,
+    port: &PortScore,
+    usage: Subset,
+) -> Result<Correction, DiagnoseError> {
     let place = &port.place;
     let p = if usage.off_diagonal {
         port.p.clone()

@@ -1,10 +1,10 @@
 //! Where something is missing, without a hypothesis: the law recovered at a place, line by line.
 
-pub mod correction;
+pub(crate) mod correction;
 mod joint;
 pub mod localisation;
-pub mod place;
-pub mod place_law;
-pub mod place_response;
-pub mod projection;
+pub(crate) mod place;
+pub(crate) mod place_law;
+pub(crate) mod place_response;
+pub(crate) mod projection;
 pub mod recovered_law;

@@ -25,23 +25,19 @@ const DEPENDENT: f64 = 1e-9;
 
 /// Nuisance parameters with a free law at a place.
 #[derive(Clone, Debug)]
-pub struct Settled {
+pub(crate) struct Settled {
     /// Nuisance parameters.
     pub p: Vec<f64>,
     /// χ² of the lines that were seen, the law taken out, with priors.
     pub chi2: f64,
-    /// Real residuals less the real numbers of the laws.
-    pub freedom: f64,
     /// Free complex numbers, lines times numbers a line.
     pub numbers: usize,
 }
 
 /// One line of a sweep with the law that fits it.
-pub struct Fitted<'v> {
+pub(crate) struct Fitted<'v> {
     /// Index of the sweep.
     pub sweep: usize,
-    /// Index of the line.
-    pub line: usize,
     /// rad/s.
     pub omega_rad_s: f64,
     /// χ² without the law and with it.
@@ -145,7 +141,7 @@ fn power(a: &[c64; 16]) -> f64 {
 
 /// What a law is fitted with.
 #[derive(Clone, Copy, Debug)]
-pub struct LawFit<'a> {
+pub(crate) struct LawFit<'a> {
     /// Where it acts.
     pub place: &'a Place,
     /// Nuisance parameters, held.
@@ -162,7 +158,7 @@ pub struct LawFit<'a> {
 ///
 /// # Errors
 /// [`DiagnoseError`] when the machine cannot be assembled.
-pub fn lines(
+pub(crate) fn lines(
     case: &Case,
     fit: &LawFit,
     mut visit: impl FnMut(Fitted),
@@ -193,7 +189,6 @@ pub fn lines(
             let left = basis.beyond(&residual);
             visit(Fitted {
                 sweep: s,
-                line,
                 omega_rad_s: omega,
                 chi2: (2.0 * power(&residual), 2.0 * power(&left)),
                 x,
@@ -239,7 +234,7 @@ fn whitened(f: &Square, gain: &[f64; 4], rows: &[[c64; 16]; 4]) -> [c64; 16] {
 ///
 /// # Errors
 /// [`DiagnoseError`] when the machine cannot be assembled or a step cannot be computed.
-pub fn settle(
+pub(crate) fn settle(
     case: &Case,
     place: &Place,
     from: &[f64],
@@ -260,7 +255,7 @@ pub fn settle(
         for step in 0..=*steps {
             let last = step == *steps;
             let (mut normal, mut slope) = (vec![0.0; n * n], vec![0.0; n]);
-            let (mut chi2, mut residuals, mut numbers) = (0.0, 0.0, 0);
+            let (mut chi2, mut numbers) = (0.0, 0);
             let fit = LawFit {
                 place,
                 p: &p,
@@ -270,7 +265,6 @@ pub fn settle(
             };
             lines(case, &fit, |line| {
                 chi2 += line.chi2.1;
-                residuals += 32.0;
                 numbers += line.basis.q.len();
                 if !last {
                     line.accumulate(layout, &p, &mut normal, &mut slope);
@@ -278,7 +272,6 @@ pub fn settle(
             })?;
             let here = Settled {
                 chi2: chi2 + prior(&p),
-                freedom: residuals - 2.0 * numbers as f64,
                 numbers,
                 p: p.clone(),
             };
@@ -437,7 +430,7 @@ impl Fitted<'_> {
     }
 
     /// The law and its standard deviation, in the order of [`Place::laws`].
-    pub fn laws(&self) -> Vec<(c64, f64)> {
+    pub(crate) fn laws(&self) -> Vec<(c64, f64)> {
         if *self.view.place() == Place::Joint && !self.view.split() && self.basis.kept.len() > 1 {
             return self.joint();
         }

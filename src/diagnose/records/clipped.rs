@@ -16,7 +16,7 @@ const MOST: f64 = 0.5;
 const SHARES: [f64; 4] = [0.995, 0.95, 0.87, std::f64::consts::FRAC_PI_4];
 
 /// Limits that a sweep's signals allow, ascending; first the signal of which most lines are close to its largest.
-pub fn clippings(measurement: &Measurement, sweep: usize) -> Vec<(Signal, Vec<f64>)> {
+pub(crate) fn clippings(measurement: &Measurement, sweep: usize) -> Vec<(Signal, Vec<f64>)> {
     let Some(record) = measurement.sweeps.get(sweep) else {
         return vec![];
     };

@@ -23,7 +23,7 @@ const LEAVES: f64 = 0.5;
 ///
 /// # Errors
 /// [`DiagnoseError`] when the model cannot be assembled.
-pub fn folded(trial: &Trial) -> Result<Vec<Suspect>, DiagnoseError> {
+pub(crate) fn folded(trial: &Trial) -> Result<Vec<Suspect>, DiagnoseError> {
     let case = trial.case(&[], &|_| {});
     let mut found = vec![];
     for (s, sweep) in trial.evidence.sweeps.iter().enumerate() {

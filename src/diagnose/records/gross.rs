@@ -10,7 +10,7 @@ use crate::spindle::Machine;
 ///
 /// # Errors
 /// [`DiagnoseError`] for records or machines that cannot be used.
-pub fn without_gross_faults<'a>(
+pub(crate) fn without_gross_faults<'a>(
     machine: &Machine,
     measurement: &Measurement<'a>,
 ) -> Result<(Vec<FoundFault>, Measurement<'a>), DiagnoseError> {

@@ -1,9 +1,9 @@
 //! Mistakes in the records: tried before anything is said about the machine.
 
-pub mod clipped;
-pub mod finding;
-pub mod folded;
-pub mod gross;
-pub mod search;
-pub mod suspect;
-pub mod trial;
+pub(crate) mod clipped;
+pub(crate) mod finding;
+pub(crate) mod folded;
+pub(crate) mod gross;
+pub(crate) mod search;
+pub(crate) mod suspect;
+pub(crate) mod trial;

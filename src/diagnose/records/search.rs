@@ -36,7 +36,7 @@ const LAST: [f64; 2] = [1e-3, FINAL_MODEL_ERROR];
 const FINALISTS: usize = 2;
 
 /// A measurement without the faults that were found.
-pub struct Explained<'a> {
+pub(crate) struct Explained<'a> {
     /// The faults.
     pub faults: Vec<FoundFault>,
     /// What remains.
@@ -51,7 +51,7 @@ pub struct Explained<'a> {
 ///
 /// # Errors
 /// [`DiagnoseError`] for records or machines that cannot be used.
-pub fn explained<'a>(
+pub(crate) fn explained<'a>(
     trial: &Trial<'a>,
     null: &Standing,
     explained_by_nothing: bool,

@@ -17,7 +17,7 @@ const NEIGHBOURS: usize = 5;
 
 /// A kind of fault with one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Family {
+pub(crate) enum Family {
     /// Speed, in 1000 rpm.
     Speed,
     /// Logarithm of the factor on the frequencies.
@@ -32,7 +32,7 @@ pub enum Family {
 
 /// A fault of one record with its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Suspect {
+pub(crate) struct Suspect {
     /// The record.
     pub record: RecordId,
     /// What may be wrong.
@@ -43,7 +43,7 @@ pub struct Suspect {
 
 impl Suspect {
     /// The suspect of a fault that was found, starting where that ended; none for a fault without such a number.
-    pub fn of(record: RecordId, fault: RecordFault) -> Option<Self> {
+    pub(crate) fn of(record: RecordId, fault: RecordFault) -> Option<Self> {
         let (family, start) = match fault {
             RecordFault::SpeedLabel { speed_rpm } => (Family::Speed, speed_rpm / SPEED_UNIT_RPM),
             RecordFault::Clock { factor } => (Family::Clock, factor.ln()),
@@ -62,7 +62,7 @@ impl Suspect {
     }
 
     /// The number of a record that has no such fault.
-    pub fn present(&self, measurement: &Measurement) -> f64 {
+    pub(crate) fn present(&self, measurement: &Measurement) -> f64 {
         match self.family {
             Family::Speed => measurement.speed_rpm(self.record) / SPEED_UNIT_RPM,
             _ => 0.0,
@@ -70,7 +70,7 @@ impl Suspect {
     }
 
     /// The fault for a number.
-    pub fn fault(&self, number: f64) -> RecordFault {
+    pub(crate) fn fault(&self, number: f64) -> RecordFault {
         match self.family {
             Family::Speed => RecordFault::SpeedLabel {
                 speed_rpm: (SPEED_UNIT_RPM * number).max(0.0),
@@ -93,7 +93,7 @@ impl Suspect {
     }
 
     /// Difference over which a record is differentiated to the number: far above rounding, far below what is told.
-    pub fn difference(&self) -> f64 {
+    pub(crate) fn difference(&self) -> f64 {
         match self.family {
             Family::Speed => 1e-2,
             Family::Clock | Family::Alias => 1e-6,
@@ -102,7 +102,7 @@ impl Suspect {
     }
 
     /// Longest step of the number in a fit.
-    pub fn longest(&self) -> f64 {
+    pub(crate) fn longest(&self) -> f64 {
         match self.family {
             Family::Speed => 10.0,
             Family::Clock | Family::Alias => 0.02,
@@ -111,7 +111,7 @@ impl Suspect {
     }
 
     /// Least size worth a name: five times what calibrated instruments and crystals leave.
-    pub fn matters(&self, number: f64, measurement: &Measurement) -> bool {
+    pub(crate) fn matters(&self, number: f64, measurement: &Measurement) -> bool {
         match self.family {
             Family::Speed => {
                 let label = measurement.speed_rpm(self.record);
@@ -134,7 +134,11 @@ impl Suspect {
 }
 
 /// All suspects of a measurement, the starts of one fault behind each other.
-pub fn suspects(machine: &Machine, evidence: &Evidence, measurement: &Measurement) -> Vec<Suspect> {
+pub(crate) fn suspects(
+    machine: &Machine,
+    evidence: &Evidence,
+    measurement: &Measurement,
+) -> Vec<Suspect> {
     let mut all = vec![];
     let top = machine.spindle.max_rpm / SPEED_UNIT_RPM;
     let turns = machine.effective().gyroscopic_factor != 0.0 && evidence.sweeps.iter().any(turns);

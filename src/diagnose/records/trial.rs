@@ -17,7 +17,7 @@ const KNOWN: f64 = 0.25;
 const WIDTHS: [f64; 2] = [2.0, 4.0];
 
 /// A machine with a measurement.
-pub struct Trial<'a> {
+pub(crate) struct Trial<'a> {
     /// The machine.
     pub machine: Machine,
     /// The records.
@@ -29,7 +29,7 @@ pub struct Trial<'a> {
 }
 
 /// A machine with wider priors.
-pub struct Widened<'a> {
+pub(crate) struct Widened<'a> {
     /// The machine.
     pub trial: Trial<'a>,
     /// Its fit without effects.
@@ -43,7 +43,10 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError`] for records or machines that cannot be used.
-    pub fn new(machine: &Machine, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
+    pub(crate) fn new(
+        machine: &Machine,
+        measurement: Measurement<'a>,
+    ) -> Result<Self, DiagnoseError> {
         let evidence = Evidence::new(&measurement)?;
         Ok(Self {
             model: Model::new(machine, &evidence.axis_gain_sd())?,
@@ -57,7 +60,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError::Record`] for a record that gives no frequency response.
-    pub fn with(&self, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
+    pub(crate) fn with(&self, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
         Ok(Self {
             evidence: Evidence::new(&measurement)?,
             model: self.model.clone(),
@@ -67,7 +70,7 @@ impl<'a> Trial<'a> {
     }
 
     /// The same machine and records as other evidence shows them.
-    pub fn observing(&self, evidence: Evidence) -> Self {
+    pub(crate) fn observing(&self, evidence: Evidence) -> Self {
         Self {
             evidence,
             model: self.model.clone(),
@@ -80,7 +83,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError`] for a machine that cannot be used.
-    pub fn of_machine(&self, machine: &Machine) -> Result<Self, DiagnoseError> {
+    pub(crate) fn of_machine(&self, machine: &Machine) -> Result<Self, DiagnoseError> {
         Ok(Self {
             evidence: self.evidence.clone(),
             model: Model::new(machine, &self.evidence.axis_gain_sd())?,
@@ -90,7 +93,7 @@ impl<'a> Trial<'a> {
     }
 
     /// The same with a controller in one hammer test; the evidence stays.
-    pub fn under(&self, tap: usize, controller: &'a dyn HeldResponse) -> Self {
+    pub(crate) fn under(&self, tap: usize, controller: &'a dyn HeldResponse) -> Self {
         let mut other = self.observing(self.evidence.clone());
         if let Some(tap) = other.measurement.taps.get_mut(tap) {
             tap.controller = controller;
@@ -99,7 +102,7 @@ impl<'a> Trial<'a> {
     }
 
     /// The controller of a hammer test.
-    pub fn controller(&self, record: RecordId) -> Option<&'a dyn HeldResponse> {
+    pub(crate) fn controller(&self, record: RecordId) -> Option<&'a dyn HeldResponse> {
         match record {
             RecordId::Hammer(t) => self.measurement.taps.get(t).map(|tap| tap.controller),
             RecordId::Sweep(_) => None,
@@ -110,13 +113,13 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when the model cannot be assembled.
-    pub fn reaches(&self, model_error: f64) -> Result<Standing, DiagnoseError> {
+    pub(crate) fn reaches(&self, model_error: f64) -> Result<Standing, DiagnoseError> {
         let case = self.case(&[], &|_| {});
         case.fit_until(&[], &case.origin(), Subset::ALL, model_error)
     }
 
     /// The case with a catalogue.
-    pub fn case<'b>(
+    pub(crate) fn case<'b>(
         &'b self,
         catalogue: &'b [Hypothesis],
         progress: &'b (dyn Fn(&str) + Sync),
@@ -133,7 +136,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when the model cannot be assembled.
-    pub fn stands(&self, usage: Subset) -> Result<(Standing, bool), DiagnoseError> {
+    pub(crate) fn stands(&self, usage: Subset) -> Result<(Standing, bool), DiagnoseError> {
         let case = self.case(&[], &|_| {});
         let standing = case.fit_down(&[], &case.origin(), usage)?;
         let complete = complete(&case, &standing)?;
@@ -146,7 +149,7 @@ impl<'a> Trial<'a> {
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
-    pub fn widened(&self, null: &Standing) -> Result<Option<Widened<'a>>, DiagnoseError> {
+    pub(crate) fn widened(&self, null: &Standing) -> Result<Option<Widened<'a>>, DiagnoseError> {
         let covariance = null.candidate.fit.covariance()?;
         let own = self.model.layout.machine.mesh();
         let sd = &self.model.layout.sd;

@@ -27,7 +27,7 @@ const SCATTER: f64 = 0.5;
 const LAG: (f64, f64) = (0.35, 1.22);
 
 /// What the checks look at.
-pub struct Measured<'a> {
+pub(crate) struct Measured<'a> {
     /// The sweep.
     pub frf: &'a MeasuredFrf,
     /// Lines of the sweep that are compared.
@@ -48,7 +48,10 @@ pub struct Measured<'a> {
 ///
 /// # Errors
 /// [`IdentifyError::Machine`] when the machine has no rotor.
-pub fn checks(measured: &Measured, agreement: Agreement) -> Result<Vec<Check>, IdentifyError> {
+pub(crate) fn checks(
+    measured: &Measured,
+    agreement: Agreement,
+) -> Result<Vec<Check>, IdentifyError> {
     let low = measured.low_band();
     let mut list = vec![];
     list.extend(measured.static_gain(&low));

@@ -93,7 +93,7 @@ impl RecordFault {
 }
 
 /// Largest magnitude of a signal at a line, over axes, experiments and repeats.
-pub fn largest(record: &SweepRecord, signal: Signal, line: usize) -> f64 {
+pub(crate) fn largest(record: &SweepRecord, signal: Signal, line: usize) -> f64 {
     let values = match signal {
         Signal::Current => &record.current,
         _ => &record.signal,

@@ -15,7 +15,7 @@ const CLOCKS: [f64; 6] = [TAU, 1e-3, 60.0, 1.0 / TAU, 1e3, 1.0 / 60.0];
 
 /// Candidates for a sweep. G tells y × f from u × f only within a channel: of all channels together, one of the two
 /// is listed, and a reversed sign of everything stands under y.
-pub fn of_sweep() -> Vec<RecordFault> {
+pub(crate) fn of_sweep() -> Vec<RecordFault> {
     let (u, y) = (Signal::Current, Signal::Displacement);
     let unit = |signal, decades, channel| RecordFault::Unit {
         signal,
@@ -52,7 +52,7 @@ pub fn of_sweep() -> Vec<RecordFault> {
 }
 
 /// Candidates for a hammer test.
-pub fn of_hammer() -> Vec<RecordFault> {
+pub(crate) fn of_hammer() -> Vec<RecordFault> {
     let signal = Signal::Compliance;
     let unit = |decades| RecordFault::Unit {
         signal,
@@ -71,7 +71,7 @@ pub fn of_hammer() -> Vec<RecordFault> {
 }
 
 /// The response without the faults, undone in list order, `outputs` entries a column.
-pub fn undone(data: &Spectrum, outputs: usize, faults: &[RecordFault]) -> Spectrum {
+pub(crate) fn undone(data: &Spectrum, outputs: usize, faults: &[RecordFault]) -> Spectrum {
     let mut spectrum = data.clone();
     for fault in faults {
         undo(&mut spectrum, outputs, fault);

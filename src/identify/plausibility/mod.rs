@@ -6,14 +6,14 @@
 //! `faults` names mistakes as the file format does. A record that no known mistake explains and that still
 //! contradicts the machine is said to be implausible.
 
-pub mod checks;
-pub mod correction;
-pub mod faults;
-pub mod hammer;
-pub mod hypotheses;
-pub mod search;
-pub mod spectrum;
-pub mod sweep;
+pub(crate) mod checks;
+pub(crate) mod correction;
+pub(crate) mod faults;
+pub(crate) mod hammer;
+pub(crate) mod hypotheses;
+pub(crate) mod search;
+pub(crate) mod spectrum;
+pub(crate) mod sweep;
 
 pub use faults::{Quantity, RecordFault, Signal};
 pub use hammer::hammer_plausibility;

@@ -15,7 +15,7 @@ use super::hypotheses::undone;
 use super::spectrum::{Spectrum, median};
 
 /// ln √10: a median beyond it is nearer to the next power of ten, or to the opposite sign, than to the model.
-pub const HALF_A_DECADE: f64 = 1.151_292_546_497_023;
+pub(crate) const HALF_A_DECADE: f64 = 1.151_292_546_497_023;
 /// Pairs of line and entry on which a fault changes less than this, in nepers or radians, do not count for or against
 /// it: differences of this size come from moved resonances as well.
 const DISTINCT: f64 = 0.5;
@@ -29,7 +29,7 @@ const CLOCK_IS_RIGHT: f64 = 0.25;
 const MOST: usize = 3;
 
 /// A record and the model that it is compared with.
-pub struct Comparison<'a> {
+pub(crate) struct Comparison<'a> {
     /// The measured response.
     pub data: &'a Spectrum,
     /// Rows of the response.
@@ -42,7 +42,7 @@ pub struct Comparison<'a> {
 
 /// How well the model meets a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Agreement {
+pub(crate) struct Agreement {
     /// Mean distance over lines and compared entries.
     pub mean: f64,
     /// Largest median distance of a row or column.
@@ -81,14 +81,14 @@ fn clock(faults: &[RecordFault]) -> f64 {
 
 impl Comparison<'_> {
     /// How well the model meets the record as it is.
-    pub fn agreement(&self) -> Agreement {
+    pub(crate) fn agreement(&self) -> Agreement {
         let model = (self.model)(&self.data.frequency_hz);
         self.rated(&self.distances(self.data, &model))
     }
 
     /// The faults that explain the record, in the order in which they are undone; empty when the record needs none or
     /// none is known.
-    pub fn faults(&self, candidates: &[RecordFault]) -> Vec<RecordFault> {
+    pub(crate) fn faults(&self, candidates: &[RecordFault]) -> Vec<RecordFault> {
         let lines = &self.data.frequency_hz;
         let mut models = Models {
             list: vec![(1.0, (self.model)(lines))],

@@ -8,11 +8,11 @@ use crate::linalg::c64;
 use std::f64::consts::{LN_10, PI, TAU};
 
 /// Largest distance: that of a reversed sign.
-pub const LARGEST: f64 = PI;
+pub(crate) const LARGEST: f64 = PI;
 
 /// ln of a value: magnitude and phase, with the standard deviation of the value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Log {
+pub(crate) struct Log {
     /// ln |g|.
     pub magnitude: f64,
     /// arg g, rad.
@@ -23,7 +23,7 @@ pub struct Log {
 
 impl Log {
     /// Of a value with a standard deviation in its unit.
-    pub fn of(value: c64, deviation: f64) -> Self {
+    pub(crate) fn of(value: c64, deviation: f64) -> Self {
         Self {
             magnitude: value.norm().ln(),
             phase: value.im.atan2(value.re),
@@ -32,7 +32,7 @@ impl Log {
     }
 
     /// Times 10^`decades`.
-    pub fn scaled(self, decades: i32) -> Self {
+    pub(crate) fn scaled(self, decades: i32) -> Self {
         let shift = LN_10 * f64::from(decades);
         Self {
             magnitude: self.magnitude + shift,
@@ -42,7 +42,7 @@ impl Log {
     }
 
     /// Times `factor` of phase `phase`.
-    pub fn times(self, factor: f64, phase: f64) -> Self {
+    pub(crate) fn times(self, factor: f64, phase: f64) -> Self {
         Self {
             magnitude: self.magnitude + factor.ln(),
             phase: self.phase + phase,
@@ -56,7 +56,7 @@ impl Log {
     }
 
     /// Distance to a model value, in nepers and radians; `None` where noise hides both.
-    pub fn distance(&self, model: &Self) -> Option<f64> {
+    pub(crate) fn distance(&self, model: &Self) -> Option<f64> {
         if !self.seen(self.deviation) && !model.seen(self.deviation) {
             return None;
         }
@@ -73,13 +73,13 @@ impl Log {
 }
 
 /// An angle between −π and π.
-pub fn wrapped(angle: f64) -> f64 {
+pub(crate) fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
 /// A response over lines: all entries, of which some are compared with the model.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spectrum {
+pub(crate) struct Spectrum {
     /// Frequency per line, Hz, as the record says.
     pub frequency_hz: Vec<f64>,
     /// Entry [output + outputs · input] of every line.
@@ -87,7 +87,7 @@ pub struct Spectrum {
 }
 
 /// Median of values; `None` without any. The upper one of two.
-pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.into_iter().filter(|v| !v.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied()

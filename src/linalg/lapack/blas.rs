@@ -9,7 +9,7 @@ use faer::linalg::matmul::{
 };
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dgemm_(
+pub(crate) unsafe extern "C" fn dgemm_(
     transa: *const c_char,
     transb: *const c_char,
     m: *const c_int,
@@ -41,7 +41,7 @@ pub unsafe extern "C" fn dgemm_(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dsyrk_(
+pub(crate) unsafe extern "C" fn dsyrk_(
     uplo: *const c_char,
     trans: *const c_char,
     n: *const c_int,
@@ -78,7 +78,7 @@ pub unsafe extern "C" fn dsyrk_(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dsyr2k_(
+pub(crate) unsafe extern "C" fn dsyr2k_(
     uplo: *const c_char,
     trans: *const c_char,
     n: *const c_int,
@@ -150,7 +150,7 @@ unsafe fn matrix_vector(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dgemv_(
+pub(crate) unsafe extern "C" fn dgemv_(
     trans: *const c_char,
     m: *const c_int,
     n: *const c_int,
@@ -176,7 +176,7 @@ pub unsafe extern "C" fn dgemv_(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dsymv_(
+pub(crate) unsafe extern "C" fn dsymv_(
     uplo: *const c_char,
     n: *const c_int,
     alpha: *const f64,

@@ -14,7 +14,7 @@ use faer::linalg::triangular_solve::{
 };
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dpotrf_(
+pub(crate) unsafe extern "C" fn dpotrf_(
     uplo: *const c_char,
     n: *const c_int,
     a: *mut f64,
@@ -56,7 +56,7 @@ pub unsafe extern "C" fn dpotrf_(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dpotrs_(
+pub(crate) unsafe extern "C" fn dpotrs_(
     uplo: *const c_char,
     n: *const c_int,
     nrhs: *const c_int,
@@ -81,7 +81,7 @@ pub unsafe extern "C" fn dpotrs_(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dgesv_(
+pub(crate) unsafe extern "C" fn dgesv_(
     n: *const c_int,
     nrhs: *const c_int,
     a: *mut f64,
@@ -110,7 +110,7 @@ pub unsafe extern "C" fn dgesv_(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dsyevr_(
+pub(crate) unsafe extern "C" fn dsyevr_(
     jobz: *const c_char,
     range: *const c_char,
     uplo: *const c_char,
@@ -207,7 +207,7 @@ unsafe fn decompose(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dgesdd_(
+pub(crate) unsafe extern "C" fn dgesdd_(
     jobz: *const c_char,
     m: *const c_int,
     n: *const c_int,
@@ -236,7 +236,7 @@ pub unsafe extern "C" fn dgesdd_(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn dgesvd_(
+pub(crate) unsafe extern "C" fn dgesvd_(
     jobu: *const c_char,
     jobvt: *const c_char,
     m: *const c_int,

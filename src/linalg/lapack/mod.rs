@@ -15,11 +15,11 @@
 )]
 
 mod arguments;
-pub mod blas;
-pub mod factorisations;
+pub(crate) mod blas;
+pub(crate) mod factorisations;
 
 /// Pulls this object file into the link whatever the order of the archives; call it before using clarabel.
 #[inline(never)]
-pub fn link() -> usize {
+pub(crate) fn link() -> usize {
     core::hint::black_box(blas::dgemm_ as *const () as usize)
 }

@@ -10,7 +10,7 @@ use std::fmt::Write;
 
 /// A plane whose orbit is drawn.
 #[derive(Clone, Debug)]
-pub struct OrbitPlane {
+pub(crate) struct OrbitPlane {
     /// Name.
     pub name: String,
     /// Position along the shaft, m.
@@ -25,7 +25,7 @@ pub struct OrbitPlane {
 
 /// What moves.
 #[derive(Clone, Debug)]
-pub struct Motion {
+pub(crate) struct Motion {
     /// Title.
     pub title: String,
     /// Stations along the shaft, m.
@@ -58,7 +58,7 @@ const INK: &str = "#191919";
 const SOFT: &str = "#7D7D7D";
 
 /// The animation as SVG text, and its frames as CSV text.
-pub fn animate(motion: &Motion) -> Picture {
+pub(crate) fn animate(motion: &Motion) -> Picture {
     Picture {
         svg: svg(motion),
         csv: csv(motion),

@@ -22,7 +22,7 @@ const FONT: &str = "sans-serif";
 
 /// Colour with opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ink {
+pub(super) struct Ink {
     /// Red, green, blue.
     pub rgb: (u8, u8, u8),
     /// 1 is opaque.
@@ -40,7 +40,7 @@ impl From<Color> for Ink {
 
 impl Ink {
     /// An opaque grey, 0 black to 255 white.
-    pub fn grey(level: u8) -> Self {
+    pub(super) fn grey(level: u8) -> Self {
         Self {
             rgb: (level, level, level),
             opacity: 1.0,
@@ -59,7 +59,7 @@ impl Ink {
 
 /// Where a text sits relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Anchor {
+pub(super) enum Anchor {
     /// Point at the left end.
     Left,
     /// Point at the middle.
@@ -70,7 +70,7 @@ pub enum Anchor {
 
 /// Size and weight of a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Type {
+pub(super) struct Type {
     /// Em, px at report size.
     pub size_px: f64,
     /// Bold face.
@@ -82,7 +82,7 @@ pub struct Type {
 }
 
 /// A drawing surface of a given size.
-pub struct Canvas<'a> {
+pub(super) struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Shift>,
 }
 
@@ -91,7 +91,11 @@ impl<'a> Canvas<'a> {
     ///
     /// # Errors
     /// [`PlotError::Drawing`] when the embedded font or the backend fails.
-    pub fn new(buffer: &'a mut String, width_px: f64, height_px: f64) -> Result<Self, PlotError> {
+    pub(super) fn new(
+        buffer: &'a mut String,
+        width_px: f64,
+        height_px: f64,
+    ) -> Result<Self, PlotError> {
         let faces = [
             (FontStyle::Normal, dejavu::sans::regular()),
             (FontStyle::Bold, dejavu::sans::bold()),
@@ -110,7 +114,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// A polyline.
-    pub fn line(
+    pub(super) fn line(
         &self,
         points: &[(f64, f64)],
         ink: Ink,
@@ -131,7 +135,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// A filled polygon.
-    pub fn area(&self, corners: &[(f64, f64)], ink: Ink) -> Result<(), PlotError> {
+    pub(super) fn area(&self, corners: &[(f64, f64)], ink: Ink) -> Result<(), PlotError> {
         let mut path: Vec<(i32, i32)> = corners.iter().map(|p| fine(*p)).collect();
         path.dedup();
         self.area
@@ -140,7 +144,12 @@ impl<'a> Canvas<'a> {
     }
 
     /// A filled rectangle between two corners.
-    pub fn rectangle(&self, a: (f64, f64), b: (f64, f64), ink: Ink) -> Result<(), PlotError> {
+    pub(super) fn rectangle(
+        &self,
+        a: (f64, f64),
+        b: (f64, f64),
+        ink: Ink,
+    ) -> Result<(), PlotError> {
         let ((x0, y0), (x1, y1)) = (fine(a), fine(b));
         let corners = [(x0.min(x1), y0.min(y1)), (x0.max(x1), y0.max(y1))];
         self.area
@@ -152,7 +161,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// A marker centred at `at`, with this half size.
-    pub fn marker(
+    pub(super) fn marker(
         &self,
         at: (f64, f64),
         marker: Marker,
@@ -194,7 +203,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// A text, vertically centred on its point.
-    pub fn text(
+    pub(super) fn text(
         &self,
         text: &str,
         at: (f64, f64),
@@ -228,7 +237,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// Width of a text, px at report size, from the metrics of the embedded font.
-    pub fn text_width(&self, text: &str, face: Type) -> Result<f64, PlotError> {
+    pub(super) fn text_width(&self, text: &str, face: Type) -> Result<f64, PlotError> {
         let (width, _) = self
             .area
             .estimate_text_size(text, &style(face))
@@ -237,13 +246,19 @@ impl<'a> Canvas<'a> {
     }
 
     /// Ends the drawing.
-    pub fn close(self) -> Result<(), PlotError> {
+    pub(super) fn close(self) -> Result<(), PlotError> {
         self.area.present().map_err(drawing)
     }
 }
 
 /// Report-size header, title and description for readers without the picture, dash patterns, exact baselines.
-pub fn finish(svg: &str, width_px: f64, height_px: f64, title: &str, description: &str) -> String {
+pub(super) fn finish(
+    svg: &str,
+    width_px: f64,
+    height_px: f64,
+    title: &str,
+    description: &str,
+) -> String {
     let (fine_width, fine_height) = ((width_px * FINE).round(), (height_px * FINE).round());
     let header = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{width_px}\" height=\"{height_px}\" \

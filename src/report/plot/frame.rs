@@ -6,7 +6,7 @@ use super::ticks::round_range;
 
 /// Rectangle of a panel's plot area, px, y downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rect {
+pub(super) struct Rect {
     /// Left edge.
     pub left: f64,
     /// Upper edge.
@@ -19,7 +19,7 @@ pub struct Rect {
 
 /// Map from the values of two axes to the pixels of a rectangle.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame {
+pub(super) struct Frame {
     /// The plot area.
     pub rect: Rect,
     /// Scale and range of x.
@@ -30,35 +30,35 @@ pub struct Frame {
 
 impl Frame {
     /// Pixel of a value on x.
-    pub fn px(&self, x: f64) -> f64 {
+    pub(super) fn px(&self, x: f64) -> f64 {
         self.rect.left + fraction(self.x, x) * (self.rect.right - self.rect.left)
     }
 
     /// Pixel of a value on y.
-    pub fn py(&self, y: f64) -> f64 {
+    pub(super) fn py(&self, y: f64) -> f64 {
         self.rect.bottom - fraction(self.y, y) * (self.rect.bottom - self.rect.top)
     }
 
     /// Pixel of a point; `None` where an axis cannot show it.
-    pub fn point(&self, x: f64, y: f64) -> Option<(f64, f64)> {
+    pub(super) fn point(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         let (px, py) = (self.px(x), self.py(y));
         (px.is_finite() && py.is_finite()).then_some((px, py))
     }
 
     /// True for a pixel in the plot area, edges included with a pixel of slack.
-    pub fn contains(&self, (x, y): (f64, f64)) -> bool {
+    pub(super) fn contains(&self, (x, y): (f64, f64)) -> bool {
         let r = &self.rect;
         x >= r.left - 1.0 && x <= r.right + 1.0 && y >= r.top - 1.0 && y <= r.bottom + 1.0
     }
 
     /// The pixel moved onto the nearest point of the plot area.
-    pub fn clamp(&self, (x, y): (f64, f64)) -> (f64, f64) {
+    pub(super) fn clamp(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let r = &self.rect;
         (x.clamp(r.left, r.right), y.clamp(r.top, r.bottom))
     }
 
     /// The pieces of the polyline through `points` that lie in the plot area. `None` is a gap.
-    pub fn clipped(
+    pub(super) fn clipped(
         &self,
         points: impl IntoIterator<Item = Option<(f64, f64)>>,
     ) -> Vec<Vec<(f64, f64)>> {
@@ -122,7 +122,7 @@ fn clip_segment(r: Rect, a: (f64, f64), b: (f64, f64)) -> Option<((f64, f64), (f
 
 /// Which axis of a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
+pub(super) enum Direction {
     /// The horizontal one.
     Across,
     /// The vertical one.
@@ -133,7 +133,7 @@ pub enum Direction {
 ///
 /// # Errors
 /// [`PlotError::Range`] for a fixed range that is empty, not finite, or not positive on a log axis.
-pub fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2], PlotError> {
+pub(super) fn axis_range(panel: &Panel, direction: Direction) -> Result<[f64; 2], PlotError> {
     let axis = match direction {
         Direction::Across => &panel.x,
         Direction::Up => &panel.y,
@@ -253,7 +253,7 @@ fn extent(panel: &Panel, direction: Direction, axis: &Axis) -> (f64, f64) {
 
 /// Positions nearest to `wanted` (least squares) at which items of these `sizes` do not overlap, within `[low, high]`
 /// if they fit. The order of `wanted`, which must ascend, is kept.
-pub fn spread(wanted: &[f64], sizes: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
+pub(super) fn spread(wanted: &[f64], sizes: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
     // With the summed sizes taken off, "no overlap" is "not descending": pool adjacent violators.
     let mut offset = 0.0;
     let mut offsets = Vec::with_capacity(wanted.len());

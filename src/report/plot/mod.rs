@@ -8,21 +8,21 @@ mod draw;
 pub mod figure;
 mod frame;
 mod render;
-pub mod style;
+pub(crate) mod style;
 mod table;
 mod ticks;
 mod typography;
 
-pub mod animation;
+pub(crate) mod animation;
 pub mod diagnosis;
 pub mod loops;
 pub mod machining;
 pub mod motion;
 pub mod robustness;
 pub mod shaft;
-pub mod speed;
+pub(crate) mod speed;
 pub mod updating;
-pub mod worst;
+pub(crate) mod worst;
 
 pub use figure::{Axis, Figure, Panel, Series};
 pub use style::{Color, Dash, Look, Marker, Role};

@@ -34,7 +34,7 @@ struct Prepared<'a> {
 ///
 /// # Errors
 /// [`PlotError`] when the figure has no panel, a series whose lists differ in length, or an impossible fixed range.
-pub fn svg(figure: &Figure) -> Result<String, PlotError> {
+pub(super) fn svg(figure: &Figure) -> Result<String, PlotError> {
     figure.check()?;
     let width = f64::from(figure.width_px);
     let columns = figure.columns.max(1);

@@ -5,7 +5,7 @@ use super::style::{Color, Dash, Look, Marker};
 
 /// A proven interval: centre and half width, in rpm, and the growth rate at the centre.
 #[derive(Clone, Copy, Debug)]
-pub struct Proven {
+pub(crate) struct Proven {
     /// Speed at which the loop was computed, rpm.
     pub centre_rpm: f64,
     /// Stable that far to both sides, rpm.
@@ -15,7 +15,7 @@ pub struct Proven {
 }
 
 /// Above, how far each centre's proof reaches beyond a speed (every speed lies under a tent); below, the growth rate.
-pub fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64) -> Figure {
+pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64) -> Figure {
     let speed = || Axis::linear("Speed", "rpm");
     let mut reach = Panel::new("", speed(), Axis::linear("Proven beyond", "rpm"));
     for (k, c) in centres.iter().filter(|c| c.radius_rpm > 0.0).enumerate() {
@@ -74,7 +74,7 @@ pub fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64) -> Fi
 }
 
 /// μ of the specification over speed; values that are not finite (unstable loops) are gaps.
-pub fn mu_over_speed(title: &str, speed_rpm: &[f64], mu: &[f64]) -> Figure {
+pub(crate) fn mu_over_speed(title: &str, speed_rpm: &[f64], mu: &[f64]) -> Figure {
     let mut panel = Panel::new(
         "",
         Axis::linear("Speed", "rpm"),

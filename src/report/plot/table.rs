@@ -18,7 +18,7 @@ struct Column<'a> {
 }
 
 /// The table behind the picture.
-pub fn csv(figure: &Figure) -> String {
+pub(super) fn csv(figure: &Figure) -> String {
     let columns = columns(figure);
     let keys: Vec<String> = figure.panels.iter().map(|p| key(&p.x)).collect();
     let no_maps = figure.panels.iter().all(|p| p.heat.is_none());

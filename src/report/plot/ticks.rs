@@ -11,7 +11,7 @@ const EDGE: f64 = 1e-9;
 
 /// Ticks of one axis, ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Ticks {
+pub(super) struct Ticks {
     /// Labelled positions with their text.
     pub major: Vec<(f64, String)>,
     /// Unlabelled grid lines.
@@ -19,7 +19,7 @@ pub struct Ticks {
 }
 
 /// Ticks for `[low, high]` with at most about `room` labels; `step` fixes the distance on a linear axis.
-pub fn ticks(scale: Scale, [low, high]: [f64; 2], room: usize, step: Option<f64>) -> Ticks {
+pub(super) fn ticks(scale: Scale, [low, high]: [f64; 2], room: usize, step: Option<f64>) -> Ticks {
     match scale {
         Scale::Linear => linear(low, high, room, step),
         Scale::Log => logarithmic(low, high, room),
@@ -27,7 +27,7 @@ pub fn ticks(scale: Scale, [low, high]: [f64; 2], room: usize, step: Option<f64>
 }
 
 /// The smallest range of round numbers round `[low, high]`: what a data range is widened to.
-pub fn round_range(scale: Scale, [low, high]: [f64; 2]) -> [f64; 2] {
+pub(super) fn round_range(scale: Scale, [low, high]: [f64; 2]) -> [f64; 2] {
     match scale {
         Scale::Linear => {
             let step = nice_step(high - low, 10);

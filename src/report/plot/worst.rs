@@ -6,7 +6,7 @@ use super::style::Role;
 
 /// Nominal values and both bounds of one controller over frequency, in the unit of the picture.
 #[derive(Clone, Debug)]
-pub struct WorstBand {
+pub(crate) struct WorstBand {
     /// Name of the controller.
     pub name: String,
     /// Its role, hence its look.
@@ -22,10 +22,10 @@ pub struct WorstBand {
 }
 
 /// One panel: heading and the bands in it.
-pub type WorstPanel = (String, Vec<WorstBand>);
+pub(crate) type WorstPanel = (String, Vec<WorstBand>);
 
 /// Dynamic stiffness, N/m, drawn in N/µm.
-pub fn worst_stiffness(title: &str, panels: &[WorstPanel]) -> Figure {
+pub(crate) fn worst_stiffness(title: &str, panels: &[WorstPanel]) -> Figure {
     let drawn = panels.iter().map(|(name, bands)| {
         let y = Axis::log("Dynamic stiffness", "N/µm");
         panel(name, y, bands, |k| 1e-6 * k, 330)
@@ -39,7 +39,7 @@ pub fn worst_stiffness(title: &str, panels: &[WorstPanel]) -> Figure {
 }
 
 /// Sensitivity, drawn in dB with the zones of ISO 14839-3.
-pub fn worst_sensitivity(title: &str, panels: &[WorstPanel]) -> Figure {
+pub(crate) fn worst_sensitivity(title: &str, panels: &[WorstPanel]) -> Figure {
     let drawn = panels.iter().map(|(name, bands)| {
         let y = Axis::linear("|S|", "dB").with_range(-20.0, 25.0);
         let mut panel = panel(name, y, bands, |s| 20.0 * s.log10(), 290);

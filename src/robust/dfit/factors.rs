@@ -185,7 +185,7 @@ impl Factors {
 }
 
 /// (1 + s/a)(1 + s/b) as one second-order factor.
-pub fn joined(ln_a: f64, ln_b: f64) -> Factor {
+pub(crate) fn joined(ln_a: f64, ln_b: f64) -> Factor {
     Factor {
         ln_omega: 0.5 * (ln_a + ln_b),
         ln_damping: Some((0.5 * (ln_a - ln_b)).cosh().ln()),

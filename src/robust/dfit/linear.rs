@@ -17,7 +17,7 @@ use crate::robust::mu::lmi::{Programme, Row};
 const MAX_ROUNDS: usize = 12;
 
 /// Fit of a given order that starts from the values of another fit; `None` when a programme breaks down at once.
-pub fn fit(data: &Magnitudes, order: usize, start: &Factors) -> Option<Factors> {
+pub(crate) fn fit(data: &Magnitudes, order: usize, start: &Factors) -> Option<Factors> {
     let positive = |w: &&f64| **w > 0.0;
     let lo = data.omega_rad_s.iter().find(positive)?.ln();
     let hi = data.omega_rad_s.iter().rev().find(positive)?.ln();

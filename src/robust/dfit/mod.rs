@@ -6,10 +6,10 @@
 //! what the linear programmes leave and takes the weights in. Orders are fitted upwards: a higher order also starts
 //! from the lower one with a pole and a zero added, so its error is never larger.
 
-pub mod factors;
-pub mod linear;
-pub mod magnitudes;
-pub mod polish;
+pub(crate) mod factors;
+pub(crate) mod linear;
+pub(crate) mod magnitudes;
+pub(crate) mod polish;
 
 use crate::lti::{Continuous, StateSpace};
 use factors::Factors;

@@ -9,7 +9,7 @@ use super::magnitudes::Magnitudes;
 use crate::robust::mu::lmi::{Programme, Row};
 
 /// Largest weighted |ln(|d|/m)|.
-pub fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
+pub(crate) fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
     data.points()
         .map(|(w, m, weight)| weight * (fit.ln_magnitude(w) - m.ln()).abs())
         .fold(
@@ -20,7 +20,7 @@ pub fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
 
 /// Improves a fit for at most `rounds` programmes; the result keeps the limits and is never worse than the start moved
 /// into them.
-pub fn polish(data: &Magnitudes, start: Factors, rounds: usize) -> Factors {
+pub(crate) fn polish(data: &Magnitudes, start: Factors, rounds: usize) -> Factors {
     let mut best = start.with_parameters(&start.parameters(), &data.limits);
     let mut error = weighted_error(data, &best);
     let mut radius: f64 = 0.5;

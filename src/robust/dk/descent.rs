@@ -13,7 +13,7 @@ use crate::robust::structure::Structure;
 use rayon::prelude::*;
 
 /// The problem and the ranges that the scales must keep.
-pub struct Descent<'a> {
+pub(crate) struct Descent<'a> {
     /// Generalized plant without scales.
     pub plant: &'a GeneralizedPlant,
     /// Its blocks.
@@ -40,7 +40,7 @@ impl Descent<'_> {
     }
 
     /// ln γ_opt; infinite when the synthesis fails.
-    pub fn ln_level(&self, scales: &DScales, hint: Option<f64>) -> f64 {
+    pub(crate) fn ln_level(&self, scales: &DScales, hint: Option<f64>) -> f64 {
         let settings = HinfSettings {
             rel_tol: 1e-9,
             hint,
@@ -58,7 +58,7 @@ impl Descent<'_> {
     }
 
     /// Goes down for at most `rounds` gradients or until γ is below `enough`. Returns the scales and their γ_opt.
-    pub fn run(&self, start: &DScales, rounds: usize, enough: f64) -> (DScales, f64) {
+    pub(crate) fn run(&self, start: &DScales, rounds: usize, enough: f64) -> (DScales, f64) {
         let last = start.factors.len().saturating_sub(1);
         let mut x: Vec<f64> = start.factors[..last]
             .iter()

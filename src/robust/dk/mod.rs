@@ -8,9 +8,9 @@
 //! is certified over all frequencies (`mu::certificate`), and the loop is checked for stability by that computation.
 //! Real and repeated parameters enter the synthesis as full complex blocks: the peak is an upper bound for them.
 
-pub mod descent;
-pub mod record;
-pub mod scale;
+pub(crate) mod descent;
+pub(crate) mod record;
+pub(crate) mod scale;
 
 use crate::augment::{Block, GeneralizedPlant};
 use crate::lti::connect::lower_lft;

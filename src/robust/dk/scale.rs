@@ -5,7 +5,7 @@
 //! too.
 
 use crate::augment::GeneralizedPlant;
-use crate::linalg::{Mat, NumericError, c64};
+use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, series};
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::dfit::factors::{Factors, Limits};
@@ -108,18 +108,4 @@ impl DScales {
             ..plant.clone()
         })
     }
-}
-
-/// M scaled by one number per block.
-pub fn scaled_matrix(m: &Mat<c64>, structure: &Structure, d: &[f64]) -> Mat<c64> {
-    let (mut rows, mut cols) = (vec![1.0; m.nrows()], vec![1.0; m.ncols()]);
-    for (span, d) in structure.spans.iter().zip(d) {
-        for i in span.z.clone() {
-            rows[i] = *d;
-        }
-        for j in span.w.clone() {
-            cols[j] = *d;
-        }
-    }
-    Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (rows[i] / cols[j]))
 }

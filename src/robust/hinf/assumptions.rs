@@ -13,7 +13,7 @@ const RANK: f64 = 1e-12;
 ///
 /// # Errors
 /// [`NumericError`] when eigenvalues fail.
-pub fn unreachable_mode(a: &Mat<f64>, b: &Mat<f64>) -> Result<Option<c64>, NumericError> {
+pub(crate) fn unreachable_mode(a: &Mat<f64>, b: &Mat<f64>) -> Result<Option<c64>, NumericError> {
     let (n, size) = (a.nrows(), a.norm_l2());
     for value in eigenvalues(a)? {
         // Modes on the axis come out of the QR iteration at rounding level on either side.
@@ -36,7 +36,7 @@ pub fn unreachable_mode(a: &Mat<f64>, b: &Mat<f64>) -> Result<Option<c64>, Numer
 ///
 /// # Errors
 /// [`NumericError`] when eigenvalues fail.
-pub fn axis_zero(side: &Side) -> Result<Option<f64>, NumericError> {
+pub(crate) fn axis_zero(side: &Side) -> Result<Option<f64>, NumericError> {
     let (n, m2, p1) = (side.a.nrows(), side.b2.ncols(), side.c1.nrows());
     let free = p1 - m2;
     let inner = &side.a - &side.b2 * side.c1.submatrix(free, 0, m2, n);
@@ -98,7 +98,7 @@ fn is_deficient(mut pencil: Mat<c64>, size: f64) -> bool {
 ///
 /// # Errors
 /// The named assumption, or a numeric failure.
-pub fn explain(control: &Side, filter: &Side) -> Result<(), SynthesisError> {
+pub(crate) fn explain(control: &Side, filter: &Side) -> Result<(), SynthesisError> {
     if let Some(mode) = unreachable_mode(&control.a, &control.b2)? {
         return Err(SynthesisError::NotStabilisable {
             re: mode.re,

@@ -14,7 +14,7 @@ use crate::lti::{Continuous, StateSpace};
 ///
 /// # Errors
 /// [`NumericError::Singular`] when γ sits on a bound of the feedthrough or I − YX/γ² is singular.
-pub fn central(
+pub(crate) fn central(
     p: &NormalForm,
     control: &Side,
     filter: &Side,

@@ -5,14 +5,14 @@
 //! The controller is delivered slightly above the optimum, where I − YX/γ² is invertible, and is verified by closing
 //! the loop and computing its norm.
 
-pub mod assumptions;
-pub mod controller;
+pub(crate) mod assumptions;
+pub(crate) mod controller;
 mod feedthrough;
-pub mod normal;
+pub(crate) mod normal;
 mod riccati_pair;
 mod search;
-pub mod settings;
-pub mod side;
+pub(crate) mod settings;
+pub(crate) mod side;
 
 use crate::augment::GeneralizedPlant;
 use crate::linalg::riccati::Effort;

@@ -14,7 +14,7 @@ const RANK: f64 = 1e-11;
 
 /// The problem as the Riccati equations want it.
 #[derive(Clone, Debug)]
-pub struct NormalForm {
+pub(crate) struct NormalForm {
     /// n×n.
     pub a: Mat<f64>,
     /// n×m1, disturbances rotated so that D21 = [0, I].
@@ -37,7 +37,7 @@ impl NormalForm {
     ///
     /// # Errors
     /// [`SynthesisError::Partition`], [`SynthesisError::ControlCost`], [`SynthesisError::MeasurementNoise`].
-    pub fn new(plant: &GeneralizedPlant) -> Result<Self, SynthesisError> {
+    pub(crate) fn new(plant: &GeneralizedPlant) -> Result<Self, SynthesisError> {
         let s = &plant.system;
         let (m2, p2) = (plant.controls, plant.measurements);
         if m2 == 0 || p2 == 0 || s.inputs() < m2 || s.outputs() < p2 {
@@ -99,12 +99,12 @@ impl NormalForm {
     }
 
     /// Number of controls.
-    pub fn controls(&self) -> usize {
+    pub(crate) fn controls(&self) -> usize {
         self.b2.ncols()
     }
 
     /// Number of measurements.
-    pub fn measurements(&self) -> usize {
+    pub(crate) fn measurements(&self) -> usize {
         self.c2.nrows()
     }
 
@@ -113,7 +113,7 @@ impl NormalForm {
     ///
     /// # Errors
     /// [`NumericError::IllPosed`] when I + D_K D22 is singular.
-    pub fn original_controller(
+    pub(crate) fn original_controller(
         &self,
         k: &StateSpace<Continuous>,
     ) -> Result<StateSpace<Continuous>, NumericError> {

@@ -35,7 +35,7 @@ pub(super) struct Coupling {
 
 impl Coupling {
     /// γ²/ρ(XY) − 1, and what is left until X and Y pass through infinity, whichever is smaller.
-    pub fn measure(&self, gamma: f64, sizes: [f64; 2]) -> f64 {
+    pub(super) fn measure(&self, gamma: f64, sizes: [f64; 2]) -> f64 {
         let passage = |k: usize| {
             if self.extremes[k] == 0.0 {
                 1.0

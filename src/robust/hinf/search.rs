@@ -31,7 +31,7 @@ pub(super) struct Search {
 }
 
 impl Search {
-    pub fn new(plant: &GeneralizedPlant) -> Result<Self, SynthesisError> {
+    pub(super) fn new(plant: &GeneralizedPlant) -> Result<Self, SynthesisError> {
         let normal = NormalForm::new(plant)?;
         let (control, filter) = (control_side(&normal), filter_side(&normal));
         let regulator = |side: &Side, which| {
@@ -61,7 +61,7 @@ impl Search {
     }
 
     /// Whether the conditions hold at a level.
-    pub fn feasible(plant: &GeneralizedPlant, gamma: f64) -> Result<bool, SynthesisError> {
+    pub(super) fn feasible(plant: &GeneralizedPlant, gamma: f64) -> Result<bool, SynthesisError> {
         let normal = NormalForm::new(plant)?;
         let sides = [control_side(&normal), filter_side(&normal)];
         if sides.iter().any(|s| s.level_at_infinity() >= gamma) {
@@ -83,7 +83,7 @@ impl Search {
     }
 
     /// Conditions that need no Riccati equation.
-    pub fn below_level(&self, gamma: f64) -> Option<Condition> {
+    pub(super) fn below_level(&self, gamma: f64) -> Option<Condition> {
         for (level, control) in [(self.control_level, true), (self.filter_level, false)] {
             if gamma > level.lower {
                 continue;
@@ -98,7 +98,7 @@ impl Search {
         None
     }
 
-    pub fn pair(&self, gamma: f64, effort: Effort) -> Result<Pair, SynthesisError> {
+    pub(super) fn pair(&self, gamma: f64, effort: Effort) -> Result<Pair, SynthesisError> {
         let solutions = (
             self.control.riccati(gamma, effort),
             self.filter.riccati(gamma, effort),
@@ -142,7 +142,7 @@ impl Search {
     }
 
     /// Smallest feasible level within the tolerance.
-    pub fn optimum(
+    pub(super) fn optimum(
         &self,
         settings: &HinfSettings,
         pairs: &mut usize,

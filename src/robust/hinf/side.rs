@@ -20,7 +20,7 @@ use crate::lti::{Continuous, FrequencyResponder, StateSpace};
 
 /// One side of the problem.
 #[derive(Clone, Debug)]
-pub struct Side {
+pub(crate) struct Side {
     /// n×n.
     pub a: Mat<f64>,
     /// n×m1.
@@ -35,7 +35,7 @@ pub struct Side {
 
 /// The γ = ∞ solution of a side: the linear-quadratic regulator, which makes P12 inner.
 #[derive(Clone, Debug)]
-pub struct Regulator {
+pub(crate) struct Regulator {
     /// Stabilising solution X₂ ≥ 0.
     pub x: Mat<f64>,
     /// Feedback F₂ = −(D12ᵀC1 + B2ᵀX₂).
@@ -46,14 +46,14 @@ pub struct Regulator {
 
 impl Regulator {
     /// True when the closed loop is stable only within rounding: an assumption may be violated exactly.
-    pub fn is_marginal(&self, side: &Side) -> bool {
+    pub(crate) fn is_marginal(&self, side: &Side) -> bool {
         let closed = &side.a + &side.b2 * &self.f;
         self.growth_rate > -1e-13 * closed.norm_l2()
     }
 }
 
 /// A, G, Q of a Riccati equation.
-pub struct Equation {
+pub(crate) struct Equation {
     /// n×n.
     pub a: Mat<f64>,
     /// n×n, symmetric.
@@ -79,7 +79,7 @@ impl Side {
     ///
     /// # Errors
     /// [`RiccatiError`] when (A, B2) cannot be stabilised or P12 has a zero on the axis.
-    pub fn regulator(&self) -> Result<Regulator, RiccatiError> {
+    pub(crate) fn regulator(&self) -> Result<Regulator, RiccatiError> {
         let n = self.a.nrows();
         let direct = self.direct();
         let free = self.c1.submatrix(0, 0, self.free_errors(), n).to_owned();
@@ -98,7 +98,7 @@ impl Side {
     }
 
     /// [D11 D12].
-    pub fn feedthrough(&self) -> Mat<f64> {
+    pub(crate) fn feedthrough(&self) -> Mat<f64> {
         let (p1, m2) = (self.c1.nrows(), self.b2.ncols());
         let free = self.free_errors();
         let d12 = Mat::from_fn(p1, m2, |i, j| if i == free + j { 1.0 } else { 0.0 });
@@ -129,7 +129,7 @@ impl Side {
     ///
     /// # Errors
     /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
-    pub fn equation(&self, gamma: f64) -> Result<Equation, NumericError> {
+    pub(crate) fn equation(&self, gamma: f64) -> Result<Equation, NumericError> {
         let (b, d, r) = self.scaled(gamma);
         let s = self.c1.transpose() * d;
         let right = stack_cols(&b.transpose().to_owned(), &s.transpose().to_owned());
@@ -147,13 +147,13 @@ impl Side {
     ///
     /// # Errors
     /// [`RiccatiError`] when no solver finds one.
-    pub fn riccati(&self, gamma: f64, effort: Effort) -> Result<CareSolution, RiccatiError> {
+    pub(crate) fn riccati(&self, gamma: f64, effort: Effort) -> Result<CareSolution, RiccatiError> {
         let e = self.equation(gamma)?;
         care_with(&e.a, &e.g, &e.q, effort)
     }
 
     /// What no control reaches at infinite frequency: γ is above it.
-    pub fn level_at_infinity(&self) -> f64 {
+    pub(crate) fn level_at_infinity(&self) -> f64 {
         let part = self
             .d11
             .submatrix(0, 0, self.free_errors(), self.b1.ncols());
@@ -164,7 +164,7 @@ impl Side {
     ///
     /// # Errors
     /// [`NumericError`] when eigenvalues fail.
-    pub fn smallest_level(
+    pub(crate) fn smallest_level(
         &self,
         regulator: &Regulator,
         rel_tol: f64,
@@ -234,7 +234,7 @@ impl Side {
 }
 
 /// The control side of a normal form.
-pub fn control_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
+pub(crate) fn control_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
     Side {
         a: p.a.clone(),
         b1: p.b1.clone(),
@@ -245,7 +245,7 @@ pub fn control_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
 }
 
 /// The filter side of a normal form: the transposed plant.
-pub fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
+pub(crate) fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
     let t = |m: &Mat<f64>| m.transpose().to_owned();
     Side {
         a: t(&p.a),
@@ -260,7 +260,7 @@ pub fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
 ///
 /// # Errors
 /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
-pub fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+pub(crate) fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     let (b, d, r) = side.scaled(gamma);
     let f = solve(&r, &(d.transpose() * &side.c1 + b.transpose() * x))?;
     let m1 = side.b1.ncols();

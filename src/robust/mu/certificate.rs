@@ -27,7 +27,7 @@ const NEAR_AXIS: f64 = 1e-3;
 ///
 /// # Errors
 /// [`MuError::NotCovered`] when the sweep gets stuck or needs too many scalings.
-pub fn certify(
+pub(crate) fn certify(
     system: &MuSystem,
     attained: MuPoint,
     points: &[MuPoint],

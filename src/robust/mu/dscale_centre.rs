@@ -9,11 +9,11 @@ use crate::linalg::planar::{Planar, add_scaled_conj};
 use std::ops::Range;
 
 /// Columns and rows of M that a block owns.
-pub type BlockRange = (Range<usize>, Range<usize>);
+pub(crate) type BlockRange = (Range<usize>, Range<usize>);
 
 /// A scale with what it proves.
 #[derive(Clone, Debug)]
-pub struct Centre {
+pub(crate) struct Centre {
     /// Squares of the scales, one per block.
     pub x: Vec<f64>,
     /// No scale has a squared bound below this.
@@ -36,7 +36,7 @@ const CENTRED: f64 = 0.4;
 const LEFT: f64 = 3e-3;
 
 /// Centres of a matrix with σ_max = 1 for its blocks, from x = 1.
-pub fn centres(m: &Planar, blocks: &[BlockRange]) -> Centre {
+pub(crate) fn centres(m: &Planar, blocks: &[BlockRange]) -> Centre {
     let n = blocks.len();
     let mut work = Work::new(m, blocks);
     let mut end = Centre {

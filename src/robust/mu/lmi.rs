@@ -4,7 +4,7 @@
 //!
 //! A Hermitian H enters as the real symmetric image [[Re H, −Im H], [Im H, Re H]] of twice the size, in clarabel's
 //! packed upper triangle with off-diagonals times √2. The answer of the solver is never trusted here or above: callers
-//! evaluate the bound that belongs to x themselves, so an inaccurate end is reported as data ([`Optimum::accurate`]).
+//! evaluate the bound that belongs to x themselves, so an end short of full accuracy only costs tightness.
 //!
 //! Limits: the dense KKT block of a cone of complex order n has n(2n+1) rows, so cost grows like n⁶ (8×8: 20 ms).
 
@@ -17,7 +17,7 @@ use thiserror::Error;
 
 /// Why a programme has no answer.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum ProgrammeError {
+pub(crate) enum ProgrammeError {
     /// No point satisfies the constraints.
     #[error("the convex programme is infeasible")]
     Infeasible,
@@ -36,7 +36,7 @@ pub enum ProgrammeError {
 
 /// F₀ + Σ xᵢFᵢ ⪰ 0 with Hermitian matrices of one size; `terms` holds (variable, Fᵢ) for the variables that occur.
 #[derive(Clone, Debug)]
-pub struct MatrixInequality {
+pub(crate) struct MatrixInequality {
     /// F₀, n×n.
     pub constant: Mat<c64>,
     /// Variables and their coefficient matrices, n×n.
@@ -45,7 +45,7 @@ pub struct MatrixInequality {
 
 /// aᵀx ⋚ b with a sparse a.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub(crate) struct Row {
     /// Variables and their coefficients.
     pub terms: Vec<(usize, f64)>,
     /// Right-hand side b.
@@ -54,7 +54,7 @@ pub struct Row {
 
 /// aᵀx + b.
 #[derive(Clone, Debug, Default)]
-pub struct Affine {
+pub(crate) struct Affine {
     /// Variables and their coefficients.
     pub terms: Vec<(usize, f64)>,
     /// b.
@@ -63,7 +63,7 @@ pub struct Affine {
 
 /// ‖(parts)‖ ≤ bound.
 #[derive(Clone, Debug, Default)]
-pub struct NormInequality {
+pub(crate) struct NormInequality {
     /// What bounds the norm.
     pub bound: Affine,
     /// Entries of the vector.
@@ -72,7 +72,7 @@ pub struct NormInequality {
 
 impl Affine {
     /// Its value at x.
-    pub fn at(&self, x: &[f64]) -> f64 {
+    pub(crate) fn at(&self, x: &[f64]) -> f64 {
         let terms = self.terms.iter();
         terms.fold(self.constant, |sum, (k, value)| sum + value * x[*k])
     }
@@ -80,7 +80,7 @@ impl Affine {
 
 impl NormInequality {
     /// By how much of the bound the norm exceeds it at x; negative within.
-    pub fn excess(&self, x: &[f64]) -> f64 {
+    pub(crate) fn excess(&self, x: &[f64]) -> f64 {
         let norm = self.parts.iter().map(|p| p.at(x).powi(2)).sum::<f64>();
         norm.sqrt() / self.bound.at(x) - 1.0
     }
@@ -88,7 +88,7 @@ impl NormInequality {
 
 /// A convex programme; see the module for its form.
 #[derive(Clone, Debug, Default)]
-pub struct Programme {
+pub(crate) struct Programme {
     /// Objective c; its length is the number of variables.
     pub objective: Vec<f64>,
     /// aᵀx = b.
@@ -103,7 +103,7 @@ pub struct Programme {
 
 /// minimise ½ Σ dᵢ xᵢ² + cᵀx subject to aᵀx ≤ b.
 #[derive(Clone, Debug, Default)]
-pub struct QuadraticProgramme {
+pub(crate) struct QuadraticProgramme {
     /// d, one non-negative number per variable.
     pub diagonal: Vec<f64>,
     /// c.
@@ -117,7 +117,7 @@ impl QuadraticProgramme {
     ///
     /// # Errors
     /// [`ProgrammeError`] as [`Programme::solve`].
-    pub fn solve(&self) -> Result<Vec<f64>, ProgrammeError> {
+    pub(crate) fn solve(&self) -> Result<Vec<f64>, ProgrammeError> {
         lapack::link();
         let n = self.objective.len();
         let linear = Programme {
@@ -149,13 +149,9 @@ impl QuadraticProgramme {
 
 /// Where the solver ended.
 #[derive(Clone, Debug)]
-pub struct Optimum {
+pub(crate) struct Optimum {
     /// The variables.
     pub x: Vec<f64>,
-    /// False when the solver ended short of its full accuracy.
-    pub accurate: bool,
-    /// Interior-point iterations.
-    pub iterations: u32,
 }
 
 /// Iterations after which a solve is given up; problems of this crate need 10 to 40.
@@ -166,7 +162,7 @@ impl Programme {
     ///
     /// # Errors
     /// [`ProgrammeError`] when it is infeasible, unbounded, or the iteration broke down without a usable point.
-    pub fn solve(&self) -> Result<Optimum, ProgrammeError> {
+    pub(crate) fn solve(&self) -> Result<Optimum, ProgrammeError> {
         lapack::link();
         let (a, b, cones) = self.conic_form();
         let n = self.objective.len();
@@ -183,7 +179,6 @@ impl Programme {
             .map_err(|e| stopped(&e, 0))?;
         solver.solve();
         let end = &solver.solution;
-        let accurate = end.status == SolverStatus::Solved;
         match end.status {
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
                 Err(ProgrammeError::Infeasible)
@@ -191,11 +186,9 @@ impl Programme {
             SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => {
                 Err(ProgrammeError::Unbounded)
             }
-            _ if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 => Ok(Optimum {
-                x: end.x.clone(),
-                accurate,
-                iterations: end.iterations,
-            }),
+            _ if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 => {
+                Ok(Optimum { x: end.x.clone() })
+            }
             status => Err(stopped(&status, end.iterations)),
         }
     }

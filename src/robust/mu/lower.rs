@@ -48,7 +48,12 @@ const STARTS: [usize; 2] = [8, 40];
 const IMAGINARY_WEIGHT: f64 = 2.0;
 
 /// Lower bound of μ(M) for a scaling (that of the upper bound) in whose coordinates the search runs.
-pub fn search(m: &Mat<c64>, structure: &Structure, scaling: &Scaling, upper: f64) -> WorstCase {
+pub(crate) fn search(
+    m: &Mat<c64>,
+    structure: &Structure,
+    scaling: &Scaling,
+    upper: f64,
+) -> WorstCase {
     let mut best = WorstCase::none(structure);
     let scaled = scaling.apply(m);
     if !scaled.is_all_finite() || scaled.norm_max() == 0.0 {

@@ -10,7 +10,7 @@ use super::lmi::{QuadraticProgramme, Row};
 
 /// A value with its linearisation.
 #[derive(Clone, Debug)]
-pub struct LinearValue {
+pub(crate) struct LinearValue {
     /// `None`: part of the objective. Some(g): limit of group g, asked to be at most zero.
     pub limit: Option<usize>,
     /// v.
@@ -21,7 +21,7 @@ pub struct LinearValue {
 
 /// A step with what the linear model promises.
 #[derive(Clone, Debug)]
-pub struct MinimaxStep {
+pub(crate) struct MinimaxStep {
     /// p.
     pub step: Vec<f64>,
     /// t + ρ Σ s at the step, without the proximal term.
@@ -32,7 +32,7 @@ pub struct MinimaxStep {
 ///
 /// # Errors
 /// [`ProgrammeError`] when the interior-point iteration breaks down.
-pub fn minimax_step(
+pub(crate) fn minimax_step(
     values: &[LinearValue],
     limits: usize,
     penalty: f64,

@@ -5,15 +5,15 @@
 //! the value of the inequality for the scaling in the answer, the lower bound belongs to a Δ with a checked singular I
 //! − ΔM.
 
-pub mod certificate;
+pub(crate) mod certificate;
 pub mod dscale;
-pub mod dscale_centre;
-pub mod lmi;
-pub mod lower;
-pub mod minimax_step;
+pub(crate) mod dscale_centre;
+pub(crate) mod lmi;
+pub(crate) mod lower;
+pub(crate) mod minimax_step;
 pub mod mixed;
 pub mod peak;
-pub mod reduction;
+pub(crate) mod reduction;
 pub mod robstab;
 mod search;
 pub mod system;

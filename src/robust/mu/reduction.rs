@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// One strongly connected part of a problem.
 #[derive(Clone, Debug)]
-pub struct Component {
+pub(crate) struct Component {
     /// Its own structure.
     pub structure: Structure,
     /// Entries of w of the whole, in the order of the part.
@@ -26,7 +26,7 @@ pub struct Component {
 
 impl Component {
     /// The part of M that belongs to the component.
-    pub fn part_of(&self, m: &Mat<c64>) -> Mat<c64> {
+    pub(crate) fn part_of(&self, m: &Mat<c64>) -> Mat<c64> {
         Mat::from_fn(self.z.len(), self.w.len(), |i, j| m[(self.z[i], self.w[j])])
     }
 }
@@ -58,7 +58,7 @@ fn atoms(structure: &Structure) -> Vec<Atom> {
 }
 
 /// The structure with every repeated scalar split into independent complex scalars: diagonal scalings of the original.
-pub fn split_scalars(structure: &Structure) -> Structure {
+pub(crate) fn split_scalars(structure: &Structure) -> Structure {
     let spans = atoms(structure).into_iter().map(|a| Span {
         block: Block::ComplexFull {
             rows: a.w.len(),
@@ -73,7 +73,7 @@ pub fn split_scalars(structure: &Structure) -> Structure {
 }
 
 /// Strongly connected components, ordered so that M is block upper triangular.
-pub fn components(m: &Mat<c64>, structure: &Structure) -> Vec<Component> {
+pub(crate) fn components(m: &Mat<c64>, structure: &Structure) -> Vec<Component> {
     let atoms = atoms(structure);
     let n = atoms.len();
     if (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)] != c64::new(0.0, 0.0))) {
@@ -159,7 +159,7 @@ fn component(members: &[&Atom], structure: &Structure) -> Component {
 }
 
 /// The scaling of the whole from those of the components, with factors between them that suppress the coupling.
-pub fn assemble(
+pub(crate) fn assemble(
     m: &Mat<c64>,
     structure: &Structure,
     parts: &[(Component, Scaling)],

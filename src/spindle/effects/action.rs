@@ -10,7 +10,7 @@ use crate::spindle::effective::{Attachment, Effective, EffectiveBearing, Housing
 use std::f64::consts::TAU;
 
 /// Applies an effect to bearings, electronics and attachments; one that acts elsewhere changes nothing here.
-pub fn on_machine(effect: &Effect, machine: &mut Effective) {
+pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
     let value = effect.values.first().copied().unwrap_or_default();
     match (effect.kind, &effect.location) {
         (EffectKind::LoopDelay, _) => machine.delay_s += value,
@@ -81,7 +81,7 @@ fn on_bearings(
 ///
 /// # Errors
 /// [`RotorError`] when a mass or a factor breaks a rule of the rotor.
-pub fn on_rotor(effect: &Effect, rotor: Rotor) -> Result<Rotor, RotorError> {
+pub(crate) fn on_rotor(effect: &Effect, rotor: Rotor) -> Result<Rotor, RotorError> {
     let value = effect.values.first().copied().unwrap_or_default();
     let mass = |position_m| PointMass {
         position_m,
@@ -102,7 +102,7 @@ pub fn on_rotor(effect: &Effect, rotor: Rotor) -> Result<Rotor, RotorError> {
 }
 
 /// The joint between tool and nose face that the effects of a file make together; none without such an effect.
-pub fn joint(effects: &[Effect]) -> Option<Joint> {
+pub(crate) fn joint(effects: &[Effect]) -> Option<Joint> {
     let joints = effects.iter().filter(|e| e.kind == EffectKind::ToolJoint);
     let one = |e: &Effect| {
         let at = |i: usize| e.values.get(i).copied().unwrap_or_default();
@@ -126,7 +126,7 @@ fn in_series(a: Joint, b: Joint) -> Joint {
 }
 
 /// The damping ratio of flexible mode `k`, counted from 0, after the effects of a file.
-pub fn on_damping_ratio(effects: &[Effect], k: usize, nominal: f64) -> f64 {
+pub(crate) fn on_damping_ratio(effects: &[Effect], k: usize, nominal: f64) -> f64 {
     effects
         .iter()
         .filter(|e| e.kind == EffectKind::ModalDamping && e.location == Location::Mode(k + 1))

@@ -3,12 +3,12 @@
 //! [`table`] describes every effect in one entry: name, location, parameters, how a fit moves them, sentence and
 //! advice. [`action`] applies an effect to the machine. Files, plant, diagnosis and report read the table.
 
-pub mod action;
-pub mod coordinate;
-pub mod effect;
-pub mod entry;
-pub mod kind;
-pub mod location;
+pub(crate) mod action;
+pub(crate) mod coordinate;
+pub(crate) mod effect;
+pub(crate) mod entry;
+pub(crate) mod kind;
+pub(crate) mod location;
 pub mod table;
 
 pub use effect::Effect;

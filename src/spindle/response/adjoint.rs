@@ -7,7 +7,7 @@
 use crate::linalg::c64;
 
 /// Coordinates behind a closed loop with n outputs and n inputs, at one line.
-pub struct Adjoint {
+pub(crate) struct Adjoint {
     /// Outputs and inputs.
     pub n: usize,
     /// X_l, n × dynamic.

@@ -40,7 +40,7 @@ pub struct Receptance {
 }
 
 /// One signed frequency in the complex plane.
-pub struct Planar {
+pub(crate) struct Planar {
     /// X = Z⁻¹Φᵀ, dynamic coordinates × ports.
     pub x: Vec<c64>,
     /// Receptance with all loops closed, ports × ports.

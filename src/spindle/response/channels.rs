@@ -10,19 +10,19 @@ pub type Square = [c64; SIDE * SIDE];
 pub const ZERO: c64 = c64::new(0.0, 0.0);
 
 /// Port of the tool plane.
-pub const TOOL: usize = 0;
+pub(crate) const TOOL: usize = 0;
 /// Ports of the two magnets.
-pub const MAGNETS: [usize; 2] = [1, 2];
+pub(crate) const MAGNETS: [usize; 2] = [1, 2];
 /// Ports that are read: front sensor, rear sensor, tool.
-pub const OUT: [usize; 3] = [3, 4, TOOL];
+pub(crate) const OUT: [usize; 3] = [3, 4, TOOL];
 /// Ports at which forces act: front magnet, rear magnet, tool.
-pub const IN: [usize; 3] = [1, 2, TOOL];
+pub(crate) const IN: [usize; 3] = [1, 2, TOOL];
 /// Ports that stand on the housing: magnets and sensors.
-pub const ON_HOUSING: std::ops::Range<usize> = 1..5;
+pub(crate) const ON_HOUSING: std::ops::Range<usize> = 1..5;
 
 /// Entries x→x (and y→y) and x→y (−y→x) of a response in r = x + jy:  a = (H(ω) + H̄(−ω))/2, b = (H(ω) − H̄(−ω))/2j.
 /// Without a backward response both planes are apart.
-pub fn planar(forward: c64, backward: Option<c64>) -> (c64, c64) {
+pub(crate) fn planar(forward: c64, backward: Option<c64>) -> (c64, c64) {
     match backward {
         None => (forward, ZERO),
         Some(backward) => {

@@ -4,7 +4,7 @@ use crate::rotor::modes::RIGID;
 
 /// c_k = 2ζ_k ω_k + β ω_k² and the circulatory stiffness Ω β ω_k² of a loss time β, per modal mass.
 #[derive(Clone, Debug)]
-pub struct ModalDamping {
+pub(crate) struct ModalDamping {
     /// 2ζω, 1/s.
     pub modal: Vec<f64>,
     /// With that of the material, 1/s.
@@ -16,7 +16,7 @@ pub struct ModalDamping {
 impl ModalDamping {
     /// Damping of coordinates with natural frequencies `omega`, rad/s, of which the first two are rigid; `zeta` gives
     /// the damping ratio of flexible mode k, counted from 0.
-    pub fn new(
+    pub(crate) fn new(
         omega: &[f64],
         zeta: impl Fn(usize) -> f64,
         loss_time_s: f64,
@@ -34,7 +34,7 @@ impl ModalDamping {
     }
 
     /// Appends a coordinate of its own, which does not turn, with damping `total` in 1/s.
-    pub fn push(&mut self, total: f64) {
+    pub(crate) fn push(&mut self, total: f64) {
         self.modal.push(total);
         self.total.push(total);
         self.circulatory.push(0.0);

@@ -10,7 +10,7 @@ use crate::spindle::effective::{Effective, EffectiveBearing};
 use std::f64::consts::TAU;
 
 /// Damping ratio of the sensor low-pass: Butterworth's.
-pub const LOWPASS_DAMPING: f64 = 0.707;
+pub(crate) const LOWPASS_DAMPING: f64 = 0.707;
 
 /// The electronics at one line: 2×2 blocks (x, y) of each bearing, row-major.
 #[derive(Clone, Debug)]

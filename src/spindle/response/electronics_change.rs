@@ -107,6 +107,6 @@ impl Change {
 }
 
 /// Whether effects of a kind leave the receptance of the shaft as it is.
-pub fn on_electronics(kind: EffectKind) -> bool {
+pub(crate) fn on_electronics(kind: EffectKind) -> bool {
     kind.entry().domain == Domain::Electronics
 }

@@ -42,7 +42,7 @@ impl Law {
 
 /// A law at a port: `value` units of it (N/m, N s/m, kg).
 #[derive(Clone, Copy, Debug)]
-pub struct Feedback {
+pub(crate) struct Feedback {
     /// Port that the law reads and acts at.
     pub port: usize,
     /// The law.
@@ -53,19 +53,19 @@ pub struct Feedback {
 
 impl Feedback {
     /// Force per displacement at a signed frequency, rad/s.
-    pub fn gain(&self, w: f64) -> c64 {
+    pub(crate) fn gain(&self, w: f64) -> c64 {
         self.law.gain(w) * self.value
     }
 }
 
 /// The laws of the attachments of a machine, each of one kind, with its units.
-pub fn attached(effective: &Effective) -> impl Iterator<Item = (&Attachment, Law, f64)> {
+pub(crate) fn attached(effective: &Effective) -> impl Iterator<Item = (&Attachment, Law, f64)> {
     let all = effective.attachments.iter();
     all.flat_map(|a| Law::parts(a.gain).map(move |(law, value)| (a, law, value)))
 }
 
 /// Closes the loops `feedback` with their `gains` round an open receptance between `ports` ports, row-major.
-pub fn close(open: &[c64], ports: usize, feedback: &[Feedback], gains: &[c64]) -> Vec<c64> {
+pub(crate) fn close(open: &[c64], ports: usize, feedback: &[Feedback], gains: &[c64]) -> Vec<c64> {
     let (p, m) = (ports, feedback.len());
     let mut unit = vec![ZERO; m * m];
     let mut rows = vec![ZERO; m * p];

@@ -5,7 +5,7 @@ use crate::linalg::{Mat, solve};
 use crate::spindle::SpindleError;
 
 /// s, 1 + sKC and C.
-pub struct FinerMesh<'a> {
+pub(super) struct FinerMesh<'a> {
     s: f64,
     unit: Mat<f64>,
     mesh: &'a Mat<f64>,
@@ -16,7 +16,7 @@ impl<'a> FinerMesh<'a> {
     ///
     /// # Errors
     /// [`SpindleError::Numeric`] for a mesh so much coarser that 1 + sKC is singular.
-    pub fn new(
+    pub(super) fn new(
         shaft: &'a ReducedShaft,
         stiffness: &mut Mat<f64>,
         s: f64,
@@ -39,7 +39,7 @@ impl<'a> FinerMesh<'a> {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn move_ports(&self, rows: &mut [Vec<f64>]) -> Result<Vec<f64>, SpindleError> {
+    pub(super) fn move_ports(&self, rows: &mut [Vec<f64>]) -> Result<Vec<f64>, SpindleError> {
         let (n, p) = (self.unit.nrows(), rows.len());
         let before = Mat::from_fn(n, p, |i, j| rows[j][i]);
         let after = solve(&self.unit, &before)?;

@@ -16,7 +16,7 @@ const COUPLED_BELOW_HZ: f64 = 12_000.0;
 
 /// ΩG between the dynamic coordinates d, and what it does through the higher ones h, which follow as springs Ω_h².
 #[derive(Clone, Debug)]
-pub struct Gyroscopic {
+pub(super) struct Gyroscopic {
     /// Factor on all of it; 1 is the coupling of the shaft.
     pub factor: f64,
     /// ΩG_dd, d×d.
@@ -32,7 +32,7 @@ pub struct Gyroscopic {
 impl Gyroscopic {
     /// Of the shaft's G, n×n, in its modes, of which the first `dynamic` are dynamic; `ports` are ports × modes,
     /// `speed` is Ω, rad/s.
-    pub fn new(
+    pub(super) fn new(
         speed: f64,
         matrix: &Mat<f64>,
         modes: &Modes,
@@ -103,7 +103,7 @@ impl Gyroscopic {
     }
 
     /// Z⁻¹B: coordinates × ports at a signed frequency, `diagonal` what Z is without gyroscopic terms.
-    pub fn solve(
+    pub(super) fn solve(
         &self,
         w: f64,
         dynamic: usize,

@@ -13,7 +13,7 @@ use crate::spindle::SpindleError;
 ///
 /// # Errors
 /// [`SpindleError::Numeric`] when an element is singular.
-pub fn flexibility(
+pub(super) fn flexibility(
     coarse: &Rotor,
     fine: &Rotor,
     shapes: &Mat<f64>,

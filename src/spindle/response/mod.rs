@@ -8,24 +8,24 @@
 //! The response F is 6×6: sensor signals and tool displacement (x, y) from commanded currents and tool force (x, y).
 //! With L = I + H_c κ the derivative to a stiffness is −(XLᵀ)ᵀ dK (XLᵀ).
 
-pub mod adjoint;
-pub mod assembled;
-pub mod assembly;
-pub mod channels;
-pub mod damping;
+pub(crate) mod adjoint;
+pub(crate) mod assembled;
+pub(crate) mod assembly;
+pub(crate) mod channels;
+pub(crate) mod damping;
 mod derivatives;
 mod effect_terms;
-pub mod electronics;
-pub mod electronics_change;
-pub mod feedback;
+pub(crate) mod electronics;
+pub(crate) mod electronics_change;
+pub(crate) mod feedback;
 mod finer_mesh;
 mod gyroscopic;
-pub mod line;
+pub(crate) mod line;
 mod mesh_correction;
-pub mod parameters;
-pub mod ported;
-pub mod probe;
-pub mod reduced;
+pub(crate) mod parameters;
+pub(crate) mod ported;
+pub(crate) mod probe;
+pub(crate) mod reduced;
 pub mod ritz;
 mod ritz_basis;
 mod sensitivity;

@@ -7,7 +7,7 @@
 use crate::spindle::Machine;
 
 /// Flexible modes whose damping is a parameter; the last one's also moves all higher.
-pub const DAMPED_MODES: usize = 6;
+pub(crate) const DAMPED_MODES: usize = 6;
 /// More groups than this say nothing more about a shaft with four ports.
 const MOST_GROUPS: usize = 40;
 

@@ -79,7 +79,7 @@ impl Ported {
 }
 
 /// Derivative of F to ln ki or the logarithm of a sensor gain, a factor on columns or rows.
-pub fn factor(f: &Square, of_rows: bool, bearing: usize) -> Square {
+pub(crate) fn factor(f: &Square, of_rows: bool, bearing: usize) -> Square {
     std::array::from_fn(|n| {
         let index = if of_rows { n / SIDE } else { n % SIDE };
         if index / 2 == bearing { f[n] } else { ZERO }

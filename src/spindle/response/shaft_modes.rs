@@ -5,7 +5,7 @@ use crate::rotor::modes::RIGID;
 use crate::spindle::SpindleError;
 
 /// Modes, mass-orthonormal, the rigid ones first.
-pub struct Modes {
+pub(super) struct Modes {
     /// Natural frequencies, rad/s; zero for the rigid ones.
     pub omega: Vec<f64>,
     /// Coordinates × modes.
@@ -17,7 +17,10 @@ pub struct Modes {
 ///
 /// # Errors
 /// [`SpindleError::Numeric`] when an iteration fails, or when negative masses take away more than there is.
-pub fn modes(stiffness: &Mat<f64>, masses: &[(Vec<f64>, f64)]) -> Result<Modes, SpindleError> {
+pub(super) fn modes(
+    stiffness: &Mat<f64>,
+    masses: &[(Vec<f64>, f64)],
+) -> Result<Modes, SpindleError> {
     let n = stiffness.nrows();
     let mut omega = vec![0.0; RIGID];
     // A shaft is stiff: what rounding leaves of a flexible frequency is no less than 1 rad/s.

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// Strains of all groups in the modal coordinates of an assembled machine.
 #[derive(Clone, Debug)]
-pub struct Strain {
+pub(super) struct Strain {
     of_group: Vec<Range<usize>>,
     /// Of the dynamic coordinates, then of the springs above them under a force at each port: strains × (dynamic +
     /// ports).
@@ -23,7 +23,7 @@ pub struct Strain {
 impl Strain {
     /// Strains of groups whose stiffness is `scale` times their own, in the modes of the shaft with port amplitudes
     /// `ports`.
-    pub fn new(
+    pub(super) fn new(
         shaft: &ReducedShaft,
         scale: &[f64],
         modes: &Modes,
@@ -59,7 +59,7 @@ impl Strain {
     }
 
     /// ∂H to the logarithm of every group's stiffness and to the mesh, n × n row-major.
-    pub fn slopes(&self, behind: &Adjoint) -> Vec<Vec<c64>> {
+    pub(super) fn slopes(&self, behind: &Adjoint) -> Vec<Vec<c64>> {
         let n = behind.n;
         let dynamic = behind.right.len() / n.max(1);
         let ports = behind.right_ports.len() / n.max(1);
