@@ -1,7 +1,7 @@
 //! Real modal form: a similarity transform to block-diagonal A with 1×1 (real pole) and 2×2 (pair σ ± jω) blocks.
 //! Poles that (nearly) repeat share one larger block, so that the transform stays well conditioned and the transfer
 //! matrix is kept; how close poles may be for blocks of their own follows from these two checks, not from a distance.
-//! Source: Bavely and Stewart, SIAM J. Numer. Anal. 16 (1979) 359 ([`crate::linalg::block_diagonal`]).
+//! Source: Bavely and Stewart, SIAM J. Numer. Anal. 16 (1979) 359 (`crate::linalg::block_diagonal`).
 //! States that A does not connect are treated apart, so decoupled planes stay exactly decoupled.
 //! Symbols: A T = T diag(A₁, A₂, …), B̃ = T⁻¹B, C̃ = C T.
 

@@ -1,4 +1,4 @@
-//! Resonances and antiresonances of a set of FRFs by local rational fits ([`super::local`]), each with a standard
+//! Resonances and antiresonances of a set of FRFs by local rational fits (`local`), each with a standard
 //! deviation.
 //!
 //! Resonances: local maxima are tried as single poles over all FRFs of a group at once; where one pole leaves a

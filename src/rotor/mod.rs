@@ -5,14 +5,14 @@
 //! in the complex coordinate r = x + jy the equation of motion is  M r̈ + C ṙ − jΩG ṙ + K r = f.
 
 pub(crate) mod assembly;
-pub(crate) mod basis;
-pub(crate) mod chain;
+pub mod basis;
+pub mod chain;
 pub mod chain_assembly;
 pub mod element;
 pub mod modes;
 pub mod section;
 pub mod spectrum;
-pub(crate) mod whirl;
+pub mod whirl;
 pub mod zeros;
 
 pub use assembly::{Joint, MassProperties, PlaneMatrices, PointMass, Rotor};

@@ -1,6 +1,6 @@
 //! The machine round the shaft: bearings, electronics, effects, tool, named ports, the open-loop plant at a speed.
 
-pub(crate) mod effective;
+pub mod effective;
 pub mod effects;
 pub(crate) mod machine;
 pub(crate) mod mechanics;

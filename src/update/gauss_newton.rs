@@ -1,6 +1,6 @@
 //! Gauss–Newton with a trust region on ln θ: minimises  Σ (ln(f/f̂)/σ)² + ln θᵀ C⁻¹ ln θ.
 //!
-//! C is the prior of [`super::determine`]; σ are the relative standard deviations of the measured frequencies, so that
+//! C is the prior of `determine`; σ are the relative standard deviations of the measured frequencies, so that
 //! the weight of the prior follows the noise. Where no standard deviation is given the noise is estimated: along a path
 //! of noise-to-prior ratios ρ, from smooth to tight, the marginal likelihood with the prior scale profiled out,
 //!   n ln(c/n) + ln det(J C₁ Jᵀ + ρ²I),  c = Σ (r/ρ)² + uᵀu,  C₁ the prior at unit variance,

@@ -2,7 +2,7 @@
 //!
 //! The search moves ln θ, so factors stay positive. Fifteen moduli and eight data leave a seven-dimensional set of
 //! equal objective; a simplex along the coordinate axes spends its iterations there. Each simplex here spans the
-//! combinations that the data determine (singular vectors of the sensitivity, see [`super::determine`]), sized by the
+//! combinations that the data determine (singular vectors of the sensitivity, see `determine`), sized by the
 //! step that a linear model would take, and after its share of the iterations a new one starts at the best point.
 //! Symbols: w exponents, θ modulus factors.
 

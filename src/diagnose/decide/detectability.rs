@@ -2,7 +2,7 @@
 //!
 //! With v the derivative of the whitened residuals to an effect, J those of the nuisance parameters and of what was
 //! named, N = JᵀJ with priors: what remains of a size θ is  λ = θ² (vᵀv − vᵀJ N⁻¹ Jᵀv).  An effect is accepted when the
-//! score falls by [`FURTHER_EFFECT_BIC_GAIN`] ([`FIRST_EFFECT_BIC_GAIN`]); it is found nine times in ten when √λ
+//! score falls by `FURTHER_EFFECT_BIC_GAIN` (`FIRST_EFFECT_BIC_GAIN`); it is found nine times in ten when √λ
 //! exceeds the root of that by 1.28 standard deviations. Linear in the fit coordinate, in which small effects are. What
 //! is too small to be worth a name ([`Hypothesis::matters`]) is not named however clear it is; from which size on it
 //! would be is told beside.

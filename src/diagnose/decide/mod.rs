@@ -3,9 +3,9 @@
 pub mod candidate;
 pub mod detectability;
 pub(crate) mod judgement;
-pub(crate) mod misfit;
+pub mod misfit;
 pub mod next_measurement;
-pub(crate) mod residuals;
+pub mod residuals;
 pub(crate) mod screening;
 pub(crate) mod selection;
-pub(crate) mod verdict;
+pub mod verdict;

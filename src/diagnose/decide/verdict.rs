@@ -1,7 +1,7 @@
 //! From data to verdict: `adequate`, `named`, `tie` or `unexplained`, with the corrected machine and the gap before and
 //! after.
 //!
-//! [`super::selection`] finds the effects. A name is given only when the whole then explains the data; else the verdict
+//! `selection` finds the effects. A name is given only when the whole then explains the data; else the verdict
 //! is `unexplained`. Rivals of equal score are a tie. Held-out data (hammer tests, or the channels between the
 //! bearings) are predicted from a fit that has not seen them.
 
@@ -71,7 +71,7 @@ pub struct Diagnosis {
     /// Best explanations at the last case, best first: names with score above the best.
     pub ranking: Vec<(Effect, f64)>,
     /// Fall of the score by the best single effect, at least; an effect is named from
-    /// [`super::screening::FIRST_EFFECT_BIC_GAIN`] on.
+    /// `FIRST_EFFECT_BIC_GAIN` on.
     pub strength: f64,
     /// The machine with effects and nuisance parameters.
     pub corrected: Machine,

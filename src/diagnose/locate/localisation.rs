@@ -1,7 +1,7 @@
 //! Where the disagreement sits, without a hypothesis.
 //!
 //! Every place gets a free complex law at every line; the nuisance parameters are fitted with it by variable projection
-//! ([`super::projection`]). The place that explains most with fewest free numbers is the best: score = χ² + 2 × (real
+//! (`projection`). The place that explains most with fewest free numbers is the best: score = χ² + 2 × (real
 //! numbers of the laws), after Akaike. Only sweeps are looked at, so that hammer tests stay held out. All places are
 //! compared at a coarse model error on thinned lines; the better half and then the best few are followed down to the
 //! model error at which a named model is judged.

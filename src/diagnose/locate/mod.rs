@@ -1,9 +1,9 @@
 //! Where something is missing, without a hypothesis: the law recovered at a place, line by line.
 
-pub(crate) mod correction;
+pub mod correction;
 mod joint;
 pub mod localisation;
-pub(crate) mod place;
+pub mod place;
 pub(crate) mod place_law;
 pub(crate) mod place_response;
 pub(crate) mod projection;

@@ -161,7 +161,7 @@ impl Place {
         }
     }
 
-    /// What the laws found here are: names and units, in the order of [`super::place_response::PlaceResponse::laws`].
+    /// What the laws found here are: names and units, in the order of `PlaceResponse::laws`.
     pub fn laws(&self, split: bool) -> Vec<(&'static str, Unit)> {
         match self {
             Self::Nowhere | Self::Freed(_) => vec![],

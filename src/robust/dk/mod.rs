@@ -10,7 +10,7 @@
 
 pub(crate) mod descent;
 pub(crate) mod record;
-pub(crate) mod scale;
+pub mod scale;
 
 use crate::augment::{Block, GeneralizedPlant};
 use crate::lti::connect::lower_lft;

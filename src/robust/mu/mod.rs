@@ -9,7 +9,7 @@ pub(crate) mod certificate;
 pub mod dscale;
 pub(crate) mod dscale_centre;
 pub(crate) mod lmi;
-pub(crate) mod lower;
+pub mod lower;
 pub(crate) mod minimax_step;
 pub mod mixed;
 pub mod peak;

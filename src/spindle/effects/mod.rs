@@ -1,12 +1,12 @@
 //! Effects that a spindle file may add to the nominal model.
 //!
 //! [`table`] describes every effect in one entry: name, location, parameters, how a fit moves them, sentence and
-//! advice. [`action`] applies an effect to the machine. Files, plant, diagnosis and report read the table.
+//! advice. `action` applies an effect to the machine. Files, plant, diagnosis and report read the table.
 
 pub(crate) mod action;
-pub(crate) mod coordinate;
+pub mod coordinate;
 pub(crate) mod effect;
-pub(crate) mod entry;
+pub mod entry;
 pub(crate) mod kind;
 pub(crate) mod location;
 pub mod table;

@@ -1,6 +1,6 @@
 //! The table of effects: one entry describes one effect for files, plant, diagnosis and report.
 //!
-//! To add an effect: a variant of [`EffectKind`] with its entry in [`TABLE`], its action in [`super::action`], and a
+//! To add an effect: a variant of [`EffectKind`] with its entry in [`TABLE`], its action in `action`, and a
 //! derivative in [`crate::spindle::response`] where differences are not good enough. Sources of the physics: G.
 //! Schweitzer, E. H. Maslen (eds.), *Magnetic Bearings*, Springer 2009, chapters 2, 4 and 12; M. I. Friswell et al.,
 //! *Dynamics of Rotating Machines*, Cambridge 2010, chapter 7.

@@ -46,7 +46,7 @@ struct Ports {
 }
 
 impl ReducedMachine {
-    /// Assembles the machine with parameters `p` (see [`super::parameters`]) and further effects.
+    /// Assembles the machine with parameters `p` (see `parameters`) and further effects.
     ///
     /// # Errors
     /// [`SpindleError`] when an effect leaves the shaft or an eigenvalue iteration fails.

@@ -1,9 +1,9 @@
 //! The response of the machine at a line, with its derivatives: the one place where electronics, ports, feedback,
 //! gyroscopics, masses and springs are written down.
 //!
-//! [`super::plant`] evaluates the machine as given in modal coordinates; [`reduced`] keeps the shaft in Ritz
-//! coordinates, in which moduli, joint and ports move without a new FE assembly. Both use the same [`electronics`], the
-//! same laws at ports ([`feedback`]) and the same [`damping`].
+//! [`super::plant`] evaluates the machine as given in modal coordinates; `reduced` keeps the shaft in Ritz
+//! coordinates, in which moduli, joint and ports move without a new FE assembly. Both use the same `electronics`, the
+//! same laws at ports (`feedback`) and the same `damping`.
 //!
 //! The response F is 6×6: sensor signals and tool displacement (x, y) from commanded currents and tool force (x, y).
 //! With L = I + H_c κ the derivative to a stiffness is −(XLᵀ)ᵀ dK (XLᵀ).
