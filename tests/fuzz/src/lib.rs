@@ -1,4 +1,4 @@
 //! What the fuzz targets share with the tests of the crate.
 
-#[path = "../../it/damage/formats.rs"]
+#[path = "../../it/input/damage/formats.rs"]
 pub mod formats;

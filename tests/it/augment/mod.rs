@@ -1,0 +1,3 @@
+//! Weights and the w plane.
+
+mod weights;

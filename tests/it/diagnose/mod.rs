@@ -1,0 +1,11 @@
+//! The diagnosis.
+
+mod diagnose_confusion;
+mod diagnose_examples;
+mod diagnose_folder;
+mod diagnose_localise;
+mod diagnose_matrix;
+mod diagnose_model;
+mod diagnose_next;
+mod diagnose_records;
+pub mod generator;

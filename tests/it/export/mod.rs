@@ -1,0 +1,5 @@
+//! Controllers as files.
+
+mod exchange;
+pub mod firmware;
+pub mod firmware_c;

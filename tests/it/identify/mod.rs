@@ -1,0 +1,4 @@
+//! Sweeps and their plausibility.
+
+mod identify_sweeps;
+mod record_plausibility;

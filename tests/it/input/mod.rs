@@ -1,0 +1,7 @@
+//! Files in.
+
+mod damage;
+mod input_files;
+mod mutated_files;
+mod plausible_values;
+mod uff;

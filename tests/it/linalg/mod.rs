@@ -1,0 +1,3 @@
+//! Dense algebra.
+
+mod solve_care;

@@ -1,0 +1,7 @@
+//! State space: responses, norms, sampling, reduction.
+
+mod connections;
+mod hold;
+mod solve_discretise;
+mod solve_hinfnorm;
+mod solve_reduce;

@@ -1,0 +1,3 @@
+//! The PID.
+
+mod tuning;

@@ -1,0 +1,9 @@
+//! H∞ synthesis, µ, D-K iteration.
+
+mod control_cases;
+mod dfit;
+mod dk;
+mod mu_constant;
+mod mu_system;
+pub mod solve_cases;
+mod solve_hinfsyn;

@@ -1,0 +1,318 @@
+//! μ of constant matrices: reference cases, closed forms, invariants, and the fast road against the matrix inequality.
+
+use crate::robust::control_cases::{Case, block_list, complex_matrix};
+use muspin::augment::Block;
+use muspin::linalg::{Mat, c64};
+use muspin::robust::{mu, structure::Structure};
+
+fn sigma_max(m: &Mat<c64>) -> f64 {
+    muspin::linalg::max_singular_value_complex(m)
+}
+
+#[test]
+fn reference_cases_lie_between_the_bounds() {
+    for case in Case::all("mu") {
+        let m = complex_matrix(&case.data["M"]);
+        let blocks = block_list(&case.data["blocks"]);
+        let reference = |key: &str| case.reference[key].as_f64().unwrap();
+        let found = mu::bounds(&m, &blocks).unwrap();
+        assert!(
+            found.upper >= reference("lower_bound") * (1.0 - 1e-9),
+            "{}: upper {} below the reference lower bound",
+            case.id,
+            found.upper
+        );
+        let absolute = case.tolerance["upper_abs"].as_f64().unwrap();
+        let limit = reference("upper_bound") * (1.0 + 1e-4) + absolute;
+        assert!(
+            found.upper <= limit,
+            "{}: {} > {limit}",
+            case.id,
+            found.upper
+        );
+        assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12) + 1e-300);
+        assert!((found.scaling.bound(&m) - found.upper).abs() <= 1e-9 * found.upper + 1e-12);
+        assert!(
+            found.lower <= found.upper * (1.0 + 1e-9) + 1e-12,
+            "{}",
+            case.id
+        );
+        assert!(
+            found.lower >= 0.999 * reference("lower_bound"),
+            "{}: lower {} reference {}",
+            case.id,
+            found.lower,
+            reference("lower_bound")
+        );
+        check_worst_case(&m, &blocks, &found);
+    }
+}
+
+/// Δ has the structure, the size 1/lower, and makes I − ΔM singular.
+fn check_worst_case(m: &Mat<c64>, blocks: &[Block], found: &mu::MuBounds) {
+    if found.lower == 0.0 {
+        return;
+    }
+    let size = sigma_max(&found.delta);
+    assert!((size * found.lower - 1.0).abs() < 1e-9);
+    for span in Structure::new(blocks).unwrap().spans {
+        let first = found.delta[(span.w.start, span.z.start)];
+        for i in 0..m.ncols() {
+            for j in span.z.clone() {
+                let inside = span.w.contains(&i);
+                if !inside {
+                    assert_eq!(found.delta[(i, j)].norm(), 0.0);
+                } else if span.is_scalar() {
+                    let diagonal = i - span.w.start == j - span.z.start;
+                    let expected = if diagonal { first } else { c64::new(0.0, 0.0) };
+                    assert_eq!(found.delta[(i, j)], expected);
+                    assert!(!span.is_real() || expected.im == 0.0);
+                }
+            }
+        }
+    }
+    let gain = &found.delta * m;
+    let n = gain.nrows();
+    let difference = Mat::from_fn(n, n, |i, j| {
+        c64::new(f64::from(u8::from(i == j)), 0.0) - gain[(i, j)]
+    });
+    let smallest = muspin::linalg::hermitian::min_singular_value(&difference);
+    assert!(smallest < 1e-8 * (1.0 + sigma_max(&gain)), "{smallest}");
+}
+
+fn random(seed: u64, rows: usize, cols: usize) -> Mat<c64> {
+    use rand::{Rng, SeedableRng};
+    let mut source = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || 2.0 * source.random::<f64>() - 1.0;
+    Mat::from_fn(rows, cols, |_, _| c64::new(draw(), draw()))
+}
+
+/// Structures with nothing but complex blocks, of four channels.
+fn complex_structures() -> Vec<Vec<Block>> {
+    let scalar = Block::ComplexScalar { n: 1 };
+    let full = |k| Block::ComplexFull { rows: k, cols: k };
+    vec![
+        vec![full(4)],
+        vec![full(2), full(2)],
+        vec![scalar, scalar, full(2)],
+        vec![scalar; 4],
+        vec![Block::ComplexScalar { n: 2 }, full(2)],
+        vec![Block::ComplexScalar { n: 4 }],
+    ]
+}
+
+#[test]
+fn the_spectral_radius_and_the_largest_gain_enclose_mu_and_the_bounds_meet() {
+    for seed in 0..10 {
+        let m = random(seed, 4, 4);
+        let radius = muspin::linalg::eigenvalues_complex(&m)
+            .unwrap()
+            .last()
+            .map_or(0.0, |v| v.norm());
+        for blocks in complex_structures() {
+            let found = mu::bounds(&m, &blocks).unwrap();
+            assert!(found.upper >= radius * (1.0 - 1e-6), "{blocks:?}");
+            assert!(found.upper <= sigma_max(&m) * (1.0 + 1e-12));
+            assert!(found.lower <= found.upper * (1.0 + 1e-9));
+            assert!(
+                found.lower >= 0.95 * found.upper,
+                "{blocks:?} {}",
+                found.lower / found.upper
+            );
+            check_worst_case(&m, &blocks, &found);
+        }
+    }
+}
+
+#[test]
+fn refining_a_block_never_raises_the_bound_and_one_repeated_scalar_is_the_spectral_radius() {
+    for seed in 20..26 {
+        let m = random(seed, 4, 4);
+        let upper: Vec<f64> = complex_structures()
+            .iter()
+            .map(|b| mu::upper_bound(&m, b).unwrap().0)
+            .collect();
+        for k in 1..4 {
+            assert!(upper[k] <= upper[k - 1] * (1.0 + 1e-7), "{upper:?}");
+        }
+        let radius = muspin::linalg::eigenvalues_complex(&m)
+            .unwrap()
+            .last()
+            .map_or(0.0, |v| v.norm());
+        assert!(
+            (upper[5] / radius - 1.0).abs() < 1e-4,
+            "{} {radius}",
+            upper[5]
+        );
+    }
+}
+
+#[test]
+fn a_diagonal_scale_changes_neither_bound() {
+    let d: [f64; 4] = [1.0, 1e4, 1e-3, 1e7];
+    let blocks = vec![Block::ComplexScalar { n: 1 }; 4];
+    for seed in 40..45 {
+        let m = random(seed, 4, 4);
+        let scaled = Mat::from_fn(4, 4, |i, j| m[(i, j)] * (d[i] / d[j]));
+        let (plain, badly) = (
+            mu::upper_bound(&m, &blocks).unwrap().0,
+            mu::upper_bound(&scaled, &blocks).unwrap().0,
+        );
+        assert!((plain / badly - 1.0).abs() < 1e-6, "{plain} {badly}");
+    }
+}
+
+#[test]
+fn reducible_and_zero_matrices() {
+    let scalars = vec![Block::ComplexScalar { n: 1 }; 4];
+    let triangular = Mat::from_fn(4, 4, |i, j| {
+        let value = if i > j {
+            0.0
+        } else {
+            [0.3, -0.7, 0.2, 0.5][i] + 5.0 * (j - i) as f64
+        };
+        c64::new(value, 0.0)
+    });
+    let found = mu::bounds(&triangular, &scalars).unwrap();
+    assert!((found.upper - 0.7).abs() < 1e-8, "{}", found.upper);
+    assert!((found.lower - 0.7).abs() < 1e-8, "{}", found.lower);
+    let strictly = Mat::from_fn(4, 4, |i, j| c64::new(f64::from(u8::from(j > i)), 0.0));
+    assert!(mu::upper_bound(&strictly, &scalars).unwrap().0 < 1e-9);
+    let zero = mu::bounds(&Mat::zeros(4, 4), &scalars).unwrap();
+    assert_eq!((zero.upper, zero.lower), (0.0, 0.0));
+}
+
+#[test]
+fn the_fast_scale_agrees_with_the_matrix_inequality() {
+    use muspin::robust::mu::{dscale, mixed};
+    use muspin::robust::structure::Scaling;
+    for seed in 60..64 {
+        let m = random(seed, 4, 4);
+        let structure = Structure::new(&[Block::ComplexScalar { n: 1 }; 4]).unwrap();
+        let fast = dscale::optimal(&m, &structure);
+        let start = Scaling::identity(&structure);
+        let slow = mixed::optimal(&m, &structure, start).unwrap().bound(&m);
+        assert!(
+            (fast.bound / slow - 1.0).abs() < 1e-5,
+            "{} {slow}",
+            fast.bound
+        );
+        assert!(fast.at_least <= fast.bound && fast.at_least > fast.bound * (1.0 - 1e-6));
+    }
+}
+
+#[test]
+fn the_fast_scale_agrees_with_the_matrix_inequality_for_blocks_of_all_shapes() {
+    use muspin::robust::mu::{dscale, mixed};
+    use muspin::robust::structure::Scaling;
+    let (one, full) = (Block::ComplexScalar { n: 1 }, |rows, cols| {
+        Block::ComplexFull { rows, cols }
+    });
+    for (seed, blocks) in [
+        vec![one, one, one, full(2, 3)],
+        vec![full(3, 1), one, full(1, 2)],
+        vec![one, one, one, one, full(5, 7)],
+        vec![one; 7],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let structure = Structure::new(&blocks).unwrap();
+        let m = random(seed as u64, structure.outputs(), structure.inputs());
+        let fast = dscale::optimal(&m, &structure);
+        let start = Scaling::identity(&structure);
+        let slow = mixed::optimal(&m, &structure, start).unwrap().bound(&m);
+        assert!((fast.bound / slow - 1.0).abs() < 1e-5, "{fast:?} {slow}");
+    }
+}
+
+#[test]
+fn a_scale_is_proven_optimal_to_a_tenth_of_a_percent_and_no_other_reaches_below_its_certificate() {
+    // What a bound of μ may be off by.
+    certificates_are_within(1e-3);
+}
+
+#[test]
+#[ignore = "open: with channel sizes over six decades rounding ends the method of centres with a lower bound up to \
+    2e-4 below the upper one"]
+fn a_scale_is_proven_optimal_to_a_hundredth_of_what_a_bound_may_be_off_by() {
+    certificates_are_within(1e-5);
+}
+
+fn certificates_are_within(gap: f64) {
+    use muspin::robust::mu::dscale;
+    use rand::{Rng, SeedableRng};
+    let mut source = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+    for n in 2..=18 {
+        let structure = Structure::new(&vec![Block::ComplexScalar { n: 1 }; n]).unwrap();
+        for seed in 0..4 {
+            // Channels whose sizes differ by decades.
+            let size = |k: usize| 10f64.powf(3.0 * ((7 * k + 3 * seed) as f64).sin());
+            let plain = random((100 * n + seed) as u64, n, n);
+            let m = Mat::from_fn(n, n, |i, j| plain[(i, j)] * size(i));
+            let found = dscale::optimal(&m, &structure);
+            assert!(found.at_least <= found.bound * (1.0 + 1e-12));
+            assert!(
+                found.at_least >= found.bound * (1.0 - gap),
+                "{n} {seed} {found:?}"
+            );
+            for spread in [1e-3, 0.1, 1.0] {
+                let mut factor = || (spread * (2.0 * source.random::<f64>() - 1.0)).exp();
+                let other: Vec<f64> = found.d.iter().map(|d| d * factor()).collect();
+                let bound = dscale::bound(&m, &structure, &other);
+                assert!(
+                    bound >= found.at_least * (1.0 - 1e-12),
+                    "{n} {seed} {bound}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_largest_singular_value_is_that_of_the_general_decomposition() {
+    for (rows, cols) in [(1, 1), (1, 5), (4, 4), (11, 9), (9, 11), (24, 30)] {
+        for scale in [1e-290, 1e-160, 1.0, 1e160, 1e290] {
+            let plain = random((rows + 100 * cols) as u64, rows, cols);
+            let m = Mat::from_fn(rows, cols, |i, j| plain[(i, j)] * scale);
+            let general = plain.singular_values().unwrap()[0] * scale;
+            assert!(
+                (sigma_max(&m) / general - 1.0).abs() < 1e-13,
+                "{rows}x{cols} {scale}"
+            );
+        }
+    }
+    // Repeated values, rank one, zero.
+    assert!((sigma_max(&Mat::identity(6, 6)) - 1.0).abs() < 1e-15);
+    let ones = Mat::from_fn(5, 7, |_, _| c64::new(0.0, 2.0));
+    assert!((sigma_max(&ones) - 2.0 * 35f64.sqrt()).abs() < 1e-13);
+    assert_eq!(sigma_max(&Mat::zeros(3, 4)), 0.0);
+    let mut bad = random(3, 3, 3);
+    bad[(1, 2)] = c64::new(0.0, f64::NAN);
+    assert!(sigma_max(&bad).is_nan());
+}
+
+#[test]
+fn wrong_shapes_and_bad_numbers_are_named() {
+    use muspin::robust::MuError;
+    let blocks = [Block::ComplexFull { rows: 2, cols: 3 }];
+    let wrong = mu::bounds(&random(1, 2, 2), &blocks);
+    assert!(matches!(
+        wrong,
+        Err(MuError::Shape {
+            rows: 3,
+            cols: 2,
+            ..
+        })
+    ));
+    assert!(matches!(
+        mu::bounds(&random(1, 2, 2), &[]),
+        Err(MuError::EmptyBlock { .. })
+    ));
+    let mut bad = random(1, 3, 2);
+    bad[(0, 0)] = c64::new(f64::NAN, 0.0);
+    assert!(matches!(
+        mu::bounds(&bad, &blocks),
+        Err(MuError::NotFinite { .. })
+    ));
+}

@@ -1,0 +1,5 @@
+//! The rotor and its spectrum.
+
+pub mod own_spectrum;
+mod rotor_cases;
+pub mod rotor_reference;

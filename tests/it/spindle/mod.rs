@@ -1,0 +1,6 @@
+//! Effects, plant and shipped tools.
+
+mod effects_table;
+mod spindle_effects;
+pub mod spindle_plant;
+mod tools;

@@ -1,0 +1,4 @@
+//! Model updating.
+
+mod update_commands;
+mod update_reference;
