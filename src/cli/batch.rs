@@ -181,7 +181,7 @@ fn finish(
     let sentence = verdict(rows);
     report.summary.set("plain_words", sentences(rows));
     report.summary.set("table", overview(rows));
-    report.verdict(Some(met), &sentence);
+    report.verdict(met, &sentence);
     let table = table(rows);
     let out = arguments.out.as_str();
     if !arguments.no_table {

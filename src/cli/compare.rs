@@ -124,7 +124,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             "a loop is not proven stable at every speed, is in zone D, or the design misses its specification"
         }
     };
-    report.verdict(Some(met), sentence);
+    report.verdict(met, sentence);
     console.writing(|| report.write(&arguments.out))?;
     drop(progress);
     for (_, each) in &list {

@@ -11,7 +11,7 @@ use crate::pipeline::design::Design;
 use crate::pipeline::settings::DesignSettings;
 use crate::pipeline::tightening::largest_tightening;
 use crate::report::variant_summary::{
-    AskedTightening, Auto, TighteningSummary, VariantSummary, route_word,
+    AskedTightening, TighteningSummary, VariantSummary, route_word,
 };
 use crate::spindle::Machine;
 use std::str::FromStr;
@@ -118,7 +118,7 @@ pub(super) fn tightening_beside(
     let before = run_design_with(machine, written, settings, progress)?;
     let before_rest = predict(machine, &before.delivery.controller, 0.0)?;
     let asked = match asked {
-        Tighten::Auto => AskedTightening::As(Auto::Auto),
+        Tighten::Auto => AskedTightening::Auto,
         Tighten::By(factor) => AskedTightening::By(factor),
     };
     let (written, tightened) = ((&before, &before_rest), (tightened, rest));

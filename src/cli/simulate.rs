@@ -169,7 +169,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             "the closed loop is unstable at this speed".to_owned(),
         ),
     };
-    report.verdict(Some(met), &end);
+    report.verdict(met, &end);
     add_response(&mut report, machine, &response, name, &limits)?;
     let title = format!("Shaft in motion, {name}");
     let moving = animate(&motion(machine, &response, &title, speed)?);

@@ -7,7 +7,7 @@ use crate::augment::plane::Route;
 use crate::controller::stiffness_limit::StiffnessLimit;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// The route in a word.
 pub(crate) fn route_word(route: Route) -> &'static str {
@@ -143,22 +143,22 @@ impl VariantSummary {
     }
 }
 
-/// How far a specification was asked to be tightened.
-#[derive(Clone, Copy, Debug, Serialize)]
-#[serde(untagged)]
+/// How far a specification was asked to be tightened: the word `auto` or the factor.
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum AskedTightening {
-    /// By this factor.
-    By(f64),
-    /// `auto`: as far as µ ≤ 1 allows.
-    As(Auto),
-}
-
-/// The word `auto`.
-#[derive(Clone, Copy, Debug, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Auto {
     /// As far as µ ≤ 1 allows.
     Auto,
+    /// By this factor.
+    By(f64),
+}
+
+impl Serialize for AskedTightening {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::By(factor) => serializer.serialize_f64(*factor),
+        }
+    }
 }
 
 /// `tightening`: the design with a tightened specification beside the one as written.

@@ -66,10 +66,13 @@ impl Report {
         report
     }
 
-    /// States the verdict; `met` is `None` for a run without targets.
-    pub(crate) fn verdict(&mut self, met: Option<bool>, sentence: &str) {
-        let sentence = sentence.to_owned();
-        self.summary.set("verdict", Verdict { met, sentence });
+    /// States whether every target is met, and the sentence about it.
+    pub(crate) fn verdict(&mut self, met: bool, sentence: &str) {
+        let verdict = Verdict {
+            met: Some(met),
+            sentence: sentence.to_owned(),
+        };
+        self.summary.set("verdict", verdict);
     }
 
     /// Adds pictures.

@@ -365,6 +365,12 @@ fn the_commands_of_the_guide_to_diagnosis_run_and_find_the_eddy_currents() {
     let corner = effect["parameters"]["corner_hz"].as_f64().unwrap();
     // The record has 3 kHz; its noise leaves a tenth of a per cent.
     assert!((corner / 3000.0 - 1.0).abs() < 0.01, "{corner}");
+    // The page rebuilt from summary and pictures is that of the run: what the page reads survives the file.
+    let page = folder.join("found/report.html");
+    let written = std::fs::read(&page).unwrap();
+    std::fs::remove_file(&page).unwrap();
+    assert_eq!(muspin(&["report", "found"], folder).0, 0);
+    assert!(std::fs::read(&page).unwrap() == written);
 }
 
 #[test]

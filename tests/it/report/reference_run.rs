@@ -62,6 +62,12 @@ fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes() {
             "{name} differs between one and two threads"
         );
     }
+    // The page rebuilt from summary and pictures is that of the run: what the page reads survives the file.
+    std::fs::remove_file(first.join("report.html")).unwrap();
+    let mut rebuild = Command::cargo_bin("muspin").unwrap();
+    rebuild.arg("report").arg(&first).assert().success();
+    let page = std::fs::read(first.join("report.html")).unwrap();
+    assert!(page == a["report.html"], "the rebuilt page differs");
     let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/reference");
     let read = |root: &Path| -> Value {
         serde_json::from_slice(&std::fs::read(root.join("summary.json")).unwrap()).unwrap()
