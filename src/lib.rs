@@ -177,3 +177,6 @@ pub mod prelude;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+
+#[cfg(feature = "python")]
+pub mod python;

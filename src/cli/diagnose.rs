@@ -51,7 +51,7 @@ impl From<DiagnoseError> for Failure {
 }
 
 /// A failure that names the measurement where the error itself does not name a file.
-fn failed(measurement: &str, error: DiagnoseError) -> Failure {
+pub(super) fn failed(measurement: &str, error: DiagnoseError) -> Failure {
     let hint = match &error {
         DiagnoseError::NoSweep => "add a record of kind sweep to measurement.yaml",
         DiagnoseError::NoController { .. } => "add `controller:` to the hammer record",

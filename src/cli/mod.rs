@@ -17,6 +17,8 @@ mod design_arguments;
 mod design_progress;
 mod design_variants;
 mod diagnose;
+#[cfg(feature = "python")]
+pub mod embedded;
 mod export;
 mod frf;
 mod identify;

@@ -19,6 +19,9 @@ pub mod firmware {}
 #[doc = include_str!("solvers.md")]
 pub mod solvers {}
 
+#[doc = include_str!("python.md")]
+pub mod python {}
+
 #[doc = include_str!("formats.md")]
 pub mod formats {}
 

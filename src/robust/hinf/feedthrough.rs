@@ -4,7 +4,7 @@
 //! over frequency; for D21 the rows of P21.
 
 use crate::augment::GeneralizedPlant;
-use crate::linalg::{Mat, svd};
+use crate::linalg::{Mat, c64, svd};
 use crate::lti::norm::seeds;
 use crate::lti::responder::FrequencyResponder;
 use crate::lti::{Continuous, StateSpace};
@@ -52,29 +52,15 @@ struct Weak {
 }
 
 fn weakest(plant: &GeneralizedPlant) -> Option<Weak> {
-    let (nw, nz) = (plant.disturbances(), plant.errors());
-    let range = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
-    let control = plant
-        .system
-        .select(&range(0, nz), &range(nw, plant.controls));
-    let sensing = plant
-        .system
-        .select(&range(nz, plant.measurements), &range(0, nw));
-    let transposed = StateSpace {
-        a: sensing.a.transpose().to_owned(),
-        b: sensing.c.transpose().to_owned(),
-        c: sensing.b.transpose().to_owned(),
-        d: sensing.d.transpose().to_owned(),
-        time: Continuous,
-    };
+    let (control, transposed) = parts(plant);
     let of = |part: &StateSpace<Continuous>, which| -> Option<Weak> {
-        let (smallest, relative) = direct_share(part)?;
+        let found = direct_share(part, 0.0)?;
         Some(Weak {
             which,
             rows: part.outputs(),
             cols: part.inputs(),
-            smallest,
-            relative,
+            smallest: found.smallest,
+            relative: found.relative,
         })
     };
     let d12 = of(&control, "D12");
@@ -90,15 +76,48 @@ fn weakest(plant: &GeneralizedPlant) -> Option<Weak> {
         .min_by(|a, b| a.relative.total_cmp(&b.relative))
 }
 
-/// Smallest singular value of D, plain and with its columns divided by the gains of the system.
-fn direct_share(system: &StateSpace<Continuous>) -> Option<(f64, f64)> {
+/// P12, and P21 transposed.
+pub(super) fn parts(plant: &GeneralizedPlant) -> (StateSpace<Continuous>, StateSpace<Continuous>) {
+    let (nw, nz) = (plant.disturbances(), plant.errors());
+    let range = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
+    let control = plant
+        .system
+        .select(&range(0, nz), &range(nw, plant.controls));
+    let sensing = plant
+        .system
+        .select(&range(nz, plant.measurements), &range(0, nw));
+    let transposed = StateSpace {
+        a: sensing.a.transpose().to_owned(),
+        b: sensing.c.transpose().to_owned(),
+        c: sensing.b.transpose().to_owned(),
+        d: sensing.d.transpose().to_owned(),
+        time: Continuous,
+    };
+    (control, transposed)
+}
+
+/// A direct term beside the gains of its system.
+pub(super) struct DirectShare {
+    /// Largest gain of each input over frequency.
+    pub gains: Vec<f64>,
+    /// Smallest singular value of D; 0 where D has fewer rows than columns.
+    pub smallest: f64,
+    /// The same with every column divided by its gain.
+    pub relative: f64,
+}
+
+/// Smallest singular value of D, plain and with its columns divided by the gains of the system at s = ω(`damping` + j).
+pub(super) fn direct_share(system: &StateSpace<Continuous>, damping: f64) -> Option<DirectShare> {
     let poles = system.poles().ok()?;
     let responder = FrequencyResponder::new(system);
     let mut gains: Vec<f64> = (0..system.inputs())
         .map(|j| system.d.col(j).norm_l2())
         .collect();
     for omega in seeds(&poles) {
-        let response = responder.at_or_infinity(omega);
+        let response = match omega.is_infinite() || damping == 0.0 {
+            true => responder.at_or_infinity(omega),
+            false => responder.transfer(c64::new(damping * omega, omega)),
+        };
         for (j, gain) in gains.iter_mut().enumerate() {
             let here = response.col(j).norm_l2();
             if here.is_finite() {
@@ -106,9 +125,17 @@ fn direct_share(system: &StateSpace<Continuous>) -> Option<(f64, f64)> {
             }
         }
     }
-    let smallest = |d: &Mat<f64>| svd(d).ok().and_then(|f| f.s.last().copied());
+    let smallest = |d: &Mat<f64>| match d.nrows() < d.ncols() {
+        true => Some(0.0),
+        false => svd(d).ok().and_then(|f| f.s.last().copied()),
+    };
     let share = Mat::from_fn(system.outputs(), system.inputs(), |i, j| {
         system.d[(i, j)] / gains[j].max(f64::MIN_POSITIVE)
     });
-    Some((smallest(&system.d)?, smallest(&share)?))
+    let (smallest, relative) = (smallest(&system.d)?, smallest(&share)?);
+    Some(DirectShare {
+        gains,
+        smallest,
+        relative,
+    })
 }

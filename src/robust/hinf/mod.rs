@@ -9,6 +9,7 @@ pub(crate) mod assumptions;
 pub(crate) mod controller;
 mod feedthrough;
 pub(crate) mod normal;
+pub mod regularise;
 mod riccati_pair;
 mod search;
 pub(crate) mod settings;

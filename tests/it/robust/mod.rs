@@ -6,4 +6,5 @@ mod dk;
 mod mu_constant;
 mod mu_system;
 pub mod solve_cases;
+mod regularise;
 mod solve_hinfsyn;

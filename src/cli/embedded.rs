@@ -1,0 +1,90 @@
+//! The stages of a spindle for a program that embeds muspin: what the commands do, with values instead of files.
+
+use super::Failure;
+use super::diagnose::{controllers, evidence, failed};
+use super::plausibility::Records;
+use super::surroundings::Surroundings;
+use super::update::targets;
+use crate::augment::weights::Weights;
+use crate::diagnose::diagnose_with;
+use crate::input::load_measurement;
+use crate::pipeline::comparison::predict;
+use crate::pipeline::design::{Design, design};
+use crate::pipeline::settings::DesignSettings;
+use crate::report::corrected_records::record_faults;
+use crate::report::design_summary::DesignSummary;
+use crate::report::diagnosis_summary::DiagnosisSummary;
+use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
+use crate::report::prediction_summary::{SensitivitySummary, StiffnessSummary};
+use crate::report::summary::{Summary, json};
+use crate::report::updating::UpdatingSummary;
+use crate::spindle::Machine;
+use crate::update::{UpdateSettings, gauss_newton};
+use serde_json::Value;
+
+/// The machine with the measured frequencies, and the figures of `muspin update`.
+///
+/// # Errors
+/// [`Failure`] as `muspin update` tells it.
+pub(crate) fn updated(machine: &Machine, measurement: &str) -> Result<(Machine, Value), Failure> {
+    let loaded = load_measurement(measurement)?;
+    let records = Records::of(&loaded, machine)?;
+    records.refuse_for_updating()?;
+    let (targets, identification) = targets(&loaded, &records, machine, None)?;
+    let found = gauss_newton(machine, &targets, &UpdateSettings::default())?;
+    let mut summary = Summary::new();
+    if let Some(peaks) = &identification {
+        summary.set("identification", IdentificationSummary::from(peaks));
+    }
+    summary.set("plausibility", PlausibilitySummary::of(&records.reports));
+    summary.set("updating", UpdatingSummary::from(&found.fit));
+    Ok((found.machine, summary.value()))
+}
+
+/// A design and the figures of `muspin design`; `progress` is called whenever a stage or a step has ended.
+///
+/// # Errors
+/// [`Failure`] as `muspin design` tells it.
+pub(crate) fn designed(
+    machine: &Machine,
+    weights: &Weights,
+    polish: bool,
+    progress: &(dyn Fn() + Sync),
+) -> Result<(Design, Value), Failure> {
+    let settings = match polish {
+        true => DesignSettings::polished(),
+        false => DesignSettings::default(),
+    };
+    let found = design(machine, weights, &settings, &mut |_| progress())?;
+    let rest = predict(machine, &found.delivery.controller, 0.0)?;
+    let mut summary = Summary::new();
+    summary.set("design", DesignSummary::from(&found));
+    summary.set("stiffness.mu", StiffnessSummary::of(&rest));
+    summary.set("sensitivity.mu", SensitivitySummary::of(&rest));
+    Ok((found, summary.value()))
+}
+
+/// The corrected machine, and the figures of `muspin diagnose`; `progress` is called whenever a stage begins.
+///
+/// # Errors
+/// [`Failure`] as `muspin diagnose` tells it.
+pub(crate) fn diagnosed(
+    machine: &Machine,
+    measurement: &str,
+    progress: &(dyn Fn() + Sync),
+) -> Result<(Machine, Value), Failure> {
+    let loaded = load_measurement(measurement)?;
+    let controllers = controllers(&loaded, measurement)?;
+    let known = Surroundings::of(&loaded, (None, None), machine);
+    let records = evidence(&loaded, &controllers);
+    let found = diagnose_with(machine, &records, &known.alternatives(), &|_: &str| {
+        progress()
+    })
+    .map_err(|error| failed(measurement, error))?;
+    let mut summary = json(DiagnosisSummary::from(&found));
+    if let Value::Object(map) = &mut summary {
+        let faults = record_faults(&found, &known.names);
+        map.insert("record_faults".into(), json(faults));
+    }
+    Ok((found.corrected, summary))
+}

@@ -1,0 +1,454 @@
+"""Certified robust control on numpy arrays and python-control systems, and spindles in magnetic bearings.
+
+Systems are given as a python-control ``StateSpace``, a tuple ``(A, B, C, D)`` or ``(A, B, C, D, dt)``. Systems are returned as
+``StateSpace`` where python-control is installed, else as :class:`System`. Arguments stand in the order of python-control
+and MATLAB; results are named tuples that begin with what those functions return and go on with the certificate.
+
+Feedback is positive: u = K y. A problem without a solution raises ``ValueError`` with the reason.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._native import __version__
+
+__all__ = [
+    "BalredResult", "CareResult", "HinfnormResult", "HinfsynResult", "MussvResult", "MusynResult", "REGULARISATION",
+    "Regularisation", "Spindle", "System", "SystemLike",
+    "balred", "c2d", "care", "hinfnorm", "hinfsyn", "mussv", "musyn",
+]
+
+
+#: A python-control ``StateSpace``, a :class:`System`, or a tuple ``(A, B, C, D)`` or ``(A, B, C, D, dt)``.
+SystemLike = Any
+#: A path or the name of a shipped file.
+Source = Union[str, "os.PathLike[str]"]
+_Matrices = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+
+class System(NamedTuple):
+    """State space y = C x + D u with the state equation in A and B; ``dt`` 0 is continuous time."""
+
+    A: NDArray[Any]
+    B: NDArray[Any]
+    C: NDArray[Any]
+    D: NDArray[Any]
+    dt: float = 0.0
+
+
+class Regularisation(NamedTuple):
+    """What ``regularise`` added: an error ``d12[k] * u[k]`` for each control, a disturbance of size ``d21[k]`` at each measurement."""
+
+    d12: tuple[float, ...]
+    d21: tuple[float, ...]
+
+
+class HinfsynResult(NamedTuple):
+    """Result of :func:`hinfsyn`."""
+
+    K: Any
+    """Controller, u = K y."""
+    CL: Any
+    """Closed loop of the plant as given."""
+    gam: float
+    """Level of the delivered controller."""
+    gam_opt: float
+    """Optimal level."""
+    norm: float
+    """Verified norm of ``CL``."""
+    peak_omega: float
+    """Frequency of that norm, rad/s."""
+    certificate: dict[str, float]
+    """Residuals and margins of the Riccati solutions, growth rate of the loop (1/s)."""
+    regularised: Regularisation
+    """What was added to D12 and D21; empty tuples without a perturbation."""
+    norm_regularised: float
+    """Norm of the loop with the perturbation; not below ``norm``."""
+
+
+class MusynResult(NamedTuple):
+    """Result of :func:`musyn`."""
+
+    K: Any
+    mu: float
+    """Upper bound of the peak, certified over all frequencies."""
+    mu_lower: float
+    """Lower bound at ``peak_omega``, rad/s."""
+    peak_omega: float
+    iterations: list[tuple[float, float, int]]
+    """(gamma, mu, order of the controller) of each iteration."""
+    CL: Any
+    """Closed loop of the plant as given."""
+    regularised: Regularisation
+    """What was added to D12 and D21; ``mu`` holds for the plant as given as well."""
+
+
+class MussvResult(NamedTuple):
+    """Result of :func:`mussv`."""
+
+    upper: float
+    lower: float
+    delta: NDArray[Any]
+    """Perturbation that attains the lower bound."""
+
+
+class HinfnormResult(NamedTuple):
+    """Result of :func:`hinfnorm`."""
+
+    norm: float
+    """Attained at ``peak_omega``."""
+    peak_omega: float
+    upper: float
+    """Level that no frequency reaches."""
+
+
+class CareResult(NamedTuple):
+    """Result of :func:`care`."""
+
+    X: NDArray[Any]
+    L: NDArray[Any]
+    """Closed-loop poles."""
+    G: NDArray[Any]
+    """Gain."""
+    residual: float
+    """Relative residual, in doubled precision."""
+    closed_loop_max_real: float
+
+
+class BalredResult(NamedTuple):
+    """Result of :func:`balred`."""
+
+    sys: Any
+    error: float
+    """H-infinity norm of full minus reduced."""
+    method: str
+    hsv: NDArray[Any]
+
+
+def _array(value: ArrayLike, name: str, complex_values: bool = False) -> NDArray[Any]:
+    kind: type = complex if complex_values else float
+    try:
+        found: NDArray[Any] = np.array(value, dtype=kind, ndmin=2, order="C")
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} must be a matrix of numbers: {error}") from error
+    if found.ndim != 2:
+        raise ValueError(f"{name} must be a matrix, found an array with {found.ndim} indices")
+    return found
+
+
+def _matrices(sys: SystemLike) -> tuple[_Matrices, float]:
+    """((A, B, C, D), dt) of anything that is a system."""
+    if hasattr(sys, "A") and hasattr(sys, "dt"):
+        parts: Sequence[Any] = (sys.A, sys.B, sys.C, sys.D)
+        dt = sys.dt
+    elif isinstance(sys, (tuple, list)) and len(sys) in (4, 5):
+        parts, dt = sys[:4], (sys[4] if len(sys) == 5 else 0)
+    else:
+        raise ValueError("a system is a StateSpace or a tuple (A, B, C, D) or (A, B, C, D, dt)")
+    if dt is True:
+        raise ValueError("the sample time of the system is not said; give dt in seconds")
+    a, b, c, d = (_array(part, name) for part, name in zip(parts, "ABCD"))
+    if a.size == 0:
+        # A static gain: empty lists carry no shape.
+        a, b, c = np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0))
+    (n, k), (p, m) = a.shape, d.shape
+    if n != k or b.shape != (n, m) or c.shape != (p, n):
+        raise ValueError(
+            f"A is {n} x {k}, B {b.shape[0]} x {b.shape[1]}, C {c.shape[0]} x {c.shape[1]}, D {p} x {m}: "
+            "A must be n x n, B n x m, C p x n, D p x m"
+        )
+    return (a, b, c, d), float(dt or 0.0)
+
+
+def _continuous(sys: SystemLike, what: str) -> _Matrices:
+    parts, dt = _matrices(sys)
+    if dt != 0.0:
+        raise ValueError(f"{what} takes a system in continuous time, found dt = {dt}")
+    return parts
+
+
+def _system(parts: _Matrices, dt: float = 0.0) -> Any:
+    try:
+        from control import StateSpace  # type: ignore[import-untyped,import-not-found,unused-ignore]
+    except ImportError:
+        return System(*parts, dt)
+    return StateSpace(*parts, dt, remove_useless_states=False)
+
+
+def _closed(plant: _Matrices, controller: _Matrices, nmeas: int, ncon: int) -> _Matrices:
+    """The loop of a generalized plant with u = K y."""
+    a, b, c, d = plant
+    ak, bk, ck, dk = controller
+    m1, p1 = b.shape[1] - ncon, c.shape[0] - nmeas
+    b1, b2, c1, c2 = b[:, :m1], b[:, m1:], c[:p1], c[p1:]
+    d11, d12, d21, d22 = d[:p1, :m1], d[:p1, m1:], d[p1:, :m1], d[p1:, m1:]
+    # u = E (Dk C2 x + Ck xk + Dk D21 w), E = (I - Dk D22)^-1
+    e = np.linalg.inv(np.eye(ncon) - dk @ d22)
+    ux, uk, uw = e @ dk @ c2, e @ ck, e @ dk @ d21
+    yx, yk, yw = c2 + d22 @ ux, d22 @ uk, d21 + d22 @ uw
+    return (
+        np.block([[a + b2 @ ux, b2 @ uk], [bk @ yx, ak + bk @ yk]]),
+        np.vstack([b1 + b2 @ uw, bk @ yw]),
+        np.hstack([c1 + d12 @ ux, d12 @ uk]),
+        d11 + d12 @ uw,
+    )
+
+
+#: Share of the gains that ``regularise=True`` adds.
+REGULARISATION: float = _native.REGULARISATION
+
+
+def _share(regularise: bool | float | None) -> float | None:
+    """The share of the gains that a regularisation adds, or none."""
+    if regularise is True:
+        return REGULARISATION
+    return None if regularise is False or regularise is None else float(regularise)
+
+
+def _count(value: Any, name: str) -> int:
+    """A whole number that is at least one."""
+    if isinstance(value, bool) or int(value) != value or value < 1:
+        raise ValueError(f"{name} = {value!r} must be a whole number of at least 1")
+    return int(value)
+
+
+def hinfsyn(
+    P: SystemLike, nmeas: int, ncon: int, gamma: float | None = None, regularise: bool | float = False
+) -> HinfsynResult:
+    """H-infinity synthesis for the generalized plant ``P`` with ``nmeas`` measurements and ``ncon`` controls last.
+
+    Parameters
+    ----------
+    P : system in continuous time
+    nmeas, ncon : int
+    gamma : float, optional
+        Level of the central controller; the optimum is searched for unless it is given.
+    regularise : bool or float
+        Where D12 (D21) lacks rank, gives each control an error (each measurement a disturbance) of this share of its largest
+        gain over frequency; True is ``REGULARISATION``. A plant that meets the assumptions is left as it is.
+
+    Returns
+    -------
+    HinfsynResult
+        ``K, CL, gam, gam_opt, norm, peak_omega, certificate, regularised, norm_regularised``. ``gam`` is a level of the plant
+        with what was added, ``norm`` the norm of the loop of the plant as given.
+
+    Raises
+    ------
+    ValueError
+        An assumption fails or no level is feasible; the message names it and says what to do.
+    """
+    plant = _continuous(P, "hinfsyn")
+    nmeas, ncon = _count(nmeas, "nmeas"), _count(ncon, "ncon")
+    level = None if gamma is None else float(gamma)
+    k, gam, best, (norm, omega), posed, certificate, added = _native.hinfsyn(plant, nmeas, ncon, level, _share(regularise))
+    loop = _closed(plant, k, nmeas, ncon)
+    size = Regularisation(*map(tuple, added))
+    return HinfsynResult(_system(k), _system(loop), gam, best, norm, omega, dict(certificate), size, posed)
+
+
+def _blocks(structure: ArrayLike) -> list[tuple[str, int, int]]:
+    """MATLAB's rows: [r, c] full complex r by c block of Delta, [-r, 0] real repeated, [r, 0] complex repeated."""
+    rows = np.array(structure)
+    if rows.ndim != 2 or rows.shape[1] != 2 or rows.shape[0] == 0 or not np.all(rows == np.floor(rows.astype(float))):
+        raise ValueError("blocks must be rows of two whole numbers, one row for each block")
+    found = []
+    for row in rows:
+        r, c = int(row[0]), int(row[1])
+        if r < 0 and (c == 0 or (r, c) == (-1, 1)):
+            found.append(("real_scalar", -r, -r))
+        elif c == 0 and r > 0:
+            found.append(("complex_scalar", r, r))
+        elif r > 0 and c > 0:
+            found.append(("complex_full", r, c))
+        else:
+            raise ValueError(f"block [{r}, {c}]: [r, c] full complex, [r, 0] repeated complex, [-r, 0] repeated real")
+    return found
+
+
+def musyn(
+    P: SystemLike,
+    nmeas: int,
+    ncon: int,
+    blocks: ArrayLike,
+    max_iterations: int | None = None,
+    regularise: bool | float = False,
+) -> MusynResult:
+    """D-K iteration for the generalized plant ``P``.
+
+    ``blocks`` are rows as those of :func:`mussv`, the performance block last; together they have as many rows as ``P``
+    has disturbances and as many columns as it has errors. ``regularise`` as in :func:`hinfsyn`; the performance block grows by
+    what is added, and ``mu`` bounds the plant as given. Returns a :class:`MusynResult`; takes seconds to minutes.
+    """
+    plant = _continuous(P, "musyn")
+    nmeas, ncon = _count(nmeas, "nmeas"), _count(ncon, "ncon")
+    most = None if max_iterations is None else _count(max_iterations, "max_iterations")
+    k, upper, lower, omega, steps, added = _native.musyn(plant, (nmeas, ncon), _blocks(blocks), most, _share(regularise))
+    loop = _system(_closed(plant, k, nmeas, ncon))
+    return MusynResult(_system(k), upper, lower, omega, steps, loop, Regularisation(*map(tuple, added)))
+
+
+def mussv(M: ArrayLike, blocks: ArrayLike) -> MussvResult:
+    """Bounds of the structured singular value of the complex matrix ``M``.
+
+    ``blocks`` has a row for each block: ``[r, c]`` a full complex block that reads c rows of M and feeds r columns, ``[r, 0]``
+    a repeated complex scalar, ``[-r, 0]`` a repeated real one. Returns a :class:`MussvResult`.
+    """
+    matrix = _array(M, "M", complex_values=True)
+    return MussvResult(*_native.mussv(matrix, _blocks(blocks)))
+
+
+def hinfnorm(sys: SystemLike) -> HinfnormResult:
+    """H-infinity norm of a stable system, continuous or sampled: value, frequency in rad/s, certified upper bound."""
+    parts, dt = _matrices(sys)
+    return HinfnormResult(*_native.hinfnorm(parts, dt))
+
+
+def care(
+    A: ArrayLike,
+    B: ArrayLike,
+    Q: ArrayLike,
+    R: ArrayLike | None = None,
+    S: ArrayLike | None = None,
+    E: None = None,
+) -> CareResult:
+    """Stabilising solution of A'X + XA - (XB + S) R^-1 (B'X + S') + Q = 0, arguments as python-control has them.
+
+    Returns a :class:`CareResult`; raises ValueError where there is no stabilising solution, with the reason.
+    """
+    if E is not None:
+        raise ValueError("E is not supported: multiply the equation by its inverse")
+    a, b, q = _array(A, "A"), _array(B, "B"), _array(Q, "Q")
+    n, m = b.shape
+    r = np.eye(m) if R is None else _array(R, "R")
+    s = np.zeros_like(b) if S is None else _array(S, "S")
+    for name, found, shape in (("A", a, (n, n)), ("Q", q, (n, n)), ("R", r, (m, m)), ("S", s, (n, m))):
+        if found.shape != shape:
+            raise ValueError(f"{name} is {found.shape}, but B has the shape {b.shape}: expected {shape}")
+        if not np.all(np.isfinite(found)):
+            raise ValueError(f"{name} holds NaN or infinity")
+    for name, found in (("Q", q), ("R", r)):
+        if not np.allclose(found, found.T, rtol=1e-10, atol=0.0):
+            raise ValueError(f"{name} is not symmetric")
+    try:
+        inner = np.linalg.solve(r, np.hstack([b.T, s.T]))
+    except np.linalg.LinAlgError as error:
+        raise ValueError("R is singular") from error
+    rb, rs = inner[:, :n], inner[:, n:]
+    g = b @ rb
+    shifted = q - s @ rs
+    x, residual, growth = _native.care(a - b @ rs, 0.5 * (g + g.T), 0.5 * (shifted + shifted.T))
+    gain = rb @ x + rs
+    return CareResult(x, np.linalg.eigvals(a - b @ gain), gain, residual, growth)
+
+
+_METHODS = {None: None, "truncate": "balanced_truncation", "matchdc": "singular_perturbation"}
+
+
+def balred(
+    sys: SystemLike, orders: int | Sequence[int], method: str | None = None
+) -> BalredResult | list[BalredResult]:
+    """Reduction to ``orders`` states by balancing; poles that are not stable are kept.
+
+    ``method`` is ``"truncate"`` or ``"matchdc"``; without it the one with the smaller H-infinity error. A list of orders gives
+    a list of :class:`BalredResult`.
+    """
+    if method not in _METHODS:
+        raise ValueError(f"method {method!r}: 'truncate' or 'matchdc'")
+    plant = _continuous(sys, "balred")
+
+    def one(order: Any) -> BalredResult:
+        if int(order) != order or order < 0:
+            raise ValueError(f"orders: {order!r} must be a whole number of at least 0")
+        parts, error, used, hsv = _native.balred(plant, int(order), _METHODS[method])
+        return BalredResult(_system(parts), error, used, np.array(hsv))
+
+    return [one(order) for order in orders] if isinstance(orders, (list, tuple, np.ndarray)) else one(orders)
+
+
+def c2d(sys: SystemLike, Ts: float, method: str = "zoh", prewarp_frequency: float | None = None) -> Any:
+    """Sampled system for the sample time ``Ts`` in seconds; ``method`` is 'zoh', 'tustin' or 'bilinear' (the same).
+
+    With ``prewarp_frequency`` in rad/s Tustin's rule keeps the response there exactly.
+    """
+    plant = _continuous(sys, "c2d")
+    method = "tustin" if method == "bilinear" else method
+    if prewarp_frequency is not None:
+        if method != "tustin":
+            raise ValueError("prewarp_frequency belongs to the method 'tustin'")
+        method = "tustin_prewarp"
+    prewarp = 0.0 if prewarp_frequency is None else float(prewarp_frequency)
+    return _system(_native.c2d(plant, float(Ts), str(method), prewarp), float(Ts))
+
+
+class Spindle:
+    """A spindle with its tool. Its methods return figures as the dictionaries of ``summary.json``."""
+
+    def __init__(self, machine: _native.Machine) -> None:
+        self._machine = machine
+
+    @classmethod
+    def load(cls, spindle: Source = "reference", tool: Source = "paper-tool") -> Spindle:
+        """Reads a spindle and a tool: paths or names of shipped files."""
+        return cls(_native.Machine.load(str(spindle), str(tool)))
+
+    def __repr__(self) -> str:
+        return "<Spindle {} with {}>".format(*self._machine.names())
+
+    @property
+    def name(self) -> str:
+        """Name of the spindle."""
+        return self._machine.names()[0]
+
+    @property
+    def tool(self) -> str:
+        """Name of the tool."""
+        return self._machine.names()[1]
+
+    @property
+    def max_rpm(self) -> float:
+        """Top speed, 1/min."""
+        return self._machine.max_rpm()
+
+    def plant(self, rpm: float = 0.0, pade_order: int = 2) -> Any:
+        """The design model: currents of front_x, front_y, rear_x, rear_y (A) and forces at the tool in x, y (N), then four loads
+        at the bearings, to displacements in the same order (m); the delay as a Padé approximant."""
+        if int(pade_order) != pade_order or pade_order < 0:
+            raise ValueError(f"pade_order = {pade_order!r} must be a whole number of at least 0")
+        return _system(self._machine.plant(float(rpm), int(pade_order)))
+
+    def response(self, omega: ArrayLike, rpm: float = 0.0) -> NDArray[np.complex128]:
+        """Response of the full finite-element model with exact delay at ``omega`` in rad/s: lines x 6 outputs x 6 inputs, four
+        axes and the two directions of the tool plane."""
+        return self._machine.response([float(w) for w in np.atleast_1d(omega)], float(rpm))
+
+    def update(self, measurement: Source) -> tuple[Spindle, dict[str, Any]]:
+        """The spindle whose moduli have the frequencies of a measurement folder, and the figures."""
+        machine, figures = self._machine.update(str(measurement))
+        return Spindle(machine), json.loads(figures)
+
+    def design(self, weights: Source = "benchmark", polish: bool = True) -> tuple[Any, dict[str, Any]]:
+        """The sampled controller that meets a weights file, and the figures; minutes."""
+        controller, figures = self._machine.design(str(weights), bool(polish))
+        found = json.loads(controller)
+        a, b, c, d = (np.array(found[key], dtype=float) for key in "ABCD")
+        return _system((a, b, c, d), found["sample_time_s"]), json.loads(figures)
+
+    def diagnose(self, measurement: Source) -> tuple[Spindle, dict[str, Any]]:
+        """The corrected spindle, and verdict, effects and gaps."""
+        machine, figures = self._machine.diagnose(str(measurement))
+        return Spindle(machine), json.loads(figures)
+
+    def save(self, spindle_file: Source, tool_file: Source) -> None:
+        """Writes the spindle and the tool as YAML."""
+        for path, text in zip((spindle_file, tool_file), self._machine.files()):
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)

@@ -1,0 +1,361 @@
+//! The solvers on arrays. Every function returns its certificate beside its answer.
+
+use super::compute::compute;
+use super::convert::{
+    Matrices, Real, RealOut, SystemOut, array, complex, complex_array, continuous, matrix, refused,
+    system,
+};
+use crate::augment::{Block, GeneralizedPlant};
+use crate::linalg::riccati::care;
+use crate::lti::balance::Balancing;
+use crate::lti::connect::lower_lft;
+use crate::lti::norm::{hinf_norm, hinf_norm_discrete};
+use crate::lti::sample::{tustin, tustin_prewarped, zoh};
+use crate::lti::{Discrete, StateSpace};
+use crate::robust::dk::{DkError, DkSettings, iterate};
+use crate::robust::hinf::regularise::{Regularisation, regularised};
+use crate::robust::{HinfSettings, SynthesisError, mu, synthesise};
+use numpy::{Complex64, PyArray2, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+/// Relative tolerance of norms.
+const NORM_TOLERANCE: f64 = 1e-10;
+
+/// Adds the functions to the module.
+pub(super) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(care_of, module)?)?;
+    module.add_function(wrap_pyfunction!(hinfnorm, module)?)?;
+    module.add_function(wrap_pyfunction!(hinfsyn, module)?)?;
+    module.add_function(wrap_pyfunction!(musyn, module)?)?;
+    module.add_function(wrap_pyfunction!(mussv, module)?)?;
+    module.add_function(wrap_pyfunction!(balred, module)?)?;
+    module.add_function(wrap_pyfunction!(c2d, module)?)
+}
+
+/// X, relative residual and growth rate of the stabilising solution of A'X + XA − XGX + Q = 0.
+#[pyfunction(name = "care")]
+fn care_of<'py>(
+    python: Python<'py>,
+    a: Real<'py>,
+    g: Real<'py>,
+    q: Real<'py>,
+) -> PyResult<(RealOut<'py>, f64, f64)> {
+    let (a, g, q) = (matrix(&a, "A")?, matrix(&g, "G")?, matrix(&q, "Q")?);
+    let found = compute(python, move |_| {
+        care(&a, &g, &q).map_err(|e| format!("Riccati equation: {e}"))
+    })?;
+    Ok((
+        array(python, &found.x),
+        found.residual,
+        found.closed_loop_max_real,
+    ))
+}
+
+/// Norm, its frequency and a certified upper bound; `period` 0 is continuous time.
+#[pyfunction]
+fn hinfnorm(python: Python<'_>, p: Matrices<'_>, period: f64) -> PyResult<(f64, f64, f64)> {
+    let s = continuous(&p)?;
+    if !(period.is_finite() && period >= 0.0) {
+        return Err(refused(format!("dt = {period} must be a time in seconds")));
+    }
+    let found = compute(python, move |_| {
+        let found = match period > 0.0 {
+            false => hinf_norm(&s, NORM_TOLERANCE),
+            true => {
+                let time = Discrete { period_s: period };
+                let sampled = StateSpace {
+                    a: s.a,
+                    b: s.b,
+                    c: s.c,
+                    d: s.d,
+                    time,
+                };
+                hinf_norm_discrete(&sampled, NORM_TOLERANCE)
+            }
+        };
+        found.map_err(|e| format!("H-infinity norm: {e}"))
+    })?;
+    Ok((found.norm, found.peak_omega_rad_s, found.upper))
+}
+
+fn plant(
+    p: &Matrices<'_>,
+    measurements: usize,
+    controls: usize,
+    blocks: Vec<Block>,
+) -> PyResult<GeneralizedPlant> {
+    let system = continuous(p)?;
+    let fits = |name: &str, part: usize, whole: usize| match part > 0 && part < whole {
+        true => Ok(()),
+        false => Err(refused(format!(
+            "{name} = {part} must lie between 1 and {}: the plant has {whole} channels there, errors or disturbances \
+             included",
+            whole.saturating_sub(1)
+        ))),
+    };
+    fits("nmeas", measurements, system.outputs())?;
+    fits("ncon", controls, system.inputs())?;
+    Ok(GeneralizedPlant {
+        system,
+        controls,
+        measurements,
+        blocks,
+    })
+}
+
+/// The plant as it is posed: enlarged by a share of the gains of its channels where one is given.
+fn posed(
+    plant: &GeneralizedPlant,
+    share: Option<f64>,
+) -> Result<(GeneralizedPlant, Regularisation), String> {
+    match share {
+        None => Ok((plant.clone(), Regularisation::default())),
+        Some(share) if share > 0.0 && share < 1.0 => regularised(plant, share).ok_or_else(|| {
+            "regularise: a control reaches no error, or no disturbance reaches a measurement"
+                .to_owned()
+        }),
+        Some(share) => Err(format!(
+            "regularise = {share} must be True or a share of the gains between 0 and 1"
+        )),
+    }
+}
+
+/// The sizes of what was added to D12 and to D21.
+type Added = (Vec<f64>, Vec<f64>);
+
+/// Controller, γ of it, optimal γ, norm of the loop of the plant as given with its frequency, that of the loop as
+/// posed, the certificate as pairs, what was added.
+type Hinf<'py> = (
+    SystemOut<'py>,
+    f64,
+    f64,
+    (f64, f64),
+    f64,
+    Vec<(&'static str, f64)>,
+    Added,
+);
+
+/// H∞ synthesis; `gamma` asks for the central controller at that level, `share` for a regularisation.
+#[pyfunction]
+fn hinfsyn<'py>(
+    python: Python<'py>,
+    p: Matrices<'py>,
+    measurements: usize,
+    controls: usize,
+    gamma: Option<f64>,
+    share: Option<f64>,
+) -> PyResult<Hinf<'py>> {
+    let given = plant(&p, measurements, controls, vec![])?;
+    let settings = HinfSettings {
+        gamma,
+        ..HinfSettings::default()
+    };
+    let (found, norm, added) = compute(python, move |_| {
+        let (plant, added) = posed(&given, share)?;
+        let found = synthesise(&plant, &settings).map_err(|e| explained(&e))?;
+        let norm = match added == Regularisation::default() {
+            true => (found.closed_loop_norm, found.closed_loop_peak_rad_s),
+            false => {
+                let closed =
+                    lower_lft(&given.system, &found.controller).map_err(|e| e.to_string())?;
+                let norm = hinf_norm(&closed, NORM_TOLERANCE).map_err(|e| e.to_string())?;
+                (norm.norm, norm.peak_omega_rad_s)
+            }
+        };
+        Ok((found, norm, added))
+    })?;
+    let c = &found.certificate;
+    let certificate = vec![
+        ("x_residual", c.x_residual),
+        ("y_residual", c.y_residual),
+        ("x_min_relative", c.x_min),
+        ("y_min_relative", c.y_min),
+        ("coupling", c.coupling),
+        ("closed_loop_max_real", c.growth_rate),
+    ];
+    Ok((
+        system(python, &found.controller),
+        found.gamma,
+        found.gamma_opt,
+        norm,
+        found.closed_loop_norm,
+        certificate,
+        (added.d12, added.d21),
+    ))
+}
+
+/// A failed synthesis with what to do.
+fn explained(error: &SynthesisError) -> String {
+    let hair = matches!(
+        error,
+        SynthesisError::ControlCost { .. }
+            | SynthesisError::MeasurementNoise { .. }
+            | SynthesisError::WeakFeedthrough { .. }
+    );
+    let regularise = if hair {
+        "; or pass regularise=True, which adds what is missing and reports it"
+    } else {
+        ""
+    };
+    format!(
+        "H-infinity synthesis: {error}\n\nhint: {}{regularise}",
+        error.advice()
+    )
+}
+
+/// A block as (kind, rows or size, columns).
+type BlockIn = (String, usize, usize);
+
+fn blocks(list: &[BlockIn]) -> PyResult<Vec<Block>> {
+    let one = |(kind, rows, cols): &BlockIn| match kind.as_str() {
+        "complex_full" => Ok(Block::ComplexFull {
+            rows: *rows,
+            cols: *cols,
+        }),
+        "complex_scalar" => Ok(Block::ComplexScalar { n: *rows }),
+        "real_scalar" => Ok(Block::RealScalar { n: *rows }),
+        other => Err(refused(format!(
+            "block kind {other:?}: complex_full, complex_scalar or real_scalar"
+        ))),
+    };
+    list.iter().map(one).collect()
+}
+
+/// Controller, certified upper bound, lower bound, frequency of the peak, and (γ, μ, order) of every iteration, what
+/// was added.
+type Mu<'py> = (SystemOut<'py>, f64, f64, f64, Vec<(f64, f64, usize)>, Added);
+
+/// D-K iteration; `share` asks for a regularisation.
+#[pyfunction]
+fn musyn<'py>(
+    python: Python<'py>,
+    p: Matrices<'py>,
+    channels: (usize, usize),
+    structure: Vec<BlockIn>,
+    max_iterations: Option<usize>,
+    share: Option<f64>,
+) -> PyResult<Mu<'py>> {
+    let given = plant(&p, channels.0, channels.1, blocks(&structure)?)?;
+    let mut settings = DkSettings::default();
+    match max_iterations {
+        Some(0) => return Err(refused("max_iterations must be at least 1")),
+        Some(most) => settings.max_iterations = most,
+        None => {}
+    }
+    let (found, added) = compute(python, move |stop| {
+        let (plant, added) = posed(&given, share)?;
+        let found = iterate(&plant, &settings, &mut |_| stop.here());
+        let found = found.map_err(|e| match &e {
+            DkError::Synthesis(cause) => explained(cause),
+            _ => format!("D-K iteration: {e}"),
+        })?;
+        Ok((found, added))
+    })?;
+    let steps = found.steps.iter();
+    Ok((
+        system(python, &found.controller),
+        found.mu_peak,
+        found.mu_lower_peak,
+        found.peak_omega_rad_s,
+        steps
+            .map(|s| (s.gamma, s.mu_peak, s.controller_order))
+            .collect(),
+        (added.d12, added.d21),
+    ))
+}
+
+/// Upper bound, lower bound and the Δ that attains it, of a complex matrix.
+#[pyfunction]
+fn mussv<'py>(
+    python: Python<'py>,
+    m: PyReadonlyArray2<'py, Complex64>,
+    structure: Vec<BlockIn>,
+) -> PyResult<(f64, f64, Bound<'py, PyArray2<Complex64>>)> {
+    let (m, structure) = (complex(&m, "M")?, blocks(&structure)?);
+    let rows: usize = structure.iter().map(Block::rows).sum();
+    let cols: usize = structure.iter().map(Block::cols).sum();
+    if (m.nrows(), m.ncols()) != (cols, rows) {
+        return Err(refused(format!(
+            "M is {} x {}, but the blocks [r, c] sum to r = {rows} and c = {cols}: M must be {cols} x {rows}",
+            m.nrows(),
+            m.ncols()
+        )));
+    }
+    let found = compute(python, move |_| {
+        mu::bounds(&m, &structure).map_err(|e| e.to_string())
+    })?;
+    Ok((
+        found.upper,
+        found.lower,
+        complex_array(python, &found.delta),
+    ))
+}
+
+/// The best reduction to `order` states with its H∞ error and method, and the Hankel singular values.
+#[pyfunction]
+fn balred<'py>(
+    python: Python<'py>,
+    p: Matrices<'py>,
+    order: usize,
+    method: Option<String>,
+) -> PyResult<(SystemOut<'py>, f64, String, Vec<f64>)> {
+    let full = continuous(&p)?;
+    if order > full.order() {
+        return Err(refused(format!(
+            "order {order}, but the system has {} states",
+            full.order()
+        )));
+    }
+    let (best, hankel) = compute(python, move |_| {
+        let balancing = Balancing::new(&full).map_err(|e| e.to_string())?;
+        let reductions = balancing.reductions(order).map_err(|e| e.to_string())?;
+        let names: Vec<&str> = reductions.iter().map(|r| r.method).collect();
+        let names = names.join(", ");
+        let wanted = |name: &str| method.as_deref().is_none_or(|m| m == name);
+        match reductions.into_iter().find(|r| wanted(r.method)) {
+            Some(best) => Ok((best, balancing.hankel)),
+            None => Err(format!(
+                "no reduction of that kind to {order} states; there are: {names}"
+            )),
+        }
+    })?;
+    Ok((
+        system(python, &best.system),
+        best.error_hinf,
+        best.method.to_owned(),
+        hankel,
+    ))
+}
+
+/// The sampled system; `method` is zoh, tustin or tustin_prewarp with the frequency in rad/s.
+#[pyfunction]
+fn c2d<'py>(
+    python: Python<'py>,
+    p: Matrices<'py>,
+    period: f64,
+    method: String,
+    prewarp: f64,
+) -> PyResult<SystemOut<'py>> {
+    let s = continuous(&p)?;
+    if !(period.is_finite() && period > 0.0) {
+        return Err(refused(format!(
+            "Ts = {period} must be a positive time in seconds"
+        )));
+    }
+    let limit = std::f64::consts::PI / period;
+    if method == "tustin_prewarp" && !(prewarp > 0.0 && prewarp < limit) {
+        return Err(refused(format!(
+            "prewarp_frequency = {prewarp} must lie between 0 and pi/Ts = {limit} rad/s"
+        )));
+    }
+    let found = compute(python, move |_| {
+        let found = match method.as_str() {
+            "zoh" => zoh(&s, period),
+            "tustin" => tustin(&s, period),
+            "tustin_prewarp" => tustin_prewarped(&s, period, prewarp),
+            other => return Err(format!("method {other:?}: zoh, tustin or bilinear")),
+        };
+        found.map_err(|e| e.to_string())
+    })?;
+    Ok(system(python, &found))
+}

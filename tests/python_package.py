@@ -1,0 +1,288 @@
+"""The Python package against python-control, SciPy, SLICOT and the cases of tests/data/control.
+
+usage: pip install .[control] scipy slycot && python3 tests/python_package.py
+Exit 77 says that the package, control or scipy is missing; without slycot its comparisons are left out.
+"""
+
+import glob
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+try:
+    import control
+    import numpy as np
+    import scipy.linalg
+
+    import muspin
+except ImportError as missing:
+    print(f"missing: {missing}")
+    sys.exit(77)
+try:
+    import slycot
+except ImportError:
+    slycot = None
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+CASES = os.path.join(HERE, "data", "control")
+ran = 0
+
+
+def cases(kind):
+    for path in sorted(glob.glob(os.path.join(CASES, kind, "*.json"))):
+        with open(path, encoding="utf-8") as file:
+            yield json.load(file)
+
+
+def check(good, what):
+    global ran
+    ran += 1
+    if not good:
+        print("FAIL", what)
+        sys.exit(1)
+
+
+def matrices(data, *names):
+    return [np.array(data[name], dtype=float) for name in names]
+
+
+# Riccati: against the multiple-precision solution of each case, and python-control's own where it is right.
+for case in cases("care"):
+    a, g, q = matrices(case["data"], "A", "G", "Q")
+    x, residual, growth = muspin._native.care(a, g, q)
+    reference = np.array(case["reference"]["X"])
+    error = np.linalg.norm(x - reference) / np.linalg.norm(reference)
+    check(error <= max(case["tolerance"]["X_rel_fro"], 1e-10), f"care {case['id']}: {error}")
+    check(growth < 0, f"care {case['id']}: stable")
+A, B, Q, R = np.array([[0.0, 1.0], [-2.0, 0.3]]), np.array([[0.0], [1.0]]), np.diag([2.0, 1.0]), np.array([[0.5]])
+S = np.array([[0.1], [0.2]])
+mine, theirs = muspin.care(A, B, Q, R, S), control.care(A, B, Q, R, S, np.eye(2))
+for k, name in enumerate(["X", "L", "G"]):
+    check(np.allclose(np.sort_complex(np.ravel(mine[k])), np.sort_complex(np.ravel(theirs[k])), atol=1e-9), f"care: {name}")
+
+x = scipy.linalg.solve_continuous_are(A, B, Q, R, s=S)
+check(np.allclose(muspin.care(A, B, Q, R, S).X, x, atol=1e-9), "care as SciPy")
+
+# H-infinity norm: the multiple-precision value of each case.
+for case in cases("hinfnorm"):
+    if "norm" not in case["reference"] or case["reference"]["norm"] is None:
+        continue
+    a, b, c, d = matrices(case["data"], "A", "B", "C", "D")
+    found = muspin.hinfnorm((a, b, c, d))
+    reference = case["reference"]["norm"]
+    check(abs(found.norm / reference - 1) < 1e-6, f"hinfnorm {case['id']}: {found.norm} {reference}")
+    check(found.norm <= found.upper, f"hinfnorm {case['id']}: upper bound")
+    if slycot is not None:
+        # SLICOT's answer is never above the certified bound; where it is right it is the same.
+        theirs = control.linfnorm(control.ss(a, b, c, d, remove_useless_states=False))[0]
+        check(theirs <= found.upper * (1 + 1e-6), f"hinfnorm {case['id']}: SLICOT {theirs}")
+sampled = muspin.c2d(control.ss([[-1.0]], [[1.0]], [[1.0]], [[0.0]]), 0.1)
+check(abs(muspin.hinfnorm(sampled).norm - 1.0) < 1e-8, "hinfnorm of a sampled lag is its gain at zero")
+
+# mu: SLICOT's upper bound is not below mu, ours lies between the lower bound and it.
+for case in cases("mu"):
+    m = np.array(case["data"]["M"]["re"]) + 1j * np.array(case["data"]["M"]["im"])
+    rows = {"complex_scalar": lambda b: [b["n"], 0], "real_scalar": lambda b: [-b["n"], 0]}
+    blocks = [rows[b["type"]](b) if b["type"] in rows else [b["rows"], b["cols"]] for b in case["data"]["blocks"]]
+    found = muspin.mussv(m, blocks)
+    reference = case["reference"]
+    limit = reference["upper_bound"] * (1 + case["tolerance"]["upper_rel"]) + case["tolerance"].get("upper_abs", 0)
+    check(reference["lower_bound"] * (1 - 1e-9) <= found.upper <= limit, f"mussv {case['id']}: {found.upper}")
+    check(found.lower <= found.upper * (1 + 1e-9), f"mussv {case['id']}: bounds")
+
+# H-infinity synthesis: the norm of the returned loop, computed by python-control, is the certified one.
+for case in cases("hinfsyn"):
+    if "gamma_opt" not in case["reference"]:
+        continue
+    data = case["data"]
+    plant = control.ss(*matrices(data, "A", "B", "C", "D"), remove_useless_states=False)
+    found = muspin.hinfsyn(plant, data["p2"], data["m2"])
+    check(np.all(found.CL.poles().real < 0), f"hinfsyn {case['id']}: stable")
+    check(found.norm <= found.gam * (1 + 1e-6), f"hinfsyn {case['id']}: {found.norm} above {found.gam}")
+    check(abs(muspin.hinfnorm(found.CL).norm / found.norm - 1) < 1e-6, f"hinfsyn {case['id']}: norm of CL")
+
+# Assumptions that fail by a hair: x' = x + w + u, z = x, y = x + n/10 without a cost of u is refused, and met with a stated
+# perturbation. No controller brings the gain from n to z below 1/10, and a high gain comes as close as one likes.
+plant = (np.array([[1.0]]), np.array([[1.0, 0.0, 1.0]]), np.array([[1.0], [1.0]]), np.array([[0, 0, 0], [0, 0.1, 0]]))
+try:
+    muspin.hinfsyn(plant, 1, 1)
+    check(False, "a plant without D12 is refused")
+except ValueError as error:
+    check("D12" in str(error), f"the reason is named: {error}")
+found = muspin.hinfsyn(plant, 1, 1, regularise=True)
+check(len(found.regularised.d12) == 1 and found.regularised.d12[0] > 0, f"what is added to D12 is told: {found.regularised}")
+check(found.regularised.d21 == (), "D21 is left alone")
+check(np.all(found.CL.poles().real < 0), "the loop of the plant as given is stable")
+check(found.norm <= found.norm_regularised * (1 + 1e-8), "the added channel cannot lower the norm")
+check(found.norm_regularised <= found.gam * (1 + 1e-6), "level of the regularised plant")
+check(abs(muspin.hinfnorm(found.CL).norm / found.norm - 1) < 1e-6, "the norm is that of the plant as given")
+check(0.1 <= found.norm < 0.1 * 1.002, f"regularised synthesis comes close to the infimum 0.1: {found.norm}")
+smaller, larger = (muspin.hinfsyn(plant, 1, 1, regularise=share) for share in (1e-6, 1e-2))
+check(0.1 <= smaller.gam < found.gam < larger.gam, f"the level grows with the perturbation: {smaller.gam} {found.gam} {larger.gam}")
+# The size does not depend on units: a control in mA and a measurement in um.
+a, b, c, d = plant
+inputs, outputs = np.diag([1.0, 1.0, 1e-3]), np.diag([1.0, 1e6])
+scaled = muspin.hinfsyn((a, b @ inputs, outputs @ c, outputs @ d @ inputs), 1, 1, regularise=True)
+check(abs(scaled.gam / found.gam - 1) < 1e-3, f"regularisation and units: {scaled.gam} {found.gam}")
+# A plant that meets the assumptions is left as it is.
+regular = (np.array([[-1.0]]), np.array([[1.0, 0.0, 1.0]]), np.array([[1.0], [0.0], [1.0]]), np.array([[0, 0, 0], [0, 0, 1.0], [0, 1.0, 0]]))
+plain, asked = muspin.hinfsyn(regular, 1, 1), muspin.hinfsyn(regular, 1, 1, regularise=True)
+check(asked.regularised == ((), ()) and plain.gam == asked.gam and np.array_equal(plain.K.A, asked.K.A), "nothing is added without need")
+for share in (0.0, -1.0, 2.0, float("nan")):
+    try:
+        muspin.hinfsyn(plant, 1, 1, regularise=share)
+        check(False, f"regularise={share}")
+    except ValueError as error:
+        check("regularise" in str(error), f"regularise={share}: {error}")
+
+# Reduction: the certified error against python-control's response, the bound 2 sum hsv.
+full = control.rss(8, 2, 2)
+full = control.ss(full.A, full.B, full.C, 0 * full.D)
+reduced = muspin.balred(full, 4, method="truncate")
+omega = np.logspace(-3, 3, 400)
+gap = max(np.linalg.norm(full(1j * w) - reduced.sys(1j * w), 2) for w in omega)
+check(gap <= reduced.error * (1 + 1e-6) and reduced.error <= 2 * reduced.hsv[4:].sum() * (1 + 1e-6), "balred")
+theirs = control.balred(full, 4, method="truncate")
+check(max(np.linalg.norm(theirs(1j * w) - reduced.sys(1j * w), 2) for w in omega) < 1e-6, "balred as python-control")
+
+# Sampling as python-control does it.
+for method, prewarp in (("zoh", None), ("tustin", None), ("bilinear", 3.0)):
+    mine = muspin.c2d(full, 0.05, method, prewarp_frequency=prewarp)
+    theirs = control.c2d(full, 0.05, method, prewarp_frequency=prewarp)
+    z = np.exp(1j * np.linspace(0.01, 3.0, 50))
+    check(max(np.linalg.norm(mine(p) - theirs(p), 2) for p in z) < 1e-9, f"c2d {method} {prewarp}")
+
+# D-K iteration: the bound is that of the loop, and not above the norm without structure.
+omega0 = 200.0
+plant = (
+    np.array([[0, omega0], [omega0, 0]]), np.array([[0, 0, 0, 0], [0.2 * omega0, omega0, 0, omega0]]),
+    np.array([[1, 0], [1, 0], [0, 0], [1, 0]]), np.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0.1], [0, 0, 0.01, 0]]),
+)
+single, robust = muspin.hinfsyn(plant, 1, 1), muspin.musyn(plant, 1, 1, [[1, 1], [2, 2]])
+check(robust.mu_lower <= robust.mu < single.gam, f"musyn: {robust.mu} {single.gam}")
+check(np.all(robust.CL.poles().real < 0), "musyn: stable")
+for w in np.geomspace(1.0, 1e5, 60):
+    bound = muspin.mussv(robust.CL(1j * w), [[1, 1], [2, 2]])
+    check(bound.lower <= robust.mu * (1 + 1e-6), f"musyn: mu at {w} is below the certified peak")
+singular = tuple(np.array(x) for x in plant)
+singular[3][2, 3] = 0.0
+try:
+    muspin.musyn(singular, 1, 1, [[1, 1], [2, 2]])
+    check(False, "musyn refuses a plant without D12")
+except ValueError as error:
+    check("D12" in str(error) and "regularise=True" in str(error), f"musyn names the remedy: {error}")
+met = muspin.musyn(singular, 1, 1, [[1, 1], [2, 2]], regularise=True)
+check(len(met.regularised.d12) == 1 and np.all(met.CL.poles().real < 0), "musyn regularised")
+for w in np.geomspace(1.0, 1e5, 60):
+    check(muspin.mussv(met.CL(1j * w), [[1, 1], [2, 2]]).lower <= met.mu * (1 + 1e-6), "mu of the plant as given is below the bound")
+
+# A spindle: response of the model, update from a measurement.
+spindle = muspin.Spindle.load()
+check(spindle.name == "reference" and spindle.response([100.0], 0).shape == (1, 6, 6), "Spindle")
+design = spindle.plant(0)
+exact, model = spindle.response([2 * np.pi * 300.0])[0], design(2j * np.pi * 300.0)
+check(np.linalg.norm(exact[:4, :4] - model[:4, :4]) < 0.02 * np.linalg.norm(exact[:4, :4]), "design model at 300 Hz")
+diagnosis = os.path.join(HERE, "data", "diagnosis", "c03")
+measured = muspin.Spindle.load(os.path.join(diagnosis, "spindle.yaml"), os.path.join(diagnosis, "tool.yaml"))
+updated, figures = measured.update(diagnosis)
+check("updating" in figures and updated.name == measured.name, "update")
+corrected, found = measured.diagnose(diagnosis)
+check(found["verdict"] in ("adequate", "named", "tie", "unexplained"), "diagnose")
+
+# What is wrong ends in ValueError or TypeError with words, never in a panic.
+random = np.random.default_rng(1)
+LIMIT = 300
+
+
+def anything():
+    """A matrix, or something that is none."""
+    kind = random.integers(12)
+    if kind == 0:
+        return np.full((2, 2), np.nan)
+    if kind == 1:
+        return [[1, 2], [3]]
+    if kind == 2:
+        return "matrix"
+    if kind == 3:
+        return np.zeros((0, 0))
+    if kind == 4:
+        return np.zeros((2, 2, 2))
+    if kind == 5:
+        return np.full((3, 3), 1e308)
+    if kind == 6:
+        return None
+    return random.normal(size=(random.integers(4), random.integers(4)))
+
+
+def number():
+    return [0, 1, 2, -1, 10**9, 1.5, float("nan"), float("inf"), 1e-300, None][random.integers(10)]
+
+
+def system():
+    if random.integers(3):
+        n, m, p = random.integers(1, 4, size=3)
+        return tuple(random.normal(size=shape) for shape in ((n, n), (n, m), (p, n), (p, m)))
+    return tuple(anything() for _ in range(4))
+
+
+calls = [
+    lambda: muspin.care(anything(), anything(), anything(), anything()),
+    lambda: muspin.hinfnorm(system()),
+    lambda: muspin.hinfnorm((*system(), number())),
+    lambda: muspin.hinfsyn(system(), number(), number(), number(), bool(random.integers(2))),
+    lambda: muspin.musyn(system(), 1, 1, [[number(), number()]], 1),
+    lambda: muspin.mussv(anything(), [[number(), number()], [1, 1]]),
+    lambda: muspin.balred(system(), number()),
+    lambda: muspin.c2d(system(), number(), ["zoh", "tustin", "spline"][random.integers(3)], number()),
+    lambda: muspin.Spindle.load(["reference", "nobody", ""][random.integers(3)], ["paper-tool", "none"][random.integers(2)]).plant(number()),
+    lambda: spindle.response([number()], number()),
+    lambda: spindle.update("no such folder"),
+    lambda: spindle.design("no such weights"),
+    lambda: spindle.diagnose("no such folder"),
+]
+refused = 0
+for trial in range(LIMIT):
+    try:
+        calls[trial % len(calls)]()
+    except (ValueError, TypeError, OverflowError) as error:
+        refused += 1
+        check(len(str(error)) > 5, "an error has words")
+check(refused > LIMIT / 3, f"{refused} of {LIMIT} malformed calls are refused")
+
+# A long call lets other threads run, and Ctrl-C ends it at once.
+counted = 0
+ended = threading.Event()
+
+
+def count():
+    global counted
+    while not ended.is_set():
+        counted += 1
+        time.sleep(0.01)
+
+
+threading.Thread(target=count, daemon=True).start()
+threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+began = time.monotonic()
+try:
+    spindle.design("benchmark")
+    check(False, "the design was not interrupted")
+except KeyboardInterrupt:
+    took = time.monotonic() - began
+    check(took < 4, f"Ctrl-C took {took} s")
+ended.set()
+check(counted > 50, f"another thread ran {counted} times beside the design")
+
+# The command line of the package.
+version = subprocess.run([sys.executable, "-m", "muspin", "--version"], capture_output=True, text=True, check=True).stdout
+check(muspin.__version__ in version, version)
+
+# A design within the limits of the specification, with the figures of `muspin design`.
+if "--design" in sys.argv:
+    K, figures = spindle.design("benchmark", polish=False)
+    check(figures["design"]["largest_mu"] <= 1.0 and K.dt == 5e-5, "design")
+print(f"{ran} checks hold" + ("" if slycot else "; slycot is missing, its comparisons were left out"))
