@@ -1,12 +1,15 @@
 //! `muspin schema`: the JSON Schema of a kind of file, or the page of all keys.
 
 use super::{Failure, Outcome, stdout};
+use crate::input::problem_schema::{ProblemKind, problem_schema};
 use crate::input::schema::{SchemaKind, page, schema};
 
 /// Arguments of `muspin schema`.
 #[derive(clap::Args, Debug)]
 pub(super) struct Arguments {
-    /// Kind of file: spindle, tool, weights, measurement, frequencies or controller
+    /// Kind of file: spindle, tool, weights, measurement, frequencies or controller; for a problem of `muspin solve`
+    /// solve-care, solve-hinfnorm, solve-hinfsyn, solve-mu, solve-musys, solve-dfit, solve-dksyn, solve-reduce or
+    /// solve-discretise
     #[arg(required_unless_present = "page")]
     kind: Option<String>,
     /// Print the page of all keys with unit, default and ranges instead (Markdown)
@@ -18,7 +21,10 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let text = match &arguments.kind {
         None => page(),
-        Some(name) => text(kind(name)?),
+        Some(name) => match problem(name) {
+            Some(kind) => format!("{:#}\n", problem_schema(kind)),
+            None => text(kind(name)?),
+        },
     };
     // A schema is what a program reads, on a terminal too.
     stdout::data(|out| out.write_all(text.as_bytes()))?;
@@ -30,11 +36,18 @@ pub(super) fn text(kind: SchemaKind) -> String {
     format!("{:#}\n", schema(kind))
 }
 
+/// The kind of problem of `solve-KIND`.
+fn problem(name: &str) -> Option<ProblemKind> {
+    let kind = name.strip_prefix("solve-")?;
+    ProblemKind::ALL.into_iter().find(|k| k.name() == kind)
+}
+
 fn kind(name: &str) -> Result<SchemaKind, Failure> {
     let found = SchemaKind::ALL.into_iter().find(|k| k.name() == name);
     found.ok_or_else(|| {
         let names = SchemaKind::ALL.map(SchemaKind::name).join(", ");
+        let problems = ProblemKind::ALL.map(|k| format!("solve-{}", k.name()));
         Failure::new(format!("{name}: there is no schema of this name"))
-            .with_hint(format!("take one of {names}"))
+            .with_hint(format!("take one of {names}, {}", problems.join(", ")))
     })
 }
