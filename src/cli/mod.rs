@@ -30,6 +30,7 @@ mod output;
 mod plausibility;
 mod rehearse;
 mod report;
+mod ross;
 mod run;
 mod schema;
 mod shell;
@@ -104,6 +105,8 @@ enum Command {
     Example(init::ExampleArguments),
     /// A synthetic measurement with sensor noise, from a model
     Rehearse(rehearse::Arguments),
+    /// A ROSS rotor file as a spindle file, or the shaft of a spindle as a ROSS rotor file
+    Ross(ross::Arguments),
     /// Shell completions, to standard output
     Completions(shell::Completions),
     /// Manual page (roff), to standard output
@@ -162,6 +165,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(Command::Init(a)) => init::run(&a, &console),
         Some(Command::Example(a)) => init::run_example(&a, &console),
         Some(Command::Rehearse(a)) => rehearse::run(&a, &console),
+        Some(Command::Ross(a)) => ross::run(&a, &console),
         Some(Command::Completions(a)) => shell::completions(&a),
         Some(Command::Man) => shell::manual(),
         Some(Command::Schema(a)) => schema::run(&a),

@@ -6,6 +6,7 @@ pub mod firmware;
 pub mod json;
 pub mod mat;
 pub(crate) mod problem;
+pub(crate) mod ross;
 pub mod rows;
 pub(crate) mod sections;
 pub mod table;

@@ -14,6 +14,8 @@ pub mod mat;
 pub mod measurement;
 pub mod plausible;
 pub mod problem;
+pub mod problem_schema;
+pub mod ross;
 pub mod schema;
 pub mod shipped;
 pub mod spindle;

@@ -7,24 +7,8 @@ use crate::spindle::{Effect, Location, Side, Spindle, Tool};
 
 /// A spindle file (formats.md, section 1). Sections are cylinders, as everywhere in that format.
 pub fn spindle_yaml(spindle: &Spindle) -> String {
-    let mut lines = vec![format!("name: {}", text(&spindle.name)), "rotor:".into()];
-    lines.push("  materials:".into());
-    lines.extend(
-        materials(&spindle.sections)
-            .iter()
-            .map(|m| format!("    {}", material(m))),
-    );
-    lines.push("  elements:".into());
-    lines.extend(
-        spindle
-            .sections
-            .iter()
-            .map(|s| format!("    - {}", section(s))),
-    );
-    if !spindle.discs.is_empty() {
-        lines.push("  discs:".into());
-        lines.extend(spindle.discs.iter().map(|d| format!("    - {}", disc(d))));
-    }
+    let mut lines = vec![format!("name: {}", text(&spindle.name))];
+    lines.extend(rotor_lines(&spindle.sections, &spindle.discs));
     let ratios: Vec<String> = spindle.damping_ratio.iter().map(|z| number(*z)).collect();
     lines.push(format!("  damping_ratio: [{}]", ratios.join(", ")));
     lines.push(format!("  flexible_modes: {}", spindle.flexible_modes));
@@ -76,6 +60,20 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
         lines.extend(spindle.effects.iter().map(|e| format!("  - {}", effect(e))));
     }
     lines.join("\n") + "\n"
+}
+
+/// The lines of `rotor:` with materials, elements and discs, without damping and modes.
+pub fn rotor_lines(sections: &[Section], discs: &[Disc]) -> Vec<String> {
+    let mut lines = vec!["rotor:".to_owned(), "  materials:".to_owned()];
+    let materials = materials(sections);
+    lines.extend(materials.iter().map(|m| format!("    {}", material(m))));
+    lines.push("  elements:".into());
+    lines.extend(sections.iter().map(|s| format!("    - {}", section(s))));
+    if !discs.is_empty() {
+        lines.push("  discs:".into());
+        lines.extend(discs.iter().map(|d| format!("    - {}", disc(d))));
+    }
+    lines
 }
 
 /// A tool file (formats.md, section 2), its materials included.
@@ -131,7 +129,7 @@ pub fn number(x: f64) -> String {
 }
 
 /// Plain where that is safe, else in double quotes.
-fn text(value: &str) -> String {
+pub fn text(value: &str) -> String {
     let plain = value.chars().next().is_some_and(char::is_alphabetic)
         && value
             .chars()

@@ -26,6 +26,7 @@ pub(crate) mod prediction_summary;
 pub(crate) mod readable;
 pub mod records;
 pub mod results;
+pub(crate) mod ross_spindle;
 pub(crate) mod run;
 pub(crate) mod run_figures;
 pub mod sections;

@@ -4,4 +4,5 @@ mod damage;
 mod input_files;
 mod mutated_files;
 mod plausible_values;
+mod ross;
 mod uff;

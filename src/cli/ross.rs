@@ -1,0 +1,228 @@
+//! `muspin ross`: the rotor of a ROSS file as a spindle file that asks for what ROSS does not say, and the shaft of a
+//! spindle with its tool as a file that ROSS loads.
+
+use super::console::{Console, Shown};
+use super::machine::load_machine;
+use super::output::claim;
+use super::{Failure, Outcome};
+use crate::export::ross::ross_rotor;
+use crate::input::ross::{RossRotor, read_ross};
+use crate::input::shipped;
+use crate::input::tool_yaml;
+use crate::report::results::ResultsFolder;
+use crate::report::ross_spindle::spindle_draft;
+use crate::rotor::{Disc, PlanarModes, Rotor, Section};
+use crate::spindle::Tool;
+use serde_json::json;
+use std::path::Path;
+
+/// Arguments of `muspin ross`.
+#[derive(clap::Args, Debug)]
+pub(super) struct Arguments {
+    /// Rotor file that ROSS has saved (TOML or JSON); without it the shaft of --spindle and --tool is written for ROSS
+    file: Option<String>,
+    /// Position of the nose face from the left end, m, a node: what lies before it becomes the tool
+    #[arg(long, default_value_t = 0.0, requires = "file")]
+    nose_face_m: f64,
+    /// The nose is at the right end of the ROSS rotor
+    #[arg(long, requires = "file")]
+    reverse: bool,
+    /// Spindle file, or the name of a shipped one
+    #[arg(long, default_value = "reference", conflicts_with = "file")]
+    spindle: String,
+    /// Tool file, or the name of a shipped one
+    #[arg(long, default_value = "paper-tool", conflicts_with = "file")]
+    tool: String,
+    /// Folder for spindle.yaml (and tool.yaml), or for rotor.toml and rotor.json
+    #[arg(long, default_value = "results/ross")]
+    out: String,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+    match &arguments.file {
+        Some(file) => import(arguments, file, console),
+        None => export(arguments, console),
+    }
+}
+
+/// Distance within which a node counts as the nose face, m: printed positions have a micrometre.
+const NODE_M: f64 = 1e-6;
+
+/// The shaft with its parts on either side of the nose face.
+struct Parts {
+    tool: Option<Tool>,
+    sections: Vec<Section>,
+    discs: Vec<Disc>,
+    told: Vec<String>,
+}
+
+/// Splits the rotor at the nose face.
+fn parts(file: &str, rotor: &RossRotor, nose_m: f64) -> Result<Parts, Failure> {
+    let mut split = 0;
+    let mut position_m = 0.0;
+    while split < rotor.sections.len() && position_m < nose_m - NODE_M {
+        position_m += rotor.sections[split].length_m;
+        split += 1;
+    }
+    if !nose_m.is_finite() || (position_m - nose_m).abs() > NODE_M || split == rotor.sections.len()
+    {
+        return Err(Failure::new(format!(
+            "{file}: --nose-face-m {nose_m}: there is no node with elements behind it; the next one is at \
+             {position_m:.6} m"
+        ))
+        .with_hint("the nose face lies where two elements meet; its distance counts from the left end"));
+    }
+    let side = |sections: &[Section]| {
+        let part = RossRotor {
+            sections: sections.to_vec(),
+            ..rotor.clone()
+        };
+        part.cylinders()
+    };
+    let (sections, mut told) = side(&rotor.sections[split..]);
+    let moved = |d: &Disc| Disc {
+        position_m: d.position_m - nose_m,
+        ..*d
+    };
+    let discs: Vec<Disc> = rotor.discs.iter().map(moved).collect();
+    let (front, own): (Vec<Disc>, Vec<Disc>) =
+        discs.into_iter().partition(|d| d.position_m < -NODE_M);
+    let mut tool = None;
+    if split > 0 {
+        let (mut outwards, more) = side(&rotor.sections[..split]);
+        told.extend(more.into_iter().map(|words| format!("tool, {words}")));
+        outwards = outwards.iter().rev().map(Section::reversed).collect();
+        let turned = |d: &Disc| Disc {
+            position_m: -d.position_m,
+            ..*d
+        };
+        tool = Some(Tool {
+            name: "tool".to_owned(),
+            sections: outwards,
+            discs: front.iter().rev().map(turned).collect(),
+            tool_plane_m: nose_m,
+        });
+    }
+    told.extend(
+        rotor
+            .left_out
+            .iter()
+            .map(|words| format!("left out: {words}")),
+    );
+    Ok(Parts {
+        tool,
+        sections,
+        discs: own,
+        told,
+    })
+}
+
+/// Free-free bending modes that are listed, for a comparison with the other program.
+const LISTED: usize = 4;
+
+fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcome, Failure> {
+    let read = read_ross(file, &shipped::text(file, "ROSS", &[])?)?;
+    let rotor = match arguments.reverse {
+        true => read.reversed(),
+        false => read,
+    };
+    let out = arguments.out.as_str();
+    claim(out, &["spindle.yaml"], [file])?;
+    let parts = parts(file, &rotor, arguments.nose_face_m)?;
+    let whole = Rotor::new(0.0, rotor.sections.clone(), &rotor.discs)
+        .map_err(|e| Failure::new(format!("{file}: {e}")))?;
+    let modes = PlanarModes::new(&whole).map_err(|e| Failure::new(format!("{file}: {e}")))?;
+    let hz: Vec<f64> = modes.flexible_hz().into_iter().take(LISTED).collect();
+    let stem = Path::new(file).file_stem().map(|s| s.to_string_lossy());
+    let name = stem.as_deref().unwrap_or("spindle");
+    let shaft = (parts.sections.as_slice(), parts.discs.as_slice());
+    let draft = spindle_draft(name, shaft, &rotor, arguments.nose_face_m);
+    let mut folder = ResultsFolder::new();
+    folder.add("spindle.yaml", draft.text)?;
+    if let Some(tool) = &parts.tool {
+        folder.add("tool.yaml", tool_yaml(tool))?;
+    }
+    folder.write(Path::new(out))?;
+    for words in &parts.told {
+        eprintln!("note: {words}");
+    }
+    let answer = json!({
+        "folder": out,
+        "mass_kg": whole.mass_properties().mass_kg,
+        "free_free_bending_hz": hz,
+        "to_be_given": draft.to_be_given,
+        "notes": parts.told,
+    });
+    console.json(&format!("{answer:#}\n"), || {
+        let listed: Vec<String> = hz.iter().map(|f| format!("{f:.1}")).collect();
+        Shown::done(format!(
+            "{} elements written, {} keys of the spindle are to be given",
+            parts.sections.len(),
+            draft.to_be_given.len()
+        ))
+        .row([
+            "free-free bending modes at rest, Hz".to_owned(),
+            listed.join(" "),
+        ])
+        .file(format!("{out}/spindle.yaml"))
+        .next(format!("muspin check {out}/spindle.yaml"))
+    })?;
+    Ok(Outcome::Done)
+}
+
+fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
+    let machine = load_machine(&arguments.spindle, &arguments.tool)?;
+    let out = arguments.out.as_str();
+    claim(
+        out,
+        &["rotor.toml", "rotor.json"],
+        [arguments.spindle.as_str(), arguments.tool.as_str()],
+    )?;
+    let (spindle, tool) = (&machine.spindle, &machine.tool);
+    let front = tool.sections.iter().rev().map(Section::reversed);
+    let sections: Vec<Section> = front.chain(spindle.sections.iter().cloned()).collect();
+    let turned = |d: &Disc| Disc {
+        position_m: -d.position_m,
+        ..*d
+    };
+    let outer = tool.discs.iter().map(turned);
+    let discs: Vec<Disc> = outer.chain(spindle.discs.iter().copied()).collect();
+    let origin_m = -tool.length_m();
+    let plain =
+        Rotor::new(origin_m, sections.clone(), &discs).map_err(|e| Failure::new(e.to_string()))?;
+    // An effect that changes the shaft changes its frequencies; rounding of the eigenvalues is five decades below.
+    let own = PlanarModes::new(&machine.rotor()?).map_err(|e| Failure::new(e.to_string()))?;
+    let same = PlanarModes::new(&plain).map_err(|e| Failure::new(e.to_string()))?;
+    let pairs = own.flexible_hz().into_iter().zip(same.flexible_hz());
+    if pairs.take(LISTED).any(|(a, b)| (a / b - 1.0).abs() > 1e-6) {
+        let rule = format!(
+            "{}: effects: one of them changes the shaft, and a ROSS file has no place for it",
+            arguments.spindle
+        );
+        return Err(Failure::new(rule).with_hint(
+            "write what it does into the elements (modulus_scale, discs) and remove it from `effects`",
+        ));
+    }
+    let value = ross_rotor(origin_m, &sections, &discs);
+    let toml = toml::to_string(&value).map_err(|e| Failure::new(e.to_string()))?;
+    let mut folder = ResultsFolder::new();
+    folder.add("rotor.toml", toml)?;
+    folder.add("rotor.json", format!("{value:#}\n"))?;
+    folder.write(Path::new(out))?;
+    let answer = json!({ "folder": out, "elements": sections.len(), "discs": discs.len() });
+    console.json(&format!("{answer:#}\n"), || {
+        Shown::done(format!(
+            "{} with {}: {} elements and {} discs for ROSS, without bearings",
+            spindle.name,
+            tool.name,
+            sections.len(),
+            discs.len()
+        ))
+        .file(format!("{out}/rotor.toml"))
+        .next(format!(
+            "python3 -c 'import ross; print(ross.Rotor.load(\"{out}/rotor.toml\"))'"
+        ))
+    })?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,492 @@
+//! Rotor files of ROSS (rotordynamics in Python) as `Rotor.save` writes them, TOML or JSON: one table for every
+//! element, named after its class and tag, nodes counted from the left end.
+//!
+//! Shaft elements and discs become sections and discs; the beam is the same (Timoshenko, Cowper's or Hutchinson's
+//! coefficient, consistent mass). Bearings keep their node, those of active magnets what the file says of the magnet.
+//! What a spindle has no place for (axial force, proportional damping, seals) is told in `left_out`.
+
+use super::error::InputError;
+use crate::rotor::{Disc, Material, Section, Shear};
+use serde_json::{Map, Value};
+use std::f64::consts::PI;
+
+/// A rotor of a ROSS file, from its left end.
+#[derive(Clone, Debug)]
+pub struct RossRotor {
+    /// Sections from node 0 on; cones are kept.
+    pub sections: Vec<Section>,
+    /// Discs and point masses, positions from node 0.
+    pub discs: Vec<Disc>,
+    /// Bearings in the order of their nodes.
+    pub bearings: Vec<RossBearing>,
+    /// Largest or rated speed that the file states, rad/s.
+    pub speed_rad_s: Option<f64>,
+    /// What the file has and a spindle has not, one sentence each.
+    pub left_out: Vec<String>,
+}
+
+/// A bearing of a ROSS file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RossBearing {
+    /// Its tag.
+    pub tag: String,
+    /// Position from node 0, m.
+    pub position_m: f64,
+    /// What the file says of an active magnet.
+    pub magnet: Option<RossMagnet>,
+}
+
+/// The magnet of a bearing, per axis, after Schweitzer and Maslen, Magnetic Bearings, p. 343, as ROSS has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RossMagnet {
+    /// Force per control current, N/A.
+    pub ki_n_per_a: f64,
+    /// Negative stiffness as a positive number, N/m.
+    pub ks_n_per_m: f64,
+    /// Bias current, A.
+    pub bias_current_a: f64,
+    /// Air gap, m.
+    pub gap_m: f64,
+}
+
+/// Cylinders that a cone becomes: with eight the frequencies are closer to those of the cone than with one conical
+/// element, whose mesh is coarser.
+const SLICES: usize = 8;
+
+impl RossRotor {
+    /// The sections as a spindle file has them: cones in slices of the same volume, shear and rotary inertia as in
+    /// every element there. What this changes is told as sentences. Materials of one name and other values get names
+    /// of their own.
+    pub fn cylinders(&self) -> (Vec<Section>, Vec<String>) {
+        let (mut list, mut told): (Vec<Section>, Vec<String>) = (vec![], vec![]);
+        let mut materials: Vec<Material> = vec![];
+        for (k, section) in self.sections.iter().enumerate() {
+            if section.shear != Shear::Cowper || !section.rotary_inertia || !section.gyroscopic {
+                told.push(format!(
+                    "element {k}: shear after Cowper, rotary inertia and gyroscopic moment, as in every element of a \
+                     spindle file"
+                ));
+            }
+            let section = Section {
+                material: named(&section.material, &mut materials),
+                shear: Shear::Cowper,
+                rotary_inertia: true,
+                gyroscopic: true,
+                ..section.clone()
+            };
+            let pairs = [section.outer_diameter_m, section.inner_diameter_m];
+            if pairs.iter().all(|d| d[0] == d[1]) {
+                list.push(section);
+                continue;
+            }
+            told.push(format!(
+                "element {k}: a cone, written as {SLICES} cylinders of the same volume"
+            ));
+            for slice in 0..SLICES {
+                let at = |d: [f64; 2], x: usize| d[0] + (d[1] - d[0]) * x as f64 / SLICES as f64;
+                let mean = |d: [f64; 2]| {
+                    let (a, b) = (at(d, slice), at(d, slice + 1));
+                    [((a * a + a * b + b * b) / 3.0).sqrt(); 2]
+                };
+                list.push(Section {
+                    length_m: section.length_m / SLICES as f64,
+                    outer_diameter_m: mean(section.outer_diameter_m),
+                    inner_diameter_m: mean(section.inner_diameter_m),
+                    mass_outer_diameter_m: mean(section.mass_outer_diameter_m),
+                    mass_inner_diameter_m: mean(section.mass_inner_diameter_m),
+                    ..section.clone()
+                });
+            }
+        }
+        (list, told)
+    }
+
+    /// The same rotor counted from its right end.
+    pub fn reversed(&self) -> Self {
+        let length: f64 = self.sections.iter().map(|s| s.length_m).sum();
+        let turned = |d: &Disc| Disc {
+            position_m: length - d.position_m,
+            ..*d
+        };
+        let moved = |b: &RossBearing| RossBearing {
+            position_m: length - b.position_m,
+            ..b.clone()
+        };
+        Self {
+            sections: self.sections.iter().rev().map(Section::reversed).collect(),
+            discs: self.discs.iter().rev().map(turned).collect(),
+            bearings: self.bearings.iter().rev().map(moved).collect(),
+            ..self.clone()
+        }
+    }
+}
+
+/// The material under a name that no other material has.
+fn named(material: &Material, known: &mut Vec<Material>) -> Material {
+    let mut renamed = material.clone();
+    for number in 2.. {
+        match known.iter().find(|m| m.name == renamed.name) {
+            Some(same) if *same == renamed => break,
+            Some(_) => renamed.name = format!("{}-{number}", material.name),
+            None => {
+                known.push(renamed.clone());
+                break;
+            }
+        }
+    }
+    renamed
+}
+
+impl RossMagnet {
+    /// Both constants from gap (m), bias current (A), pole area (m²), turns and half the angle between the poles (rad).
+    fn of(gap_m: f64, bias_current_a: f64, area_m2: f64, turns: f64, angle: f64) -> Self {
+        let factor = 4.0 * angle.cos() * 4e-7 * PI * turns * turns * area_m2 / 4.0;
+        Self {
+            ki_n_per_a: factor * bias_current_a / gap_m.powi(2),
+            ks_n_per_m: factor * bias_current_a.powi(2) / gap_m.powi(3),
+            bias_current_a,
+            gap_m,
+        }
+    }
+}
+
+/// Reads a file; the end of its name tells TOML from JSON.
+///
+/// # Errors
+/// [`InputError`] with the table and the key that is missing or has no place in a spindle.
+pub fn read_ross(file: &str, text: &str) -> Result<RossRotor, InputError> {
+    let top: Map<String, Value> = match file.to_ascii_lowercase().ends_with(".json") {
+        true => serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?,
+        false => toml::from_str(text).map_err(|e| {
+            InputError::new(file, format!("is no TOML: {}", e.message()))
+                .with_hint("give a file that ROSS has saved with `rotor.save(\"name.toml\")`")
+        })?,
+    };
+    let mut reader = Reader {
+        file,
+        beams: vec![],
+        discs: vec![],
+        supports: vec![],
+        left_out: vec![],
+    };
+    let mut speed = None;
+    for (name, value) in &top {
+        let Value::Object(table) = value else {
+            continue; // version and note
+        };
+        if name == "parameters" {
+            let of = |key: &str| table.get(key).and_then(Value::as_f64).filter(|w| *w > 0.0);
+            speed = of("max_w").or(of("rated_w"));
+            continue;
+        }
+        reader.element(&Table { file, name, table })?;
+    }
+    reader.finish(speed)
+}
+
+/// Share of a modulus or a density below which a layer has no stiffness or no mass: what it changes is below the digits
+/// of a frequency.
+const NOTHING: f64 = 1e-6;
+
+/// Pairs of layers, one of which only stiffens or one of which only weighs, as one section with diameters of its own
+/// for mass; all others as they are.
+fn unlayered(beams: Vec<(usize, String, Section)>) -> Vec<(usize, String, Section)> {
+    let mut list: Vec<(usize, String, Section)> = vec![];
+    for (node, name, section) in beams {
+        let merged = match list.last() {
+            Some((before, _, below)) if *before == node => {
+                with_mass_of(below, &section).or_else(|| with_mass_of(&section, below))
+            }
+            _ => None,
+        };
+        match (merged, list.last_mut()) {
+            (Some(merged), Some(last)) => last.2 = merged,
+            _ => list.push((node, name, section)),
+        }
+    }
+    list
+}
+
+/// The section `stiff` with the mass of the layer `heavy`; none unless `heavy` adds mass alone.
+fn with_mass_of(stiff: &Section, heavy: &Section) -> Option<Section> {
+    let (s, h) = (&stiff.material, &heavy.material);
+    if heavy.length_m != stiff.length_m || h.youngs_modulus_pa > NOTHING * s.youngs_modulus_pa {
+        return None;
+    }
+    if s.density_kg_m3 <= NOTHING * h.density_kg_m3 {
+        return Some(Section {
+            mass_outer_diameter_m: heavy.outer_diameter_m,
+            mass_inner_diameter_m: heavy.inner_diameter_m,
+            material: Material {
+                density_kg_m3: h.density_kg_m3,
+                ..s.clone()
+            },
+            ..stiff.clone()
+        });
+    }
+    let around = heavy.inner_diameter_m == stiff.outer_diameter_m;
+    (around && s.density_kg_m3 == h.density_kg_m3).then(|| Section {
+        mass_outer_diameter_m: heavy.outer_diameter_m,
+        ..stiff.clone()
+    })
+}
+
+/// A table of the file.
+struct Table<'a> {
+    file: &'a str,
+    name: &'a str,
+    table: &'a Map<String, Value>,
+}
+
+impl Table<'_> {
+    fn wrong(&self, rule: impl std::fmt::Display) -> InputError {
+        InputError::new(self.file, format!("{}: {rule}", self.name))
+    }
+
+    fn has(&self, key: &str) -> bool {
+        self.table.get(key).is_some_and(|v| !v.is_null())
+    }
+
+    fn number(&self, key: &str) -> Result<f64, InputError> {
+        match self.table.get(key).and_then(Value::as_f64) {
+            Some(x) if x.is_finite() => Ok(x),
+            _ => Err(self
+                .wrong(format!("{key}: expected a number"))
+                .with_hint("save the rotor again with a current version of ROSS")),
+        }
+    }
+
+    /// A number, or the first of a list of two equal ones, as some bearings have them.
+    fn first(&self, key: &str) -> Result<f64, InputError> {
+        match self.table.get(key) {
+            Some(Value::Array(list)) => list
+                .first()
+                .and_then(Value::as_f64)
+                .ok_or_else(|| self.wrong(format!("{key}: expected numbers"))),
+            _ => self.number(key),
+        }
+    }
+
+    fn node(&self) -> Result<usize, InputError> {
+        let n = self.number("n")?;
+        match n >= 0.0 && n.fract() == 0.0 && n < 1e6 {
+            true => Ok(n as usize),
+            false => Err(self.wrong(format!("n: {n} is no number of a node"))),
+        }
+    }
+
+    fn flag(&self, key: &str) -> bool {
+        self.table.get(key).and_then(Value::as_bool).unwrap_or(true)
+    }
+
+    fn is_nonzero(&self, key: &str) -> bool {
+        let value = self.table.get(key).and_then(Value::as_f64);
+        value.is_some_and(|x| x != 0.0)
+    }
+}
+
+/// A support before its node has a position.
+struct Placed {
+    node: usize,
+    tag: String,
+    magnet: Option<RossMagnet>,
+}
+
+/// What has been read so far.
+struct Reader<'a> {
+    file: &'a str,
+    beams: Vec<(usize, String, Section)>,
+    discs: Vec<(usize, Disc)>,
+    supports: Vec<Placed>,
+    left_out: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn element(&mut self, table: &Table) -> Result<(), InputError> {
+        let class = table.name.split('_').next().unwrap_or_default();
+        if class.starts_with("Coupling") || class.starts_with("MultiRotor") {
+            return Err(table
+                .wrong("a spindle is one shaft without couplings")
+                .with_hint("save the shaft between the couplings as a rotor of its own"));
+        }
+        if class.starts_with("ShaftElement") {
+            let node = table.node()?;
+            let section = self.section(table)?;
+            self.beams.push((node, table.name.to_owned(), section));
+        } else if class.starts_with("DiskElement") || class.starts_with("GearElement") {
+            self.discs.push((
+                table.node()?,
+                Disc {
+                    position_m: 0.0,
+                    mass_kg: table.number("m")?,
+                    polar_inertia_kg_m2: table.number("Ip")?,
+                    diametral_inertia_kg_m2: table.number("Id")?,
+                },
+            ));
+        } else if class == "PointMass" {
+            let key = if table.has("m") { "m" } else { "mx" };
+            let mass_kg = table.number(key)?;
+            if key == "mx" && table.has("my") && table.number("my")? != mass_kg {
+                return Err(table.wrong("mx and my differ: a mass on a shaft is the same in both"));
+            }
+            self.discs.push((
+                table.node()?,
+                Disc {
+                    position_m: 0.0,
+                    mass_kg,
+                    polar_inertia_kg_m2: 0.0,
+                    diametral_inertia_kg_m2: 0.0,
+                },
+            ));
+        } else if class.starts_with("Seal") {
+            self.left_out.push(format!(
+                "{}: a seal; `cross_coupling` and `added_stiffness` of the effects are its place",
+                table.name
+            ));
+        } else if table.has("kxx") {
+            let magnet = match ["g0", "i0", "ag", "nw", "alpha"]
+                .iter()
+                .all(|k| table.has(k))
+            {
+                true => Some(RossMagnet::of(
+                    table.number("g0")?,
+                    table.first("i0")?,
+                    table.number("ag")?,
+                    table.number("nw")?,
+                    table.number("alpha")?,
+                )),
+                false => None,
+            };
+            let tag = table.table.get("tag").and_then(Value::as_str);
+            self.supports.push(Placed {
+                node: table.node()?,
+                tag: tag.unwrap_or(table.name).to_owned(),
+                magnet,
+            });
+        } else {
+            return Err(table
+                .wrong("an element of this class is not known")
+                .with_hint("ShaftElement, DiskElement, GearElement, PointMass, bearings and seals are read"));
+        }
+        Ok(())
+    }
+
+    fn section(&mut self, table: &Table) -> Result<Section, InputError> {
+        let Some(Value::Object(material)) = table.table.get("material") else {
+            return Err(table.wrong("material: missing"));
+        };
+        let inner = format!("{}.material", table.name);
+        let material = Table {
+            file: self.file,
+            name: &inner,
+            table: material,
+        };
+        let (e, g) = (material.number("E")?, material.number("G_s")?);
+        let name = material.table.get("name").and_then(Value::as_str);
+        for (key, what) in [
+            ("axial_force", "an axial force"),
+            ("torque", "a torque"),
+            ("alpha", "mass-proportional damping"),
+            ("beta", "stiffness-proportional damping"),
+        ] {
+            if table.is_nonzero(key) {
+                self.left_out.push(format!(
+                    "{}: {key}: {what}; damping is `damping_ratio`, by mode",
+                    table.name
+                ));
+            }
+        }
+        let method = table.table.get("shear_method_calc").and_then(Value::as_str);
+        let shear = match (table.flag("shear_effects"), method) {
+            (false, _) => Shear::Rigid,
+            (true, Some("hutchinson")) => Shear::Hutchinson,
+            (true, _) => Shear::Cowper,
+        };
+        let outer = [table.number("odl")?, table.number("odr")?];
+        let bore = [table.number("idl")?, table.number("idr")?];
+        Ok(Section {
+            outer_diameter_m: outer,
+            inner_diameter_m: bore,
+            mass_outer_diameter_m: outer,
+            mass_inner_diameter_m: bore,
+            shear,
+            rotary_inertia: table.flag("rotary_inertia"),
+            gyroscopic: table.flag("gyroscopic"),
+            ..Section::cylinder(
+                table.number("L")?,
+                outer[0],
+                bore[0],
+                Material {
+                    name: name.unwrap_or("material").to_lowercase(),
+                    youngs_modulus_pa: e,
+                    shear_modulus_pa: g,
+                    density_kg_m3: material.number("rho")?,
+                    poisson_ratio: e / (2.0 * g) - 1.0,
+                },
+            )
+        })
+    }
+
+    /// Elements in the order of their nodes, and what stands on the nodes with its position.
+    fn finish(mut self, speed_rad_s: Option<f64>) -> Result<RossRotor, InputError> {
+        self.beams.sort_by_key(|(node, _, _)| *node);
+        let mut position_m = vec![0.0];
+        let mut sections = vec![];
+        for (k, (node, name, section)) in unlayered(self.beams).into_iter().enumerate() {
+            if node != k {
+                let rule = match node < k {
+                    true => format!("{name}: another element begins at node {node} as well"),
+                    false => format!("{name}: begins at node {node}, but no element leads there"),
+                };
+                return Err(InputError::new(self.file, rule).with_hint(
+                    "a shaft is one element after the other; a layer is read as mass alone where its modulus is less \
+                     than a millionth of that below it",
+                ));
+            }
+            section
+                .validate(k)
+                .map_err(|e| InputError::new(self.file, format!("{name}: {e}")))?;
+            position_m.push(position_m[k] + section.length_m);
+            sections.push(section);
+        }
+        if sections.is_empty() {
+            return Err(InputError::new(self.file, "has no ShaftElement")
+                .with_hint("give a file that ROSS has saved with `rotor.save(\"name.toml\")`"));
+        }
+        let mut discs = vec![];
+        for (node, disc) in self.discs {
+            match position_m.get(node) {
+                Some(z) => discs.push(Disc {
+                    position_m: *z,
+                    ..disc
+                }),
+                None => self.left_out.push(format!(
+                    "node {node}: a mass of {} kg that is not on the shaft",
+                    disc.mass_kg
+                )),
+            }
+        }
+        discs.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
+        let mut bearings = vec![];
+        for Placed { node, tag, magnet } in self.supports {
+            match position_m.get(node) {
+                Some(z) => bearings.push(RossBearing {
+                    tag,
+                    position_m: *z,
+                    magnet,
+                }),
+                None => self.left_out.push(format!(
+                    "{tag}: a support of node {node}, which is not on the shaft"
+                )),
+            }
+        }
+        bearings.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
+        Ok(RossRotor {
+            sections,
+            discs,
+            bearings,
+            speed_rad_s,
+            left_out: self.left_out,
+        })
+    }
+}
