@@ -106,7 +106,10 @@ fn one(
         progress.line(format!("{}: read from {out}", variant.name));
         return Ok(row);
     }
-    let settings = DesignSettings::polished();
+    let settings = match arguments.no_polish {
+        true => DesignSettings::default(),
+        false => DesignSettings::polished(),
+    };
     let task = Task {
         nominal: &variant.machine,
         targets: None,
@@ -158,13 +161,18 @@ fn own_report(found: &Finished, weights: &Weights) -> Result<Report, ReportError
 /// Hash of everything that a row depends on.
 fn inputs_sha256(arguments: &Arguments, variant: &Variant, weights: &Weights) -> String {
     let text = format!(
-        "{} {} {:?} {:?} {} {}",
+        "{} {} {:?} {:?} {} {}{}",
         env!("CARGO_PKG_VERSION"),
         machine_tag(&variant.machine, "", "").hash,
         weights,
         arguments.pid,
         arguments.quick,
         arguments.tightening,
+        if arguments.no_polish {
+            " no polish"
+        } else {
+            ""
+        },
     );
     sha256_hex(text.as_bytes())
 }

@@ -23,6 +23,9 @@ pub(super) struct Arguments {
     /// The controllers with their proofs and worst cases only: no PID to compare with, no pictures per tool
     #[arg(long)]
     pub quick: bool,
+    /// Deliver the reduced controller of the D-K iteration without the polish for tool stiffness
+    #[arg(long)]
+    pub no_polish: bool,
     /// Also seek the largest tightening of tools that meet the specification
     #[arg(long)]
     pub tightening: bool,

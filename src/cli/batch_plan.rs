@@ -98,9 +98,14 @@ pub(super) fn plan(
 /// The command of one variant, to be run in the folder of the plan.
 fn command(arguments: &Arguments, name: &str) -> String {
     let quick = if arguments.quick { " --quick" } else { "" };
+    let no_polish = if arguments.no_polish {
+        " --no-polish"
+    } else {
+        ""
+    };
     format!(
         "muspin --threads 1 batch --spindle 'variants/{name}/spindle.yaml' --tools 'variants/{name}/tool.yaml' \
-         --weights weights.yaml --out {RESULTS} --no-table{quick}\n"
+         --weights weights.yaml --out {RESULTS} --no-table{quick}{no_polish}\n"
     )
 }
 

@@ -18,7 +18,7 @@ mod design_progress;
 mod design_variants;
 mod diagnose;
 #[cfg(feature = "python")]
-pub mod embedded;
+pub(crate) mod embedded;
 mod export;
 mod frf;
 mod identify;

@@ -5,6 +5,6 @@ mod dfit;
 mod dk;
 mod mu_constant;
 mod mu_system;
-pub mod solve_cases;
 mod regularise;
+pub mod solve_cases;
 mod solve_hinfsyn;
