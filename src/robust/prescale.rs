@@ -23,14 +23,32 @@ pub struct ConstantScales {
 /// Largest number of syntheses: each coordinate settles within a dozen.
 const SYNTHESES: usize = 120;
 
+/// First and largest step in ln d of a search from scales that say nothing of the problem, and from those of a
+/// neighbouring problem.
+const FAR: f64 = 2.0;
+const NEAR: f64 = 0.5;
+
+/// Where a search for constant scales starts.
+#[derive(Clone, Copy, Debug)]
+pub enum ScaleStart<'a> {
+    /// Scales of the right order of magnitude at best.
+    Guess(&'a [f64]),
+    /// The best scales of a problem that differs in a weight.
+    Neighbour(&'a [f64]),
+}
+
 /// Constant scales for `plant`, searched from `start` (one per block but the last; empty: from 1).
 ///
 /// # Errors
 /// [`SynthesisError`] of the first synthesis when the problem has no solution at all.
 pub fn constant_scales(
     plant: &GeneralizedPlant,
-    start: &[f64],
+    start: ScaleStart<'_>,
 ) -> Result<ConstantScales, SynthesisError> {
+    let (start, first_step) = match start {
+        ScaleStart::Guess(scales) => (scales, FAR),
+        ScaleStart::Neighbour(scales) => (scales, NEAR),
+    };
     let free = plant.blocks.len().saturating_sub(1);
     // γ to 0.1 % decides between neighbours a tenth apart.
     let settings = HinfSettings {
@@ -43,7 +61,7 @@ pub fn constant_scales(
         .collect();
     let mut gamma = optimal_level(&at(&ln), &settings)?;
     let mut syntheses = 1;
-    let mut step = 2.0;
+    let mut step: f64 = first_step;
     // A last step of a tenth in ln d changes γ by well under a percent at the flat bottom.
     while step > 0.1 && syntheses < SYNTHESES {
         let mut moved = false;
@@ -70,9 +88,12 @@ pub fn constant_scales(
                 }
             }
         }
-        if !moved {
-            step *= 0.5;
-        }
+        // A neighbour whose scales are far off after all is reached by steps that grow again.
+        step = match moved {
+            true if step >= first_step => (2.0 * step).min(FAR),
+            true => step,
+            false => 0.5 * step,
+        };
     }
     let mut scale: Vec<f64> = ln.iter().map(|l| l.exp()).collect();
     scale.push(1.0);

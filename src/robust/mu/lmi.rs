@@ -17,7 +17,7 @@ use thiserror::Error;
 
 /// Why a programme has no answer.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub(crate) enum ProgrammeError {
+pub enum ProgrammeError {
     /// No point satisfies the constraints.
     #[error("the convex programme is infeasible")]
     Infeasible,

@@ -8,9 +8,9 @@
 pub(crate) mod certificate;
 pub mod dscale;
 pub(crate) mod dscale_centre;
-pub(crate) mod lmi;
+pub mod lmi;
 pub mod lower;
-pub(crate) mod minimax_step;
+pub mod minimax_step;
 pub mod mixed;
 pub mod peak;
 pub(crate) mod reduction;

@@ -110,8 +110,9 @@ fn a_limit_out_of_reach_is_moved_and_no_other() {
         },
     };
     let mut polisher = Polisher::new(&machine, task, &start(&machine), 1.2).unwrap();
+    // A round of a single step that is refused would say that every limit is out of reach.
     for _ in 0..4 {
-        polisher.round(1).unwrap();
+        polisher.round(8).unwrap();
     }
     let (now, asked) = (polisher.limits(), limits(&machine));
     assert!(now.weak_sensitivity > 1.0, "{}", now.weak_sensitivity);

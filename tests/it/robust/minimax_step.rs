@@ -1,0 +1,83 @@
+//! The step of the polish: a convex programme, so that no neighbour of its solution may be better.
+
+use muspin::robust::mu::minimax_step::{LinearValue, minimax_step};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const LIMITS: usize = 3;
+const PENALTY: f64 = 8.0;
+
+/// t + ρ Σ s at a point, without the proximal term.
+fn merit(values: &[LinearValue], p: &[f64]) -> f64 {
+    let at = |v: &LinearValue| v.value + v.gradient.iter().zip(p).map(|(g, x)| g * x).sum::<f64>();
+    let largest = |limit: Option<usize>| {
+        let of = values.iter().filter(|v| v.limit == limit);
+        of.map(&at).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let limits: f64 = (0..LIMITS).map(|g| largest(Some(g)).max(0.0)).sum();
+    let level = largest(None);
+    PENALTY * limits + if level.is_finite() { level } else { 0.0 }
+}
+
+fn random_values(seed: u64, count: usize, n: usize, objective: bool) -> Vec<LinearValue> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    (0..count)
+        .map(|k| LinearValue {
+            limit: match (k % (LIMITS + 1), objective) {
+                (0, true) => None,
+                (0, false) => Some(0),
+                (g, _) => Some(g - 1),
+            },
+            // Values crowd just below their largest, as the lines round a peak do.
+            value: -random.random::<f64>().powi(3),
+            gradient: (0..n).map(|_| random.random::<f64>() - 0.5).collect(),
+        })
+        .collect()
+}
+
+#[test]
+fn two_opposed_slopes_meet_where_the_closed_form_says() {
+    // max(1 + p, −p) + (λ/2)p²: the kink at −1/2 as long as λ/2 is below the slope.
+    let value = |value, slope| LinearValue {
+        limit: None,
+        value,
+        gradient: vec![slope],
+    };
+    let found = minimax_step(&[value(1.0, 1.0), value(0.0, -1.0)], LIMITS, PENALTY, 0.1).unwrap();
+    assert!((found.step[0] + 0.5).abs() < 1e-6, "{found:?}");
+    assert!((found.predicted - 0.5).abs() < 1e-6, "{found:?}");
+    // One slope alone: p = −g/λ.
+    let found = minimax_step(&[value(1.0, 1.0)], LIMITS, PENALTY, 2.0).unwrap();
+    assert!((found.step[0] + 0.5).abs() < 1e-6, "{found:?}");
+}
+
+#[test]
+fn no_neighbour_of_the_step_is_better_over_all_values() {
+    for (seed, objective) in [(1, true), (2, true), (3, false)] {
+        // Far more values than the first programme takes.
+        let values = random_values(seed, 300, 12, objective);
+        let proximal = 0.5;
+        let found = minimax_step(&values, LIMITS, PENALTY, proximal).unwrap();
+        let total =
+            |p: &[f64]| merit(&values, p) + 0.5 * proximal * p.iter().map(|x| x * x).sum::<f64>();
+        let least = total(&found.step);
+        let own = merit(&values, &found.step);
+        assert!(
+            (found.predicted - own).abs() < 1e-6,
+            "{} and {own}",
+            found.predicted
+        );
+        let mut random = ChaCha8Rng::seed_from_u64(seed + 100);
+        for size in [1e-4, 1e-3, 1e-2, 0.1] {
+            for _ in 0..500 {
+                let near: Vec<f64> = found
+                    .step
+                    .iter()
+                    .map(|x| x + size * (random.random::<f64>() - 0.5))
+                    .collect();
+                // The interior-point iteration ends with a gap of 1e-8 and the left-out values at 1e-7.
+                assert!(total(&near) > least - 2e-6, "seed {seed}, size {size}");
+            }
+        }
+    }
+}
