@@ -2,6 +2,7 @@
 
 pub mod assembly;
 pub mod generalized;
+mod machine_defaults;
 pub mod plane;
 pub mod split;
 pub mod uncertainty;

@@ -88,6 +88,11 @@ pub fn design_plane(
     })
 }
 
+/// One plane of four axes: front and rear of x, without the states that it does not use.
+pub fn x_plane<T: TimeBase>(axes: &StateSpace<T>) -> StateSpace<T> {
+    connected_part(&axes.select(&[0, 2], &[0, 2]))
+}
+
 /// The states that an input reaches and that reach an output, by the pattern of nonzeros: exact for decoupled planes.
 pub fn connected_part<T: TimeBase>(system: &StateSpace<T>) -> StateSpace<T> {
     let inputs: Vec<usize> = (0..system.inputs()).collect();

@@ -13,6 +13,21 @@ pub struct Limits {
     pub max_hf_displacement_m: f64,
 }
 
+/// A level or corner that a specification may leave to the machine. Places: 0 tool, 1 front, 2 rear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Crossover of the load weight at a place.
+    LoadCrossover(usize),
+    /// Crossover of the displacement weight at a place.
+    DisplacementCrossover(usize),
+    /// Control current per unit disturbance.
+    CurrentLimit,
+    /// Corner of the roll-off of the control current.
+    CurrentRolloff,
+    /// Sensor noise.
+    SensorNoise,
+}
+
 /// Weights of the generalized plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
@@ -46,4 +61,6 @@ pub struct Weights {
     pub integral_corner_hz: Option<f64>,
     /// Factor by which the tool displacement limits are tightened. Default 1.
     pub tool_tightening: f64,
+    /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
+    pub open: Vec<Quantity>,
 }

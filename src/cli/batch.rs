@@ -17,7 +17,7 @@ use crate::export::firmware::sha256_hex;
 use crate::input::load_weights;
 use crate::pipeline::batch::{Finished, one_tool};
 use crate::pipeline::run::{Extent, Task};
-use crate::pipeline::settings::DesignSettings;
+use crate::pipeline::settings::{DesignSettings, EarlierDesign};
 use crate::report::batch::{
     ROW_FILE, Row, figures, overview, sentences, shown_rows, table, verdict,
 };
@@ -97,7 +97,15 @@ fn one(
     console: &Console,
 ) -> Result<Row, Failure> {
     let out = variant.folder(&arguments.out);
-    let inputs = inputs_sha256(arguments, variant, weights);
+    let weights = &weights.on(&variant.machine)?;
+    let settings = DesignSettings {
+        earlier: arguments.from.design(&variant.machine)?,
+        ..match arguments.no_polish {
+            true => DesignSettings::default(),
+            false => DesignSettings::polished(),
+        }
+    };
+    let inputs = inputs_sha256(arguments, variant, (weights, &settings.earlier));
     if !arguments.again
         && let Some(row) = read_row(&Path::new(&out).join(ROW_FILE))
         && row.inputs_sha256 == inputs
@@ -106,10 +114,6 @@ fn one(
         progress.line(format!("{}: read from {out}", variant.name));
         return Ok(row);
     }
-    let settings = match arguments.no_polish {
-        true => DesignSettings::default(),
-        false => DesignSettings::polished(),
-    };
     let task = Task {
         nominal: &variant.machine,
         targets: None,
@@ -159,12 +163,17 @@ fn own_report(found: &Finished, weights: &Weights) -> Result<Report, ReportError
 }
 
 /// Hash of everything that a row depends on.
-fn inputs_sha256(arguments: &Arguments, variant: &Variant, weights: &Weights) -> String {
+fn inputs_sha256(
+    arguments: &Arguments,
+    variant: &Variant,
+    (weights, earlier): (&Weights, &Option<EarlierDesign>),
+) -> String {
     let text = format!(
-        "{} {} {:?} {:?} {} {}{}",
+        "{} {} {:?} {:?} {:?} {} {}{}",
         env!("CARGO_PKG_VERSION"),
         machine_tag(&variant.machine, "", "").hash,
         weights,
+        earlier,
         arguments.pid,
         arguments.quick,
         arguments.tightening,

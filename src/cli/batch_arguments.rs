@@ -1,6 +1,7 @@
 //! Arguments of `muspin batch`.
 
 use super::design_arguments::PidArguments;
+use super::earlier::EarlierArgument;
 
 /// Arguments of `muspin batch`.
 #[derive(clap::Args, Debug)]
@@ -37,11 +38,13 @@ pub(super) struct Arguments {
     pub no_table: bool,
     /// Compute nothing: write the files of each variant, a list of commands for GNU parallel and a Slurm job array into
     /// a folder
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["collect", "out"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["collect", "out", "from"])]
     pub plan: Option<String>,
     /// Compute nothing: make the table from the finished folders in a folder
     #[arg(long, value_name = "DIR")]
     pub collect: Option<String>,
+    #[command(flatten)]
+    pub from: EarlierArgument,
     /// Folder for the table and a folder per tool
     #[arg(long, default_value = "results/batch")]
     pub out: String,

@@ -13,11 +13,10 @@ use crate::controller::Controller;
 use crate::identify::HammerFrf;
 use crate::identify::peaks::{Channel, Resonance, resonances};
 use crate::input::{load_measurement, load_tagged_controller, load_weights};
-use crate::pid::settings::TuneSettings;
-use crate::pid::tune::{found_or_reason, textbook, tune};
 use crate::pipeline::compared::{Compared, Ground, compared};
-use crate::pipeline::comparison::{Prediction, rival_settings};
+use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
+use crate::pipeline::run::{Rivals, rivals};
 use crate::predict::chatter::{Engagement, Material};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
@@ -73,6 +72,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let weights = load_weights(&arguments.machine.weights)?;
     let (machine, mut controllers, used, remarks) = given(arguments)?;
+    let weights = weights.on(&machine)?;
     let (material, cut) = cut(arguments)?;
     let ground = Ground {
         machine: &machine,
@@ -158,13 +158,15 @@ fn own(
     let found = run_design(machine, weights, progress)?;
     progress.stage("PID");
     let effort = arguments.pid.settings(PidEffort::Thorough);
-    let effort = rival_settings(machine, &found.delivery.controller, effort)?;
-    let pid = found_or_reason(tune(machine, &effort, &mut |_, _| {}))?;
-    let plain = found_or_reason(textbook(machine, &TuneSettings::quick()))?;
+    let Rivals {
+        tuned,
+        textbook,
+        effort,
+    } = rivals(machine, &found, effort)?;
     let met = found.meets_targets();
     let mut controllers = vec![(Role::Mu, found.delivery.controller)];
-    match pid {
-        Ok(pid) => {
+    match tuned {
+        Ok((pid, _)) => {
             summary.set("pid", PidSummary::of(&pid, &effort));
             controllers.push((Role::Pid, pid.controller));
         }
@@ -173,7 +175,7 @@ fn own(
             summary.set("pid", NoPid::because(words));
         }
     }
-    if let Ok(plain) = plain {
+    if let Ok((plain, _)) = textbook {
         let certificate = CertificateSummary::from(&plain.certificate);
         summary.set("pid.textbook", certificate);
         controllers.push((Role::TextbookPid, plain.controller));

@@ -2,8 +2,9 @@
 
 use super::console::{Console, Shown};
 use super::design_arguments::DesignArguments;
-use super::design_progress::run_design_with;
+use super::design_progress::{run_design_with, told};
 use super::design_variants::{RouteArgument, Tighten, both_routes, tightened, tightening_beside};
+use super::earlier::EarlierArgument;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::timings::Timings;
@@ -14,6 +15,7 @@ use crate::pipeline::certificates::mu_words;
 use crate::pipeline::comparison::{BAND_HZ, Prediction};
 use crate::pipeline::design::Design;
 use crate::pipeline::loop_curves::LoopCurves;
+use crate::pipeline::order_curve::lowest_order;
 use crate::pipeline::overspeed::OVERSPEED;
 use crate::pipeline::problem_set::ProblemSet;
 use crate::pipeline::run::{at_rest_and_top_speed, by_arithmetic, unpolished};
@@ -21,6 +23,8 @@ use crate::pipeline::settings::{DesignSettings, PolishEffort};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
 use crate::report::design_summary::DesignSummary;
+use crate::report::order_curve::{OrderCurveSummary, order_figure};
+use crate::report::pictures::Picture;
 use crate::report::plot::Role;
 use crate::report::run::UNPOLISHED;
 use crate::report::run_figures::{Measured, predictions, robustness};
@@ -46,6 +50,10 @@ pub(super) struct Arguments {
     /// Deliver the reduced controller of the D-K iteration without the polish for tool stiffness
     #[arg(long)]
     no_polish: bool,
+    /// Cut the polished controller and polish it again, order by order, and deliver the lowest order that keeps 95 % of
+    /// the smallest tool stiffness and every goal; the curve is in the report
+    #[arg(long, conflicts_with = "no_polish")]
+    lowest_order: bool,
     /// Compute how stiff any linear controller within the limits of the polish could make the tool at rest (convex, 48
     /// taps)
     #[arg(long)]
@@ -57,6 +65,8 @@ pub(super) struct Arguments {
     /// Folder for controller, certificates, pictures and report
     #[arg(long, default_value = "results/design")]
     out: String,
+    #[command(flatten)]
+    from: EarlierArgument,
     #[command(flatten)]
     timings: Timings,
 }
@@ -85,9 +95,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let settings = DesignSettings {
         route: arguments.route.into(),
         polish: (!arguments.no_polish).then(PolishEffort::default),
+        earlier: arguments.from.design(&machine)?,
         ..DesignSettings::default()
     };
-    let (found, factor) = match arguments.tighten {
+    let (mut found, factor) = match arguments.tighten {
         None => (
             run_design_with(&machine, &written, &settings, &progress)?,
             1.0,
@@ -99,9 +110,26 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         tool_tightening: written.tool_tightening * factor,
         ..written.clone()
     };
+    let orders = match arguments.lowest_order {
+        true => Some(lowest_order(
+            &machine,
+            &asked,
+            &settings,
+            &mut found,
+            &mut |event| {
+                told(&progress, event);
+            },
+        )?),
+        false => None,
+    };
     let mut report = Report::of("design", &machine);
     report.summary.set("weights", written.name.as_str());
     report.summary.set("design", DesignSummary::from(&found));
+    if let Some(curve) = &orders {
+        let summary = OrderCurveSummary::of(curve);
+        report.summary.set("design.order_curve", summary);
+        report.figures([(Picture::OrderCurve, order_figure(curve))])?;
+    }
     let delivered = at_rest_and_top_speed(&machine, &found.delivery.controller)?;
     let [rest, speed] = delivered.each_ref();
     report.arithmetic(&found, &by_arithmetic(&machine, &found)?);

@@ -36,7 +36,9 @@ impl DesignArguments {
 
     /// Reads and validates all three files.
     pub(super) fn load(&self) -> Result<(Machine, Weights), Failure> {
-        Ok((self.machine.alone()?, load_weights(&self.weights)?))
+        let machine = self.machine.alone()?;
+        let weights = load_weights(&self.weights)?.on(&machine)?;
+        Ok((machine, weights))
     }
 }
 

@@ -17,6 +17,7 @@ mod design_arguments;
 mod design_progress;
 mod design_variants;
 mod diagnose;
+mod earlier;
 #[cfg(feature = "python")]
 pub(crate) mod embedded;
 mod export;

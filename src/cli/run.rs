@@ -4,6 +4,7 @@ use super::console::Console;
 use super::controlled_machine::MachineArguments;
 use super::design::{outcome, shown_design};
 use super::design_progress::told;
+use super::earlier::EarlierArgument;
 use super::machine::of_measurement;
 use super::output::{REPORT, claim};
 use super::plausibility::Records;
@@ -44,6 +45,8 @@ pub(super) struct Arguments {
     #[arg(long, default_value = "results/reference")]
     out: String,
     #[command(flatten)]
+    from: EarlierArgument,
+    #[command(flatten)]
     timings: Timings,
 }
 
@@ -56,6 +59,7 @@ impl Default for Arguments {
             measurement: None,
             quick: false,
             out: "results/reference".into(),
+            from: EarlierArgument::default(),
             timings: Timings::default(),
         }
     }
@@ -72,8 +76,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let task = Task {
         nominal: &given.nominal,
         targets: given.targets.as_ref(),
-        weights: &weights,
-        settings: &DesignSettings::polished(),
+        weights: &weights.on(&given.nominal)?,
+        settings: &DesignSettings {
+            earlier: arguments.from.design(&given.nominal)?,
+            ..DesignSettings::polished()
+        },
         pid: TuneSettings::quick(),
         extent: match arguments.quick {
             true => Extent::Controller,

@@ -7,10 +7,9 @@ use super::export::ready;
 use super::output::{REPORT, claim};
 use super::{Failure, Outcome};
 use crate::controller::ControlLaw;
-use crate::controller::anti_windup::with_anti_windup;
+use crate::controller::anti_windup::firmware_rows;
 use crate::controller::arithmetic::float32;
-use crate::controller::realise::modal_form;
-use crate::controller::scaling::{SignalLimits, scaled};
+use crate::controller::scaling::SignalLimits;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::predict::recovery::{Recovery, touching_force_n};
 use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
@@ -101,8 +100,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let ControlLaw::Discrete(law) = &discrete.law else {
         return Err(Failure::new("the controller could not be sampled"));
     };
-    let unlimited = scaled(&modal_form(law)?, SignalLimits::of(machine))?;
-    let (rows, anti_windup) = with_anti_windup(unlimited, machine)?;
+    let (rows, anti_windup) = firmware_rows(law, machine)?;
     let program = float32(&rows)?;
     let (case, name, speed_rpm, duration_s) = scenario(arguments, machine)?;
     let growth = growth_rate_at(machine, &discrete, speed_rpm)?;

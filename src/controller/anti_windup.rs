@@ -34,8 +34,8 @@
 //! linear magnet; κ is [`AntiWindup::circle_gain`]. Both hold on a grid of frequencies. An unstable magnet has no
 //! global proof.
 
-use super::realise::{Form, Realisation, Row};
-use super::scaling::{ScaledRealisation, with_room};
+use super::realise::{Form, Realisation, Row, modal_form};
+use super::scaling::{ScaledRealisation, SignalLimits, scaled, with_room};
 use super::verification::growth_rate;
 use super::verification_error::VerificationError;
 use super::{ControllerError, in_step};
@@ -134,6 +134,18 @@ pub fn anti_windup(
         forgetting_1_s: -radius.ln() / system.time.period_s,
         gain,
     })
+}
+
+/// The rows that firmware runs for a sampled law on a machine: modal form, states and signals scaled, anti-windup.
+///
+/// # Errors
+/// [`VerificationError`] when the law has no modal form, or as [`with_anti_windup`].
+pub fn firmware_rows(
+    law: &StateSpace<Discrete>,
+    machine: &Machine,
+) -> Result<(ScaledRealisation, AntiWindup), VerificationError> {
+    let scaled = scaled(&modal_form(law)?, SignalLimits::of(machine))?;
+    with_anti_windup(scaled, machine)
 }
 
 /// A scaled realisation with its anti-windup on a machine, at rest and at its top speed; the scales leave room for what

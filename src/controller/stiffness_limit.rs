@@ -19,7 +19,7 @@ use super::polish::responses::{LoopResponse, Plants};
 use super::polish::structure::{Line, Structure};
 use super::verification_error::VerificationError;
 use super::{ControllerError, in_step};
-use crate::augment::plane::connected_part;
+use crate::augment::plane::x_plane;
 use crate::linalg::c64;
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, StateSpace};
@@ -101,7 +101,7 @@ fn loop_poles(
 ) -> Result<Vec<c64>, VerificationError> {
     let numeric = in_step("poles of the loop");
     // One plane: the other one is unstable without its own controller.
-    let plant = connected_part(&plants.at_rest().sampled()?.select(&[0, 2], &[0, 2]));
+    let plant = x_plane(&plants.at_rest().sampled()?);
     let closed = lower_lft(&plant, controller).map_err(&numeric)?;
     let poles = closed.continuous_poles().map_err(&numeric)?;
     Ok(poles.into_iter().filter(|p| p.im >= 0.0).collect())

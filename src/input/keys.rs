@@ -324,6 +324,35 @@ pub const SPINDLE: &[Group] = &[
             "backup bearings have about half the air gap, 0.1 to 0.5 mm",
         )],
     ),
+    group(
+        "backup_bearings",
+        &[
+            open(
+                "contact_stiffness_n_per_m",
+                "N/m",
+                [[1e6, 1e9], [1e3, 1e12]],
+                "rolling bearings of spindle size have about 1e8 N/m, resilient mounts less; 3e7 unless given",
+            ),
+            open(
+                "contact_damping_n_s_per_m",
+                "N s/m",
+                [[10.0, 1e6], [0.0, 1e9]],
+                "15 % of the critical damping of half the rotor on the contact stiffness unless given",
+            ),
+            open(
+                "friction",
+                "",
+                [[0.01, 0.6], [0.0, 2.0]],
+                "lubricated steel has 0.1, dry contact up to 0.4; 0.1 unless given",
+            ),
+            open(
+                "contact_radius_m",
+                "m",
+                [[1e-3, 0.2], [1e-4, 1.0]],
+                "that of the shaft at the actuators, on average, unless given",
+            ),
+        ],
+    ),
     group("effects[]", EFFECT),
 ];
 
@@ -374,6 +403,10 @@ pub const WEIGHTS: &[Group] = &[
     group(
         "",
         &[
+            Key {
+                required: false,
+                ..words("defaults")
+            },
             needed(
                 "mode_uncertainty[]",
                 "",

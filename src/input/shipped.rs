@@ -39,6 +39,7 @@ pub const TOOLS: &[Shipped] = shipped![
 /// Weights.
 pub const WEIGHTS: &[Shipped] = shipped![
     "benchmark" => "weights/benchmark.yaml",
+    "machine" => "weights/machine.yaml",
     "quiet-idle" => "weights/quiet-idle.yaml",
     "stiff-tool" => "weights/stiff-tool.yaml",
 ];

@@ -6,7 +6,7 @@ use super::keys;
 use super::shipped::{self, SPINDLES};
 use super::yaml;
 use crate::rotor::{Disc, Material, Section};
-use crate::spindle::{Bearing, Electronics, Planes, Spindle};
+use crate::spindle::{BackupBearings, Bearing, Electronics, Planes, Spindle};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -32,6 +32,9 @@ pub(super) struct SpindleFile {
     speed: SpeedFile,
     /// Radial clearance of the backup bearings.
     backup_clearance_m: f64,
+    /// Contact of the rotor with the backup bearings, for time responses.
+    #[serde(default)]
+    backup_bearings: Option<BackupBearingsFile>,
     /// Effects that a diagnosis has added to the model; a list of `{effect: name, its place, its parameters}`.
     #[serde(default)]
     effects: Option<Vec<EffectFile>>,
@@ -179,6 +182,19 @@ pub(super) struct SpeedFile {
     max_rpm: f64,
 }
 
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BackupBearingsFile {
+    /// Contact stiffness; 3e7 N/m unless given.
+    contact_stiffness_n_per_m: Option<f64>,
+    /// Contact damping; unless given 15 % of the critical damping of half the rotor on the contact stiffness.
+    contact_damping_n_s_per_m: Option<f64>,
+    /// Friction coefficient; 0.1 unless given.
+    friction: Option<f64>,
+    /// Radius of the rotor where it touches; unless given that of the shaft at the actuators, on average.
+    contact_radius_m: Option<f64>,
+}
+
 /// A spindle from a path or a shipped name.
 ///
 /// # Errors
@@ -238,6 +254,14 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
         },
         max_rpm: read.speed.max_rpm,
         backup_clearance_m: read.backup_clearance_m,
+        backup_bearings: read
+            .backup_bearings
+            .map_or_else(BackupBearings::default, |b| BackupBearings {
+                contact_stiffness_n_per_m: b.contact_stiffness_n_per_m,
+                contact_damping_n_s_per_m: b.contact_damping_n_s_per_m,
+                friction: b.friction,
+                contact_radius_m: b.contact_radius_m,
+            }),
         effects: effects.collect::<Result<_, _>>()?,
         name: read.name,
     };

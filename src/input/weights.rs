@@ -4,7 +4,7 @@ use super::error::InputError;
 use super::keys;
 use super::shipped::{self, WEIGHTS};
 use super::yaml;
-use crate::augment::weights::{Limits, Weights};
+use crate::augment::weights::{Limits, Quantity, Weights};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -42,6 +42,22 @@ pub(super) struct WeightsFile {
     /// Divides the tool's displacement limits.
     #[schemars(extend("default" = 1.0))]
     tool_tightening: Option<f64>,
+    /// Where the keys above come from that the file leaves out: `table`, the values stated here, the same on every
+    /// machine, or `machine`: current 5/6 of the bias, roll-off at 0.15 of the sample rate and above the modes of the
+    /// table, noise four times that of the sensors, crossovers from mass and negative stiffness.
+    #[serde(default)]
+    defaults: Defaults,
+}
+
+/// Where values come from that a weights file leaves out.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Defaults {
+    /// The stated ones.
+    #[default]
+    Table,
+    /// The machine.
+    Machine,
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -140,7 +156,12 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
     let each = |pick: fn(&LimitsFile) -> Option<f64>, default: [f64; 3]| {
         [0, 1, 2].map(|i: usize| pick(places[i].1).unwrap_or(default[i]))
     };
+    let open = match read.defaults {
+        Defaults::Table => vec![],
+        Defaults::Machine => left_out(&read),
+    };
     Ok(Weights {
+        open,
         tool: limits(&read.tool),
         front: limits(&read.front),
         rear: limits(&read.rear),
@@ -156,6 +177,34 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         mode_uncertainty: read.mode_uncertainty,
         name: read.name,
     })
+}
+
+/// What a file leaves out.
+fn left_out(read: &WeightsFile) -> Vec<Quantity> {
+    let mut open = vec![];
+    for (place, limits) in [&read.tool, &read.front, &read.rear]
+        .into_iter()
+        .enumerate()
+    {
+        if limits.load_crossover_hz.is_none() {
+            open.push(Quantity::LoadCrossover(place));
+        }
+        if limits.displacement_crossover_hz.is_none() {
+            open.push(Quantity::DisplacementCrossover(place));
+        }
+    }
+    let levels = [
+        (read.current_limit_a, Quantity::CurrentLimit),
+        (read.current_rolloff_hz, Quantity::CurrentRolloff),
+        (read.sensor_noise_m, Quantity::SensorNoise),
+    ];
+    open.extend(
+        levels
+            .into_iter()
+            .filter(|(v, _)| v.is_none())
+            .map(|(_, q)| q),
+    );
+    open
 }
 
 fn positive(file: &str, path: &str, value: Option<f64>) -> Result<(), InputError> {

@@ -53,6 +53,26 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
         "backup_clearance_m: {}",
         number(spindle.backup_clearance_m)
     ));
+    let backup = &spindle.backup_bearings;
+    if !backup.is_open() {
+        let given = [
+            (
+                "contact_stiffness_n_per_m",
+                backup.contact_stiffness_n_per_m,
+            ),
+            (
+                "contact_damping_n_s_per_m",
+                backup.contact_damping_n_s_per_m,
+            ),
+            ("friction", backup.friction),
+            ("contact_radius_m", backup.contact_radius_m),
+        ];
+        let values: Vec<(&str, f64)> = given
+            .into_iter()
+            .filter_map(|(k, v)| Some((k, v?)))
+            .collect();
+        lines.push(format!("backup_bearings: {{{}}}", pairs(&values)));
+    }
     if spindle.effects.is_empty() {
         lines.push("effects: []".into());
     } else {

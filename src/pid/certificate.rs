@@ -9,7 +9,7 @@
 
 use super::parameters::{PidParameters, pid_controller};
 use super::settings::TuneSettings;
-use crate::augment::plane::connected_part;
+use crate::augment::plane::x_plane;
 use crate::controller::amplifier_demand::{high_frequency_gain, high_frequency_hz};
 use crate::controller::full_loop::FullLoop;
 use crate::controller::verification::{Verification, growth_rate, verify};
@@ -261,8 +261,8 @@ fn shifted_loops(
             let sampled = plant.with_scaled_modes(factors).sampled()?;
             // At rest the planes are equal and apart: one of them has all the poles.
             let rate = if *rpm == 0.0 && plant.mechanics().planes_are_decoupled() {
-                let plane = connected_part(&sampled.select(&[0, 2], &[0, 2]));
-                plane_growth_rate(&plane, &connected_part(&law.select(&[0, 2], &[0, 2])))
+                let plane = x_plane(&sampled);
+                plane_growth_rate(&plane, &x_plane(&law))
             } else {
                 growth_rate(&sampled, law)
             };

@@ -4,7 +4,7 @@
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
 use super::start::{Start, StartRule, screen, starts};
-use crate::augment::plane::connected_part;
+use crate::augment::plane::x_plane;
 use crate::controller::polish::LoopLimits;
 use crate::controller::polish::descent::{Effort, PENALTY, descend};
 use crate::controller::polish::lines::lines;
@@ -172,7 +172,7 @@ fn activate(loss: &mut Loss, law: &PidLaw, x: &[f64], unstable_poles: i64) -> us
 /// Unstable poles of one plane of the plant at rest.
 fn unstable_poles(plants: &Plants) -> Result<i64, VerificationError> {
     let sampled = plants.at_rest().sampled()?;
-    let plane = connected_part(&sampled.select(&[0, 2], &[0, 2]));
+    let plane = x_plane(&sampled);
     let poles = plane.poles().map_err(in_step("poles of the plant"))?;
     Ok(poles.iter().filter(|z| z.norm() > 1.0).count() as i64)
 }
@@ -187,8 +187,8 @@ fn loop_poles(plant: &Plant, law: &PidLaw, x: &[f64]) -> Result<Vec<c64>, Verifi
         return Ok(vec![]);
     };
     let numeric = in_step("poles of the PID loop");
-    let plane = connected_part(&plant.sampled()?.select(&[0, 2], &[0, 2]));
-    let own = connected_part(&sampled.select(&[0, 2], &[0, 2]));
+    let plane = x_plane(&plant.sampled()?);
+    let own = x_plane(&sampled);
     let poles = lower_lft(&plane, &own)
         .and_then(|l| l.continuous_poles())
         .map_err(&numeric)?;

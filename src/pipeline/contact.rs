@@ -1,10 +1,9 @@
 //! The rotor thrown into its backup bearings: one push at the tool, at the top speed, for two controllers.
 
 use super::PipelineError;
-use crate::controller::anti_windup::with_anti_windup;
+use crate::controller::anti_windup::firmware_rows;
 use crate::controller::arithmetic::float32;
-use crate::controller::realise::modal_form;
-use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
+use crate::controller::scaling::{ScaledRealisation, SignalLimits};
 use crate::controller::{ControlLaw, Controller};
 use crate::predict::recovery::touching_force_n;
 use crate::predict::time::{TimeResponse, TimeSettings};
@@ -48,7 +47,7 @@ pub fn contact(
     let force_n = touching_force_n(machine, limits.output_a, PUSH_S)?;
     let pid = match pid.map(|p| &p.law) {
         Some(ControlLaw::Discrete(law)) => {
-            let (rows, _) = with_anti_windup(scaled(&modal_form(law)?, limits)?, machine)?;
+            let (rows, _) = firmware_rows(law, machine)?;
             Some(pushed(machine, &rows, force_n)?)
         }
         _ => None,

@@ -8,16 +8,15 @@ use super::problems::Problems;
 use super::speed_mu::{SpeedMu, mu_at_speed, mu_over_speed};
 use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::{UncertainMode, scale_controller};
-use crate::augment::plane::{LOADS, connected_part};
+use crate::augment::plane::{LOADS, x_plane};
 use crate::augment::weights::Weights;
-use crate::controller::anti_windup::with_anti_windup;
+use crate::controller::anti_windup::firmware_rows;
 use crate::controller::arithmetic::q31;
-use crate::controller::realise::modal_form;
-use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled as scaled_realisation};
+use crate::controller::scaling::ScaledRealisation;
 use crate::controller::speed_proof::{SpeedProof, prove};
 use crate::controller::verification::{Verification, verify, verify_at};
 use crate::controller::{ControlLaw, Controller};
-use crate::lti::sample::inverse_tustin;
+use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::predict::closed_loop::{both_planes, compliance};
 use crate::spindle::{Machine, ModelDetail, Plant};
@@ -83,18 +82,7 @@ pub(super) fn deliver(
     plane: &StateSpace<Discrete>,
 ) -> Result<Delivery, PipelineError> {
     let period_s = machine.spindle.electronics.sample_period_s();
-    let unlimited = scaled_realisation(
-        &modal_form(&both_planes(plane))?,
-        SignalLimits {
-            input_m: machine.spindle.backup_clearance_m,
-            output_a: machine
-                .spindle
-                .front
-                .bias_current_a
-                .min(machine.spindle.rear.bias_current_a),
-        },
-    )?;
-    let (realisation, _) = with_anti_windup(unlimited, machine)?;
+    let (realisation, _) = firmware_rows(&both_planes(plane), machine)?;
     // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
     // design plane.
     let rounded = realisation.rows.rounded_f32()?;
@@ -173,10 +161,25 @@ pub(super) fn deliver(
     })
 }
 
+/// The x plane of a four-axis controller, m to A, sampled by Tustin's rule if it is continuous.
+pub(super) fn plane_of_law(
+    machine: &Machine,
+    controller: &Controller,
+) -> Result<StateSpace<Discrete>, PipelineError> {
+    let sampled = match &controller.law {
+        ControlLaw::Discrete(law) => return Ok(x_plane(law)),
+        ControlLaw::Continuous(law) => {
+            let period_s = machine.spindle.electronics.sample_period_s();
+            tustin(law, period_s)
+                .map_err(PipelineError::numeric("discretisation of the controller"))?
+        }
+    };
+    Ok(x_plane(&sampled))
+}
+
 /// The x plane of a four-axis law in the scaled signals of the w plane.
 fn plane_of(law: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, PipelineError> {
-    let plane = connected_part(&law.select(&[0, 2], &[0, 2]));
-    scaled_plane(&plane)
+    scaled_plane(&x_plane(law))
 }
 
 /// A sampled controller of one plane (m to A) in the scaled signals of the w plane.

@@ -9,9 +9,10 @@
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, Stage, d_scales, stage};
-use super::delivery::{Delivery, deliver};
+use super::delivery::{Delivery, deliver, plane_of_law};
 use super::emulation::Emulated;
-use super::polishing::{PolishOutcome, ZONE_A, limits, polished};
+use super::polish_job::{PolishJob, ZONE_A, limits};
+use super::polishing::{PolishOutcome, polished};
 use super::problems::Problems;
 use super::progress::{Event, Listener};
 use super::reduction::reduce;
@@ -20,7 +21,6 @@ use super::specification_scale::{SpecificationScale, specification_scale};
 use super::stable::OwnStability;
 use super::synthesis::{Round, Synthesised, synthesise_for_machine};
 use crate::augment::assembly::unscale_controller;
-use crate::augment::plane::connected_part;
 use crate::augment::weights::Weights;
 use crate::controller::ControlLaw;
 use crate::controller::stiffness_limit::{StiffnessLimit, TAPS, stiffness_limit};
@@ -43,6 +43,8 @@ pub struct Design {
     pub d_scales: Vec<DScaleCurve>,
     /// The D-scales of the best step times the constant scales that it started from.
     pub scales: DScales,
+    /// Those constant scales, one per block.
+    pub constant_scales: Vec<f64>,
     /// γ of the best step.
     pub gamma: f64,
     /// Orders of the D-scales of the best step, summed over the blocks.
@@ -105,14 +107,7 @@ impl Design {
     /// convex problem has no answer.
     pub fn stiffness_limit(&self, machine: &Machine) -> Result<StiffnessLimit, PipelineError> {
         let limits = limits(machine, ZONE_A)?;
-        let law = match &self.delivery.controller.law {
-            ControlLaw::Discrete(law) => connected_part(&law.select(&[0, 2], &[0, 2])),
-            ControlLaw::Continuous(law) => {
-                let period_s = machine.spindle.electronics.sample_period_s();
-                let sampled = tustin(law, period_s).map_err(PipelineError::numeric("limit"))?;
-                connected_part(&sampled.select(&[0, 2], &[0, 2]))
-            }
-        };
+        let law = plane_of_law(machine, &self.delivery.controller)?;
         Ok(stiffness_limit(machine, &limits, &law, TAPS)?)
     }
 
@@ -133,6 +128,7 @@ pub fn design(
     settings: &DesignSettings,
     progress: &mut Listener,
 ) -> Result<Design, PipelineError> {
+    let weights = &weights.on(machine)?;
     let Synthesised {
         problems,
         scales,
@@ -159,8 +155,15 @@ pub fn design(
     let (delivery, polish) = match &settings.polish {
         None => (from_dk, None),
         Some(effort) => {
-            let asked = (weights, settings.speeds, *effort);
-            let (delivery, outcome) = polished(machine, asked, &problems, &sampled, from_dk)?;
+            let job = PolishJob {
+                machine,
+                weights,
+                problems: &problems,
+                speeds: settings.speeds,
+                effort: *effort,
+                earlier: settings.earlier.as_ref().map(|e| &e.plane),
+            };
+            let (delivery, outcome) = polished(job, &sampled, from_dk)?;
             (delivery, Some(outcome))
         }
     };
@@ -183,6 +186,7 @@ pub fn design(
         polish,
         delivery,
         scales: outcome.scales.times(&scales),
+        constant_scales: scales,
         gamma: outcome.gamma,
         d_order: outcome
             .steps

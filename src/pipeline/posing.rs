@@ -17,7 +17,7 @@ use crate::augment::plane::{Route, modes_below_nyquist};
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::augment::weight_plane::fit_errors;
 use crate::augment::weights::Weights;
-use crate::robust::prescale::constant_scales;
+use crate::robust::prescale::{ScaleStart, constant_scales};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -33,6 +33,17 @@ const PROGRESS: f64 = 0.02;
 const WIDTH: f64 = 0.05;
 /// What covering the split may cost in widening.
 const COVER_PRICE: f64 = 1.25;
+
+/// Where the constant scales of a problem are searched from.
+#[derive(Clone, Copy)]
+enum Beside<'a> {
+    /// No other problem is solved yet.
+    Nothing,
+    /// A problem with another cover or another bound on T.
+    Near(&'a Posed),
+    /// A problem whose limits are some times as wide.
+    Far(&'a Posed),
+}
 
 /// A problem with its constant scales.
 struct Posed {
@@ -188,7 +199,7 @@ impl Posing<'_> {
         cover: Cover,
         widening: Widening,
         limit: Option<f64>,
-        from: Option<&Posed>,
+        from: Beside<'_>,
     ) -> Result<Posed, PipelineError> {
         let modes = self.modes(Some(cover));
         let plant = generalized(
@@ -200,12 +211,21 @@ impl Posing<'_> {
             self.settings.route,
         )?;
         let mut start = vec![STARTING_SCALE; modes.len()];
-        if let Some(from) = from {
-            for (own, scale) in start.iter_mut().zip(&from.scales) {
-                *own = *scale;
-            }
+        let earlier = self.settings.earlier.as_ref();
+        let (known, near) = match from {
+            Beside::Near(posed) => (Some(&posed.scales), true),
+            Beside::Far(posed) => (Some(&posed.scales), false),
+            Beside::Nothing => (earlier.map(|e| &e.scales), true),
+        };
+        let known = known.filter(|scales| !scales.is_empty());
+        for (own, scale) in start.iter_mut().zip(known.into_iter().flatten()) {
+            *own = *scale;
         }
-        let found = constant_scales(&plant, &start)?;
+        let start = match known.is_some() && near {
+            true => ScaleStart::Neighbour(&start),
+            false => ScaleStart::Guess(&start),
+        };
+        let found = constant_scales(&plant, start)?;
         Ok(Posed {
             plant,
             limit,
@@ -222,25 +242,63 @@ impl Posing<'_> {
     fn chosen(&self) -> Result<Choice, PipelineError> {
         let given = self.weights.complementary_sensitivity_limit;
         let covers = self.covers();
-        let mut last: Option<Choice> = None;
-        for cover in &covers {
-            let from = last.as_ref().map(|c| &c.posed);
-            let posed = self.attempt(*cover, Widening::NONE, given, from)?;
-            let reached = self.reaches(&posed);
-            last = Some(Choice {
-                cover: *cover,
-                widening: Widening::NONE,
-                posed,
-            });
-            if reached {
-                break;
+        let first = self.covering(covers[0], Widening::NONE, given, Beside::Nothing)?;
+        if self.reaches(&first.posed) || covers.len() == 1 {
+            return self.widened_if_allowed(first, &covers);
+        }
+        let least = covers[covers.len() - 1];
+        let last = self.covering(least, Widening::NONE, given, Beside::Near(&first.posed))?;
+        if self.reaches(&last.posed) {
+            return self.most_covered(&covers[1..], Widening::NONE, last);
+        }
+        self.widened_if_allowed(last, &covers)
+    }
+
+    /// A cover and a widening with their constant scales.
+    fn covering(
+        &self,
+        cover: Cover,
+        widening: Widening,
+        limit: Option<f64>,
+        from: Beside<'_>,
+    ) -> Result<Choice, PipelineError> {
+        let posed = self.attempt(cover, widening, limit, from)?;
+        Ok(Choice {
+            cover,
+            widening,
+            posed,
+        })
+    }
+
+    /// The first cover of the list that is within the target with `widening`; where none is, `reached`, a choice with
+    /// the last cover. γ falls as the cover gives way: bisection finds it.
+    fn most_covered(
+        &self,
+        covers: &[Cover],
+        widening: Widening,
+        reached: Choice,
+    ) -> Result<Choice, PipelineError> {
+        let limit = reached.posed.limit;
+        let (mut low, mut high, mut best) = (0, covers.len() - 1, reached);
+        while low < high {
+            let middle = low.midpoint(high);
+            let found =
+                self.covering(covers[middle], widening, limit, Beside::Near(&best.posed))?;
+            if self.reaches(&found.posed) {
+                (high, best) = (middle, found);
+            } else {
+                low = middle + 1;
             }
         }
-        let Some(choice) = last else {
-            return Err(PipelineError::Synthesis(
-                crate::robust::SynthesisError::Partition("no problem was posed".to_owned()),
-            ));
-        };
+        Ok(best)
+    }
+
+    /// The choice, or, where it misses the target and may give way, the one with wider limits.
+    fn widened_if_allowed(
+        &self,
+        choice: Choice,
+        covers: &[Cover],
+    ) -> Result<Choice, PipelineError> {
         if self.reaches(&choice.posed) || !self.settings.give_way {
             return Ok(choice);
         }
@@ -252,17 +310,7 @@ impl Posing<'_> {
             current: widened.widening.current,
             ..Widening::displacements(COVER_PRICE * widened.widening.tool)
         };
-        for cover in &covers[..covers.len() - 1] {
-            let posed = self.attempt(*cover, priced, given, Some(&widened.posed))?;
-            if self.reaches(&posed) {
-                return Ok(Choice {
-                    cover: *cover,
-                    widening: priced,
-                    posed,
-                });
-            }
-        }
-        Ok(widened)
+        self.most_covered(covers, priced, widened)
     }
 
     /// The choice with the displacements widened until γ reaches the target, the current as well where they do not
@@ -293,7 +341,7 @@ impl Posing<'_> {
             choice.cover,
             widening,
             choice.posed.limit,
-            Some(&choice.posed),
+            Beside::Far(&choice.posed),
         )?;
         Ok(Choice {
             cover: choice.cover,
@@ -361,7 +409,8 @@ impl Posing<'_> {
         let (mut low, mut high) = (0, tighter.len());
         while low < high {
             let middle = low.midpoint(high);
-            let tight = self.attempt(cover, widening, Some(tighter[middle]), Some(&posed))?;
+            let tight =
+                self.attempt(cover, widening, Some(tighter[middle]), Beside::Near(&posed))?;
             if self.reaches(&tight) {
                 posed = tight;
                 high = middle;

@@ -6,7 +6,7 @@ use super::delivery::scaled_plane;
 use super::design::Design;
 use crate::augment::GeneralizedPlant;
 use crate::augment::assembly::{input_weights, output_weights};
-use crate::augment::plane::connected_part;
+use crate::augment::plane::x_plane;
 use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::controller::ControlLaw;
@@ -53,7 +53,7 @@ impl ProblemSet {
                 },
             ));
         };
-        let plane = connected_part(&law.select(&[0, 2], &[0, 2]));
+        let plane = x_plane(&law);
         let controller = scaled_plane(&plane)?;
         let closed_loop =
             lower_lft(&problems.specification.system, &controller).map_err(&numeric)?;

@@ -3,7 +3,7 @@
 use super::PipelineError;
 use super::certificates::{Stage, attained};
 use super::problems::Problems;
-use crate::lti::balance::frequency_weighted_balance;
+use crate::lti::balance::{Balancing, frequency_weighted_balance};
 use crate::lti::connect::lower_lft;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::prescale::scaled;
@@ -19,25 +19,8 @@ pub(super) fn reduce(
     at_full: &Stage,
     limit: f64,
 ) -> Result<(StateSpace<Continuous>, Vec<(usize, f64)>), PipelineError> {
-    const STAGE: &str = "reduction";
     let numeric = || PipelineError::numeric(STAGE);
-    let plant = scaled(&problems.synthesis, scales);
-    let (nw, nz) = (plant.disturbances(), plant.errors());
-    let twice = |first: usize, count: usize| -> Vec<usize> {
-        (0..first)
-            .chain(first..first + count)
-            .chain(first..first + count)
-            .collect()
-    };
-    let ports = plant
-        .system
-        .select(&twice(nz, plant.measurements), &twice(nw, plant.controls));
-    let opened = lower_lft(&ports, full).map_err(numeric())?;
-    let list = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
-    let output_weight = opened.select(&list(0, nz), &list(nw, plant.controls));
-    let input_weight = opened.select(&list(nz, plant.measurements), &list(0, nw));
-    let balancing = frequency_weighted_balance(full, Some(&input_weight), Some(&output_weight))
-        .map_err(numeric())?;
+    let balancing = loop_balancing(problems, scales, full)?;
     // A cut must not bring in an unstable pole.
     let keep_stable = full.growth_rate().map_err(numeric())? < 0.0;
     let mut tried = vec![];
@@ -60,4 +43,31 @@ pub(super) fn reduce(
     }
     tried.push((full.order(), at_full.synthesis));
     Ok((full.clone(), tried))
+}
+
+const STAGE: &str = "reduction";
+
+/// Balancing of K weighted by what the loop of the synthesis problem makes of a change of K.
+pub(super) fn loop_balancing(
+    problems: &Problems,
+    scales: &[f64],
+    full: &StateSpace<Continuous>,
+) -> Result<Balancing, PipelineError> {
+    let numeric = || PipelineError::numeric(STAGE);
+    let plant = scaled(&problems.synthesis, scales);
+    let (nw, nz) = (plant.disturbances(), plant.errors());
+    let twice = |first: usize, count: usize| -> Vec<usize> {
+        (0..first)
+            .chain(first..first + count)
+            .chain(first..first + count)
+            .collect()
+    };
+    let ports = plant
+        .system
+        .select(&twice(nz, plant.measurements), &twice(nw, plant.controls));
+    let opened = lower_lft(&ports, full).map_err(numeric())?;
+    let list = |from: usize, count: usize| (from..from + count).collect::<Vec<_>>();
+    let output_weight = opened.select(&list(0, nz), &list(nw, plant.controls));
+    let input_weight = opened.select(&list(nz, plant.measurements), &list(0, nw));
+    frequency_weighted_balance(full, Some(&input_weight), Some(&output_weight)).map_err(numeric())
 }

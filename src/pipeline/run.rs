@@ -258,7 +258,14 @@ pub fn by_arithmetic(machine: &Machine, design: &Design) -> Result<Vec<Predictio
 }
 
 /// The tuned and the textbook PID for a machine, within the amplifier limits of a design.
-fn rivals(machine: &Machine, design: &Design, pid: TuneSettings) -> Result<Rivals, PipelineError> {
+///
+/// # Errors
+/// [`PipelineError`] when a plant or a loop cannot be built; a PID that is not found is no error.
+pub fn rivals(
+    machine: &Machine,
+    design: &Design,
+    pid: TuneSettings,
+) -> Result<Rivals, PipelineError> {
     let delivered = &design.delivery.controller;
     let effort = rival_settings(machine, delivered, pid)?;
     let rival = |found: Result<TunedPid, VerificationError>| -> Result<Rival, PipelineError> {
@@ -270,9 +277,11 @@ fn rivals(machine: &Machine, design: &Design, pid: TuneSettings) -> Result<Rival
             Err(reason) => Err(reason),
         })
     };
+    // Nothing of the textbook PID is tuned for the tool: more effort would not change it.
+    let plain = rival_settings(machine, delivered, TuneSettings::quick())?;
     Ok(Rivals {
         tuned: rival(tune(machine, &effort, &mut |_, _| {}))?,
-        textbook: rival(textbook(machine, &effort))?,
+        textbook: rival(textbook(machine, &plain))?,
         effort,
     })
 }

@@ -1,6 +1,7 @@
 //! What a designer may set, with the defaults of the reference run.
 
 use crate::augment::plane::Route;
+use crate::lti::{Discrete, StateSpace};
 use crate::robust::dk::DkSettings;
 
 /// What a designer may turn, with the defaults of the reference run.
@@ -34,6 +35,17 @@ pub struct DesignSettings {
     /// Effort of the polish after the reduction; `None`, the default: the reduced controller of the D-K iteration is
     /// delivered.
     pub polish: Option<PolishEffort>,
+    /// An earlier design, say of the previous tool, from whose controller the polish starts first.
+    pub earlier: Option<EarlierDesign>,
+}
+
+/// What a design takes over from an earlier one; every certificate is computed anew.
+#[derive(Clone, Debug)]
+pub struct EarlierDesign {
+    /// Its sampled controller of one plane, m to A.
+    pub plane: StateSpace<Discrete>,
+    /// Its constant scales, one per block; may be empty.
+    pub scales: Vec<f64>,
 }
 
 impl Default for DesignSettings {
@@ -61,6 +73,7 @@ impl Default for DesignSettings {
             },
             speeds: 11,
             polish: None,
+            earlier: None,
         }
     }
 }

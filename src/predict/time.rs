@@ -10,6 +10,7 @@
 use super::time_force::{BackupBearing, Magnet};
 use crate::controller::arithmetic::Float32Program;
 use crate::linalg::{Mat, NumericError, exponential};
+use crate::rotor::PlanarModes;
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant, Side, SpindleError};
 use rand::{Rng, SeedableRng};
@@ -25,8 +26,8 @@ const DIVERGED: f64 = 100.0;
 /// What the spindle file leaves open.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeSettings {
-    /// Flexible modes per plane.
-    pub flexible_modes: usize,
+    /// Flexible modes per plane; unless given, all below 0.8 of half the sample rate.
+    pub flexible_modes: Option<usize>,
     /// Steps of the integrator per sample period.
     pub substeps: usize,
     /// Bus voltage of the amplifiers, V.
@@ -38,29 +39,17 @@ pub struct TimeSettings {
     pub quantum_m: f64,
     /// White sensor noise of the spindle file, with this seed; `None` for none.
     pub noise_seed: Option<u64>,
-    /// Contact stiffness of the backup bearings, N/m.
-    pub contact_stiffness_n_per_m: f64,
-    /// Contact damping, N s/m.
-    pub contact_damping_n_s_per_m: f64,
-    /// Friction coefficient in the backup bearings.
-    pub friction: f64,
-    /// Radius of the rotor in the backup bearings, m.
-    pub contact_radius_m: f64,
 }
 
 impl Default for TimeSettings {
     fn default() -> Self {
         Self {
-            flexible_modes: 6,
+            flexible_modes: None,
             substeps: 20,
             bus_voltage_v: 300.0,
             reference_ramp_s: 0.0,
             quantum_m: 20.0 / 65536.0 / 20.0e3,
             noise_seed: None,
-            contact_stiffness_n_per_m: 3.0e7,
-            contact_damping_n_s_per_m: 3.0e3,
-            friction: 0.1,
-            contact_radius_m: 0.02,
         }
     }
 }
@@ -281,6 +270,22 @@ fn check(scenario: &Scenario<'_>, settings: &TimeSettings) -> Result<(), TimeErr
     Ok(())
 }
 
+/// Part of the band up to half the sample rate whose modes take part: those above are hardly excited by the hold, and
+/// the sampled loop does not tell them from their images.
+const BAND: f64 = 0.8;
+
+/// Flexible modes below [`BAND`] of half the sample rate; not fewer than the design model has.
+fn modes_in_band(machine: &Machine) -> Result<usize, SpindleError> {
+    let modes = PlanarModes::new(&machine.rotor()?).map_err(SpindleError::Shaft)?;
+    let highest_hz = 0.5 * BAND * machine.spindle.electronics.sample_rate_hz;
+    let inside = modes
+        .flexible_hz()
+        .iter()
+        .filter(|f| **f < highest_hz)
+        .count();
+    Ok(inside.max(machine.spindle.flexible_modes))
+}
+
 /// Shaft, sensors and magnets between two samples.
 struct Shaft {
     phi: Mat<f64>,
@@ -308,12 +313,17 @@ impl Shaft {
         step_s: f64,
     ) -> Result<Self, TimeError> {
         let effective = machine.effective();
+        let contact = machine.spindle.backup_contact()?;
         // The force law brings the negative stiffness; the shaft here gets none (a file may not say zero).
         let mut free = machine.clone();
         free.spindle.front.ks_n_per_m = f64::MIN_POSITIVE;
         free.spindle.rear.ks_n_per_m = f64::MIN_POSITIVE;
+        let flexible = match settings.flexible_modes {
+            Some(count) => count,
+            None => modes_in_band(machine)?,
+        };
         let detail = ModelDetail::Modes {
-            flexible: settings.flexible_modes,
+            flexible,
             static_residual: false,
         };
         let plant = Plant::new(&free, speed_rad_s, detail)?;
@@ -358,10 +368,10 @@ impl Shaft {
             }),
             backup: BackupBearing {
                 clearance_m: machine.spindle.backup_clearance_m,
-                stiffness_n_per_m: settings.contact_stiffness_n_per_m,
-                damping_n_s_per_m: settings.contact_damping_n_s_per_m,
-                friction: settings.friction,
-                radius_m: settings.contact_radius_m,
+                stiffness_n_per_m: contact.stiffness_n_per_m,
+                damping_n_s_per_m: contact.damping_n_s_per_m,
+                friction: contact.friction,
+                radius_m: contact.radius_m,
             },
             speed_rad_s,
             step_s,

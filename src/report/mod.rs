@@ -17,6 +17,7 @@ pub mod html;
 pub(crate) mod identification;
 pub(crate) mod loop_figures;
 pub mod manifest;
+pub(crate) mod order_curve;
 mod page_summary;
 pub mod pictures;
 pub(crate) mod pid_summary;

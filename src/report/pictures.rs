@@ -20,6 +20,7 @@ pub enum Picture {
     Mu,
     MuIterations,
     MuOrder,
+    OrderCurve,
     MuSpeed,
     SpeedStability,
     DScales,
@@ -49,7 +50,7 @@ pub enum Picture {
 
 impl Picture {
     /// All kinds.
-    pub const ALL: [Self; 35] = [
+    pub const ALL: [Self; 36] = [
         Self::Campbell,
         Self::BodeFront,
         Self::BodeRear,
@@ -60,6 +61,7 @@ impl Picture {
         Self::Mu,
         Self::MuIterations,
         Self::MuOrder,
+        Self::OrderCurve,
         Self::MuSpeed,
         Self::SpeedStability,
         Self::DScales,
@@ -100,6 +102,7 @@ impl Picture {
             Self::Mu => ("mu", Section::Design),
             Self::MuIterations => ("mu_iterations", Section::Design),
             Self::MuOrder => ("mu_order", Section::Design),
+            Self::OrderCurve => ("order_curve", Section::Design),
             Self::MuSpeed => ("mu_speed", Section::Design),
             Self::SpeedStability => ("speed_stability", Section::Design),
             Self::DScales => ("d_scales", Section::Design),

@@ -2,6 +2,7 @@
 //! Channel order everywhere: front_x, front_y, rear_x, rear_y. z in m from the nose face, the tool at z < 0.
 
 use super::SpindleError;
+use super::backup::BackupBearings;
 use super::effective::{Effective, EffectiveBearing};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{MOST_DELAY_SAMPLES, rule};
@@ -111,6 +112,8 @@ pub struct Spindle {
     pub max_rpm: f64,
     /// Radial clearance of the backup bearings, m.
     pub backup_clearance_m: f64,
+    /// What the file says of the contact with them.
+    pub backup_bearings: BackupBearings,
     /// Effects added to the nominal model.
     pub effects: Vec<Effect>,
 }

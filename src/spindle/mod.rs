@@ -1,5 +1,6 @@
 //! The machine round the shaft: bearings, electronics, effects, tool, named ports, the open-loop plant at a speed.
 
+pub mod backup;
 pub mod effective;
 pub mod effects;
 pub(crate) mod machine;
@@ -13,6 +14,7 @@ mod rule;
 mod rules;
 pub(crate) mod whirl_form;
 
+pub use backup::{BackupBearings, BackupContact};
 pub use effective::{Effective, EffectiveBearing, Housing};
 pub use effects::{Bearings, Effect, EffectKind, Location};
 pub use machine::{Bearing, Electronics, Machine, Planes, Side, Spindle, Tool};

@@ -18,6 +18,7 @@ impl Spindle {
         self.check_electronics()?;
         positive("speed.max_rpm", self.max_rpm)?;
         positive("backup_clearance_m", self.backup_clearance_m)?;
+        self.backup_bearings.validate()?;
         for side in Side::BOTH {
             let gap_m = self.bearing(side).gap_m;
             rule(

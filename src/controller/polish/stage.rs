@@ -35,6 +35,8 @@ pub struct PolishRound {
     pub over_limit: [f64; LIMITS],
 }
 
+/// Place of μ among the limits of [`PolishRound::over_limit`].
+const MU: usize = 3;
 /// Lines closer than these shares of their frequency are one, in the first round and in the later ones.
 const COARSE: f64 = 2e-3;
 const FINE: f64 = 5e-4;
@@ -193,6 +195,15 @@ impl<'a> Polisher<'a> {
         self.rounds += 1;
         self.figures.steps = done;
         Ok(self.figures)
+    }
+
+    /// Moves the limit on μ to where the loop is, if it exceeds it.
+    pub fn hold_mu(&mut self) {
+        let over = self.figures.over_limit[MU];
+        if over > 1.0 {
+            self.task.limits.mu *= over;
+            self.stale = true;
+        }
     }
 
     /// True when no limit is exceeded, as far as the lines show.

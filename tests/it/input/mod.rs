@@ -2,6 +2,7 @@
 
 mod damage;
 mod input_files;
+mod machine_defaults;
 mod mutated_files;
 mod plausible_values;
 mod ross;

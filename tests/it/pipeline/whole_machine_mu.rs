@@ -18,7 +18,7 @@ use muspin::pipeline::speed_mu::mu_at_speed;
 use muspin::predict::closed_loop::both_planes;
 use muspin::robust::hinf::{HinfSettings, synthesise};
 use muspin::robust::mu::upper_bound;
-use muspin::robust::prescale::{constant_scales, scaled};
+use muspin::robust::prescale::{ScaleStart, constant_scales, scaled};
 use muspin::spindle::plant::CHANNELS;
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::{PI, TAU};
@@ -113,7 +113,9 @@ fn controller(
     let posed =
         generalized_plane(&plane, modes, weights, WeightPlane::Synthesis { period_s }).unwrap();
     let start = vec![100.0; modes.len()];
-    let scales = constant_scales(&posed, &start).unwrap().scale;
+    let scales = constant_scales(&posed, ScaleStart::Guess(&start))
+        .unwrap()
+        .scale;
     let full = |b: &Block| Block::ComplexFull {
         rows: b.rows(),
         cols: b.cols(),

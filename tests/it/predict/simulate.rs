@@ -18,6 +18,7 @@ use muspin::predict::shaft_line::ShaftLine;
 use muspin::predict::time::TimeSettings;
 use muspin::predict::time_cases::{Case, Quantisation, figures, run_case};
 use muspin::predict::time_force::{BackupBearing, Magnet};
+use muspin::rotor::PlanarModes;
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
@@ -189,7 +190,9 @@ fn small_signals_follow_the_linear_prediction() {
     let machine = machine();
     let (_, law) = pid();
     let force = 0.5;
+    let flexible = 6;
     let settings = TimeSettings {
+        flexible_modes: Some(flexible),
         quantum_m: 0.0,
         ..TimeSettings::default()
     };
@@ -201,7 +204,7 @@ fn small_signals_follow_the_linear_prediction() {
         let mut machine = machine.clone();
         machine.spindle.front.ki_n_per_a *= factor;
         let detail = ModelDetail::Modes {
-            flexible: settings.flexible_modes,
+            flexible,
             static_residual: false,
         };
         let plant = Plant::new(&machine, speed, detail)
@@ -233,6 +236,35 @@ fn small_signals_follow_the_linear_prediction() {
     // The comparison can fail: a prediction with one percent more force constant is outside.
     let (error, _) = distance(0.0, 1.01);
     assert!(error > 4e-3, "{error:e}");
+}
+
+#[test]
+fn unless_given_every_mode_below_four_tenths_of_the_sample_rate_takes_part() {
+    let machine = machine();
+    let (_, law) = pid();
+    let modes = PlanarModes::new(&machine.rotor().unwrap()).unwrap();
+    let highest_hz = 0.4 * machine.spindle.electronics.sample_rate_hz;
+    let inside = modes
+        .flexible_hz()
+        .iter()
+        .filter(|f| **f < highest_hz)
+        .count();
+    assert!(inside > machine.spindle.flexible_modes);
+    let case = Case::Impulse {
+        force_n: 20.0,
+        length_s: 2e-4,
+    };
+    let with = |flexible_modes| {
+        let settings = TimeSettings {
+            flexible_modes,
+            ..TimeSettings::default()
+        };
+        run_case(&machine, &program(&law), case, 0.0, 0.01, &settings)
+            .unwrap()
+            .samples
+    };
+    assert_eq!(with(None), with(Some(inside)));
+    assert_ne!(with(None), with(Some(inside - 1)));
 }
 
 #[test]

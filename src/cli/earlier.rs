@@ -1,0 +1,61 @@
+//! `--from`: an earlier design from whose controller and scales the next one starts.
+
+use super::Failure;
+use crate::augment::plane::x_plane;
+use crate::controller::ControlLaw;
+use crate::input::load_controller;
+use crate::pipeline::settings::EarlierDesign;
+use crate::spindle::Machine;
+use serde_json::Value;
+use std::path::Path;
+
+/// Arguments of the commands that design.
+#[derive(clap::Args, Debug, Clone, Default)]
+pub(super) struct EarlierArgument {
+    /// Start from an earlier design (its folder of results), for example of the previous tool
+    #[arg(long, value_name = "DIR")]
+    from: Option<String>,
+}
+
+impl EarlierArgument {
+    /// The earlier design for a machine; none when none was named.
+    pub(super) fn design(&self, machine: &Machine) -> Result<Option<EarlierDesign>, Failure> {
+        let Some(folder) = &self.from else {
+            return Ok(None);
+        };
+        let file = Path::new(folder).join("controller/discrete.json");
+        let file = file.to_string_lossy();
+        let controller = load_controller(&file)?;
+        let ControlLaw::Discrete(law) = &controller.law else {
+            let words = format!("{file}: the controller must be sampled");
+            return Err(Failure::new(words)
+                .with_hint("name the folder of a run, design or tool of a batch"));
+        };
+        let (own, other) = (
+            machine.spindle.electronics.sample_period_s(),
+            law.time.period_s,
+        );
+        // Rates as files write them.
+        if (own / other - 1.0).abs() > 1e-9 {
+            return Err(Failure::new(format!(
+                "{file}: the controller is sampled at {:.6} Hz, the machine at {:.6} Hz",
+                other.recip(),
+                own.recip()
+            ))
+            .with_hint("start from a design for the same sample rate, or leave --from out"));
+        }
+        Ok(Some(EarlierDesign {
+            plane: x_plane(law),
+            scales: scales(folder),
+        }))
+    }
+}
+
+/// Constant scales of the earlier design; none where the summary does not hold them: they only shorten a search.
+fn scales(folder: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(Path::new(folder).join("summary.json")).unwrap_or_default();
+    let summary: Value = serde_json::from_str(&text).unwrap_or_default();
+    let list = summary["design"]["constant_scales"].as_array();
+    let numbers = list.into_iter().flatten().filter_map(Value::as_f64);
+    numbers.filter(|s| s.is_finite() && *s > 0.0).collect()
+}

@@ -1,0 +1,223 @@
+//! One polish of a design: limits from the machine, descent, certificates, the controller as it runs.
+//!
+//! Limits: |S_jj| within a zone of ISO 14839-3; current from sensor noise, rms, a thirtieth of the smaller bias
+//! current; gain above the modes of the model so that sensor noise at any one frequency asks for that current at most;
+//! μ of the specification as written at rest and, with the true gyroscopics, at top speed and 1.2 times that. After the
+//! descent μ of the whole machine is certified; a peak above one becomes a line of the loss, and the descent goes on
+//! from there.
+
+use super::PipelineError;
+use super::certificates::{PeakFigures, certified};
+use super::comparison::BAND_HZ;
+use super::delivery::{Delivery, deliver, scaled_plane};
+use super::judged::Judged;
+use super::overspeed::OVERSPEED;
+use super::problems::Problems;
+use super::settings::PolishEffort;
+use super::speed_mu::mu_at_speed;
+use super::widening::Widening;
+use crate::augment::GeneralizedPlant;
+use crate::augment::weights::Weights;
+use crate::controller::amplifier_demand::high_frequency_hz;
+use crate::controller::polish::limits::WEAK_SENSITIVITY;
+use crate::controller::polish::{LoopLimits, PolishRound, PolishTask, Polisher};
+use crate::lti::{Discrete, StateSpace};
+use crate::predict::closed_loop::both_planes;
+use crate::spindle::Machine;
+
+/// Ends of zone A and zone B (|S| = 3 and 4) less 2 %, for peaks between the lines and for rounding.
+pub(super) const ZONE_A: f64 = 0.98 * 3.0;
+pub(super) const ZONE_B: f64 = 0.98 * 4.0;
+/// Sensitivity of rotors with shifted modes relative to that.
+const SHIFTED_SENSITIVITY: f64 = 1.3;
+/// μ below one by what the certificate finds between the lines and by the fit of the weights in the w plane.
+const MU: f64 = 0.98;
+/// Level that a cut aims at, below one by the width of a certificate.
+const CUT: f64 = 0.995;
+/// Peaks of two certificates closer than this share of their frequency are one.
+const SAME_PEAK: f64 = 0.02;
+/// Share of the bias current that sensor noise may ask for.
+const NOISE_SHARE: f64 = 1.0 / 30.0;
+
+/// Limits of a polish, from the machine, with a largest |S_jj|.
+pub(super) fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, PipelineError> {
+    let spindle = &machine.spindle;
+    let bias = spindle
+        .front
+        .bias_current_a
+        .min(spindle.rear.bias_current_a);
+    let noise = spindle.electronics.sensor_noise_m;
+    let nyquist_hz = 0.5 * spindle.electronics.sample_rate_hz;
+    Ok(LoopLimits {
+        stiffness_band_hz: (BAND_HZ.0, BAND_HZ.1.min(0.98 * nyquist_hz)),
+        sensitivity,
+        shifted_sensitivity: SHIFTED_SENSITIVITY,
+        weak_sensitivity: WEAK_SENSITIVITY,
+        high_frequency_hz: high_frequency_hz(machine)?,
+        high_frequency_gain_a_per_m: NOISE_SHARE * bias / noise,
+        sensor_noise_m: noise,
+        noise_current_a: NOISE_SHARE * bias,
+        mu: MU,
+    })
+}
+
+/// What the polish holds μ to: the specification as written, and where that was far out of reach what the synthesis
+/// aimed at.
+#[derive(Clone, Copy)]
+pub(super) struct Goal<'a> {
+    weights: &'a Weights,
+    plant: &'a GeneralizedPlant,
+    /// By what the limits are widened.
+    pub widening: Widening,
+}
+
+/// Largest widening of a limit with which the polish is still held to the specification as written. Chosen, not
+/// derived: a polish may lower μ by that much; further out the rows as written would only hold the worst of them.
+const WITHIN_REACH: f64 = 2.0;
+
+impl<'a> Goal<'a> {
+    pub(super) fn of(problems: &'a Problems, written: &'a Weights) -> Self {
+        let widening = problems.widening;
+        if widening.tool.max(widening.current) <= WITHIN_REACH {
+            Self {
+                weights: written,
+                plant: &problems.specification,
+                widening: Widening::NONE,
+            }
+        } else {
+            Self {
+                weights: &problems.aim,
+                plant: &problems.aimed,
+                widening,
+            }
+        }
+    }
+}
+
+/// The largest μ of the goal with a controller of one plane, and its frequency, Hz: certified at rest, on the exact
+/// responses at rest, top speed and beyond.
+fn certificate(
+    machine: &Machine,
+    (problems, goal): (&Problems, &Goal<'_>),
+    plane: &StateSpace<Discrete>,
+) -> Result<(f64, f64), PipelineError> {
+    const STAGE: &str = "certificate of the polish";
+    let scaled = scaled_plane(plane)?;
+    let rest = certified(STAGE, goal.plant, &scaled, problems.period_s)?;
+    let law = both_planes(plane);
+    let mut worst: PeakFigures = rest;
+    for share in [0.0, 1.0, OVERSPEED] {
+        let speed = share * machine.spindle.max_rpm;
+        let exact = mu_at_speed(machine, &problems.aim, &problems.written_modes, &law, speed)?;
+        worst = worst.at_least(&exact);
+    }
+    Ok((worst.upper, worst.frequency_hz))
+}
+
+/// Rounds at most, in units of those asked.
+const MOST_ROUNDS: usize = 3;
+
+/// A polish that came to its end.
+pub(super) struct Polished {
+    /// The controller of one plane, m to A.
+    pub plane: StateSpace<Discrete>,
+    /// What the loss said of the start, and after each round.
+    pub rounds: Vec<PolishRound>,
+    /// Certificates: μ of the goal and its frequency, Hz.
+    pub certificates: Vec<(f64, f64)>,
+}
+
+/// Polishes `plane` until its μ is certified, or to the lowest μ found.
+fn descend(
+    machine: &Machine,
+    (limits, effort): (LoopLimits, PolishEffort),
+    (problems, goal): (&Problems, &Goal<'_>),
+    plane: &StateSpace<Discrete>,
+) -> Result<Polished, PipelineError> {
+    let task = PolishTask {
+        weights: goal.weights,
+        modes: &problems.written_modes,
+        limits,
+    };
+    let mut polisher = Polisher::new(machine, task, plane, OVERSPEED)?;
+    // Where the specification is far out of reach, the μ of the start is held, not bought with stiffness.
+    if !goal.widening.is_none() {
+        polisher.hold_mu();
+    }
+    let mut rounds = vec![polisher.figures()];
+    // Rounds beyond those asked as long as a limit is exceeded: from a distant start they go on to gain.
+    while rounds.len() <= effort.rounds
+        || rounds.len() <= MOST_ROUNDS * effort.rounds && !polisher.within_limits()
+    {
+        rounds.push(polisher.round(effort.steps)?);
+    }
+    let mut certificates: Vec<(f64, f64)> = vec![];
+    let mut best: Option<(f64, StateSpace<Discrete>)> = None;
+    for cut in 0..=effort.cuts {
+        let found = polisher.plane()?;
+        let (mu, at_hz) = certificate(machine, (problems, goal), &found)?;
+        certificates.push((mu, at_hz));
+        if best.as_ref().is_none_or(|(least, _)| mu < *least) {
+            best = Some((mu, found));
+        }
+        // Where the limit on μ was out of reach on the lines, no further line brings it back.
+        let in_reach = polisher.limits().mu <= 1.0;
+        if mu <= 1.0 || !mu.is_finite() || !in_reach || cut == effort.cuts {
+            break;
+        }
+        // A peak between the lines needs a line; one that comes back beside its line needs a lower limit as well.
+        let earlier = &certificates[..certificates.len() - 1];
+        let again = earlier
+            .iter()
+            .any(|(_, hz)| (hz / at_hz - 1.0).abs() < SAME_PEAK);
+        polisher.add_peak(at_hz, if again { CUT / mu } else { 1.0 });
+        rounds.push(polisher.round(effort.cut_steps)?);
+        if !polisher.within_limits() {
+            rounds.push(polisher.round(effort.steps)?);
+        }
+    }
+    Ok(Polished {
+        plane: best.map_or_else(|| plane.clone(), |(_, found)| found),
+        rounds,
+        certificates,
+    })
+}
+
+/// What every polish of a design shares.
+#[derive(Clone, Copy)]
+pub(super) struct PolishJob<'a> {
+    pub machine: &'a Machine,
+    pub weights: &'a Weights,
+    pub problems: &'a Problems,
+    /// Speeds of the verification.
+    pub speeds: usize,
+    pub effort: PolishEffort,
+    /// Controller of one plane of an earlier design.
+    pub earlier: Option<&'a StateSpace<Discrete>>,
+}
+
+impl PolishJob<'_> {
+    /// Polishes `plane` within `limits`, and takes the result through rounding and certificates.
+    pub(super) fn polish(
+        &self,
+        limits: LoopLimits,
+        plane: &StateSpace<Discrete>,
+    ) -> Result<(Judged, Delivery, Polished), PipelineError> {
+        let goal = Goal::of(self.problems, self.weights);
+        let found = descend(
+            self.machine,
+            (limits, self.effort),
+            (self.problems, &goal),
+            plane,
+        )?;
+        let candidate = deliver(
+            self.machine,
+            self.weights,
+            self.problems,
+            self.speeds,
+            &found.plane,
+        )?;
+        let judged = Judged::of(self.machine, "mu", &candidate)?;
+        Ok((judged, candidate, found))
+    }
+}
