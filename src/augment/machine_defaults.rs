@@ -12,7 +12,8 @@ use std::f64::consts::TAU;
 /// Part of the bias current that a unit disturbance may ask for: the force of a magnet is linear up to the bias, and a
 /// sixth is left for unbalance and noise.
 const PART_OF_BIAS: f64 = 5.0 / 6.0;
-/// Corner of the roll-off relative to the sample rate: with one and a half samples of delay the loop has lost 80° there.
+/// Corner of the roll-off relative to the sample rate: with one and a half samples of delay the loop has lost 80°
+/// there.
 const PART_OF_SAMPLE_RATE: f64 = 0.15;
 /// The roll-off begins above the last mode that the table names by this factor, so that the controller can damp it.
 const ABOVE_LAST_MODE: f64 = 1.1;

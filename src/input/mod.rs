@@ -8,6 +8,7 @@ pub mod controller_law;
 mod effect;
 pub mod error;
 pub mod hammer;
+mod key;
 pub mod keys;
 pub mod kind;
 pub mod mat;

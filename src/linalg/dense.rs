@@ -3,8 +3,11 @@
 
 use super::error::NumericError;
 use super::planar::Planar;
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, EvdParams, evd_real, evd_scratch};
 use faer::linalg::solvers::Solve;
-use faer::{Mat, Side, c64};
+use faer::{Auto, Mat, Par, Side, Spec, c64};
 
 /// X with A X = B by LU with partial pivoting; A is n×n, B n×k.
 ///
@@ -87,8 +90,32 @@ pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
         return Ok(vec![]);
     }
     let (balanced, _) = balance(a);
-    let found = balanced.eigenvalues();
-    Ok(sorted(found.map_err(|_| stuck(a.nrows()))?))
+    let n = a.nrows();
+    let mut params: EvdParams = <_ as Auto<f64>>::auto();
+    // Early deflation moves diagonal blocks, and on some matrices moves the same pair for ever; the plain double-shift
+    // iteration counts its steps and ends.
+    params.schur.blocking_threshold = usize::MAX;
+    let params = Spec::new(params);
+    let scratch = evd_scratch::<f64>(
+        n,
+        ComputeEigenvectors::No,
+        ComputeEigenvectors::No,
+        Par::Seq,
+        params,
+    );
+    let (mut re, mut im) = (Diag::zeros(n), Diag::zeros(n));
+    evd_real::<f64>(
+        balanced.as_ref(),
+        re.as_mut(),
+        im.as_mut(),
+        None,
+        None,
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .map_err(|_| stuck(n))?;
+    Ok(sorted((0..n).map(|k| c64::new(re[k], im[k])).collect()))
 }
 
 /// Eigenvalues of a complex square matrix, sorted like [`eigenvalues`].

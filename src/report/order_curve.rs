@@ -47,8 +47,8 @@ impl OrderCurveSummary {
             kept_part: curve.kept_part,
             sentence: match lowest {
                 Some(lowest) if lowest.order < full => format!(
-                    "A controller of order {} keeps {:.0} % of the smallest tool stiffness and every goal of the one of \
-                     order {full}; it is delivered.",
+                    "A controller of order {} keeps {:.0} % of the smallest tool stiffness and every goal of the one \
+                     of order {full}; it is delivered.",
                     lowest.order,
                     100.0 * curve.kept_part
                 ),

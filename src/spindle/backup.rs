@@ -1,8 +1,8 @@
 //! Contact of the rotor with its backup bearings: what the spindle file says, and what follows from the rotor where it
 //! says nothing.
 
+use super::SpindleError;
 use super::rule::{positive, rule};
-use super::{Spindle, SpindleError};
 use crate::rotor::Rotor;
 
 /// Contact stiffness of a backup bearing in its mount where the file gives none, N/m. Deep-groove bearings of spindle
@@ -63,35 +63,33 @@ impl BackupBearings {
         }
         Ok(())
     }
-}
 
-impl Spindle {
-    /// The contact with the backup bearings, from the file and from the rotor without its tool.
+    /// The contact with what the file leaves open taken from the rotor of the spindle and the places of its actuators.
     ///
     /// # Errors
-    /// [`SpindleError`] when the rotor cannot be assembled.
-    pub fn backup_contact(&self) -> Result<BackupContact, SpindleError> {
-        let given = &self.backup_bearings;
-        let stiffness = given.contact_stiffness_n_per_m.unwrap_or(STIFFNESS_N_PER_M);
-        let rotor =
-            Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
+    /// [`SpindleError`] when an actuator is not on the shaft.
+    pub(super) fn contact(
+        &self,
+        rotor: &Rotor,
+        actuators_m: [f64; 2],
+    ) -> Result<BackupContact, SpindleError> {
+        let stiffness = self.contact_stiffness_n_per_m.unwrap_or(STIFFNESS_N_PER_M);
         let half = 0.5 * rotor.mass_properties().mass_kg;
-        let actuators = [self.planes.front_actuator_m, self.planes.rear_actuator_m];
         let mut radius = 0.0;
-        for at in actuators {
+        for at in actuators_m {
             let (k, s) = rotor
                 .element_at("actuator", at)
                 .map_err(SpindleError::Rotor)?;
-            let [near, far] = self.sections[k].outer_diameter_m;
-            radius += 0.5 * (near + s * (far - near)) / actuators.len() as f64;
+            let [near, far] = rotor.sections()[k].outer_diameter_m;
+            radius += 0.5 * (near + s * (far - near)) / actuators_m.len() as f64;
         }
         Ok(BackupContact {
             stiffness_n_per_m: stiffness,
-            damping_n_s_per_m: given
+            damping_n_s_per_m: self
                 .contact_damping_n_s_per_m
                 .unwrap_or(2.0 * DAMPING_RATIO * (stiffness * half).sqrt()),
-            friction: given.friction.unwrap_or(FRICTION),
-            radius_m: given.contact_radius_m.unwrap_or(radius),
+            friction: self.friction.unwrap_or(FRICTION),
+            radius_m: self.contact_radius_m.unwrap_or(radius),
         })
     }
 }

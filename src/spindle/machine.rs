@@ -2,7 +2,7 @@
 //! Channel order everywhere: front_x, front_y, rear_x, rear_y. z in m from the nose face, the tool at z < 0.
 
 use super::SpindleError;
-use super::backup::BackupBearings;
+use super::backup::{BackupBearings, BackupContact};
 use super::effective::{Effective, EffectiveBearing};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{MOST_DELAY_SAMPLES, rule};
@@ -125,6 +125,18 @@ impl Spindle {
             Side::Front => &self.front,
             Side::Rear => &self.rear,
         }
+    }
+
+    /// The contact with the backup bearings, from the file and from the rotor without its tool.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when the rotor cannot be assembled.
+    pub fn backup_contact(&self) -> Result<BackupContact, SpindleError> {
+        let rotor =
+            Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
+        let planes = &self.planes;
+        let actuators_m = [planes.front_actuator_m, planes.rear_actuator_m];
+        self.backup_bearings.contact(&rotor, actuators_m)
     }
 
     /// The same spindle with one more effect.

@@ -1,0 +1,66 @@
+//! A key of a file as the tables of keys state it: unit, plausible and possible range, reason.
+
+/// One key of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Key {
+    /// Its name inside its group; `[]` behind it for each entry of a list.
+    pub name: &'static str,
+    /// Unit; empty for a plain number, `text` for what is no number.
+    pub unit: &'static str,
+    /// Whether the file must have it.
+    pub required: bool,
+    /// Range of the size that real machines keep to. Zero is accepted without a word where it is possible.
+    pub plausible: [f64; 2],
+    /// Range of the size outside which the value is refused.
+    pub possible: [f64; 2],
+    /// Where the ranges come from.
+    pub reason: &'static str,
+}
+
+/// Keys that stand together: `at` is their path, `*` any name, `[]` any entry of a list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// Path from the top of the file; empty at the top.
+    pub at: &'static str,
+    /// Its keys.
+    pub keys: &'static [Key],
+}
+
+pub(super) type Range = [f64; 2];
+
+pub(super) const fn needed(
+    name: &'static str,
+    unit: &'static str,
+    ranges: [Range; 2],
+    reason: &'static str,
+) -> Key {
+    let [plausible, possible] = ranges;
+    Key {
+        name,
+        unit,
+        required: true,
+        plausible,
+        possible,
+        reason,
+    }
+}
+
+pub(super) const fn open(
+    name: &'static str,
+    unit: &'static str,
+    ranges: [Range; 2],
+    reason: &'static str,
+) -> Key {
+    Key {
+        required: false,
+        ..needed(name, unit, ranges, reason)
+    }
+}
+
+pub(super) const fn words(name: &'static str) -> Key {
+    needed(name, "text", [[0.0, f64::INFINITY]; 2], "")
+}
+
+pub(super) const fn group(at: &'static str, keys: &'static [Key]) -> Group {
+    Group { at, keys }
+}
