@@ -117,6 +117,19 @@ fn certificate(
 /// Rounds at most, in units of those asked.
 const MOST_ROUNDS: usize = 3;
 
+/// Share of stiffness that a round has to gain for another one to follow.
+const WORTH_A_ROUND: f64 = 0.05;
+
+/// True when the last round made the tool stiffer by more than [`WORTH_A_ROUND`].
+fn gained(rounds: &[PolishRound]) -> bool {
+    match rounds {
+        [.., before, last] => {
+            last.stiffness_n_per_m > (1.0 + WORTH_A_ROUND) * before.stiffness_n_per_m
+        }
+        _ => false,
+    }
+}
+
 /// A polish that came to its end.
 pub(super) struct Polished {
     /// The controller of one plane, m to A.
@@ -145,9 +158,10 @@ fn descend(
         polisher.hold_mu();
     }
     let mut rounds = vec![polisher.figures()];
-    // Rounds beyond those asked as long as a limit is exceeded: from a distant start they go on to gain.
+    // Rounds beyond those asked as long as a limit is exceeded or the last one gained: from a distant start they go on.
     while rounds.len() <= effort.rounds
-        || rounds.len() <= MOST_ROUNDS * effort.rounds && !polisher.within_limits()
+        || rounds.len() <= MOST_ROUNDS * effort.rounds
+            && (!polisher.within_limits() || gained(&rounds))
     {
         rounds.push(polisher.round(effort.steps)?);
     }

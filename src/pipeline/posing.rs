@@ -41,7 +41,7 @@ enum Beside<'a> {
     Nothing,
     /// A problem with another cover or another bound on T.
     Near(&'a Posed),
-    /// A problem whose limits are some times as wide.
+    /// A problem whose limits are some times as wide, or that covers much more.
     Far(&'a Posed),
 }
 
@@ -247,7 +247,7 @@ impl Posing<'_> {
             return self.widened_if_allowed(first, &covers);
         }
         let least = covers[covers.len() - 1];
-        let last = self.covering(least, Widening::NONE, given, Beside::Near(&first.posed))?;
+        let last = self.covering(least, Widening::NONE, given, Beside::Far(&first.posed))?;
         if self.reaches(&last.posed) {
             return self.most_covered(&covers[1..], Widening::NONE, last);
         }

@@ -34,7 +34,7 @@ const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
 /// Every so many lines the bound is optimised for its scaling, whatever its value.
 const STRIDE: usize = 6;
 /// Rounds of so many lines round the largest value.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 4;
 const FINER: usize = 8;
 /// Lines of the plain grid and on each side of a pole: three to each half-power width.
 const LINES: usize = 160;

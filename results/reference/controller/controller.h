@@ -2,7 +2,7 @@
  *
  * Controller: mu
  * Machine:    reference with paper-tool
- * SHA-256 of the controller JSON: dae23a96b0cee7252b46e9df8f58e3e00198165cc23065b9e8e4a4ed173f0685
+ * SHA-256 of the controller JSON: c5bf4e6321bb21e04d441afff92ad07ee259b8224d20c8704869456849ba7479
  * Stability:  verified, closed loop proven stable at every speed from 0 to 50000 rpm and computed at 11 speeds from 0 to 50000 rpm (full finite-element plant, exact delay, sampled; coefficients rounded to float32); slowest decay 45.62 1/s; peak of mu 0.9664
  *
  * Form: real modal form; 38 states, 0 signals, 4 inputs, 4 outputs.
@@ -51,7 +51,7 @@ extern "C" {
 #define PAPER_TOOL_OUTPUT_LIMIT_A 3e0
 /* 1: the closed loop is proven stable at every speed of the range; 0: it is not, see above. */
 #define PAPER_TOOL_VERIFIED 1
-#define PAPER_TOOL_INPUT_SHA256 "dae23a96b0cee7252b46e9df8f58e3e00198165cc23065b9e8e4a4ed173f0685"
+#define PAPER_TOOL_INPUT_SHA256 "c5bf4e6321bb21e04d441afff92ad07ee259b8224d20c8704869456849ba7479"
 
 #ifndef MUSPIN_NO_F32
 typedef struct {
