@@ -262,7 +262,7 @@ fn shifted_loops(
             // At rest the planes are equal and apart: one of them has all the poles.
             let rate = if *rpm == 0.0 && plant.mechanics().planes_are_decoupled() {
                 let plane = x_plane(&sampled);
-                plane_growth_rate(&plane, &x_plane(&law))
+                plane_growth_rate(&plane, &x_plane(law))
             } else {
                 growth_rate(&sampled, law)
             };

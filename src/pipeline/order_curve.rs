@@ -8,7 +8,7 @@ use super::judged::Judged;
 use super::polish_job::{PolishJob, ZONE_A, limits};
 use super::progress::{Event, Listener};
 use super::reduction::loop_balancing;
-use super::settings::{DesignSettings, PolishEffort};
+use super::settings::DesignSettings;
 use crate::augment::assembly::unscale_controller;
 use crate::augment::weights::Weights;
 use crate::lti::sample::tustin;
@@ -87,7 +87,7 @@ pub fn lowest_order(
             weights,
             problems: &design.problems,
             speeds: settings.speeds,
-            effort: settings.polish.unwrap_or_else(PolishEffort::default),
+            effort: settings.polish.unwrap_or_default(),
             earlier: None,
         };
         match shorter(&job, &design.constant_scales, &plane, order) {

@@ -53,7 +53,7 @@ impl ProblemSet {
                 },
             ));
         };
-        let plane = x_plane(&law);
+        let plane = x_plane(law);
         let controller = scaled_plane(&plane)?;
         let closed_loop =
             lower_lft(&problems.specification.system, &controller).map_err(&numeric)?;
