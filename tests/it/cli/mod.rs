@@ -3,6 +3,7 @@
 mod batch_plan;
 mod compare_batch;
 mod console;
+mod design_from;
 pub mod program;
 mod start_files;
 mod unstable_loops;

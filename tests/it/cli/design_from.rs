@@ -1,0 +1,79 @@
+//! Designs that start from an earlier one, and those of lower order: what they deliver is judged by the same figures.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+fn reference(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("results/reference")
+        .join(file)
+}
+
+/// A design of the updated reference machine with more arguments: exit code and summary.
+fn designed(arguments: &[&str], out: &Path) -> (Option<i32>, Value) {
+    let output = Command::cargo_bin("muspin")
+        .unwrap()
+        .args(["design", "--json", "--spindle"])
+        .arg(reference("spindle.yaml"))
+        .args(arguments)
+        .arg("--out")
+        .arg(out)
+        .output()
+        .unwrap();
+    let summary = serde_json::from_slice(&output.stdout).unwrap_or(Value::Null);
+    (output.status.code(), summary)
+}
+
+#[test]
+fn a_folder_without_a_design_is_no_start() {
+    let temporary = tempfile::tempdir().unwrap();
+    let empty = temporary.path().to_string_lossy().into_owned();
+    let (code, _) = designed(&["--from", &empty], &temporary.path().join("out"));
+    assert_eq!(code, Some(2));
+    assert!(!temporary.path().join("out").exists());
+}
+
+#[test]
+#[ignore = "a design takes twenty seconds; run with: cargo test --release --test it design_from -- --ignored"]
+fn a_design_from_an_earlier_one_is_no_worse_and_meets_its_goals() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = reference("").to_string_lossy().into_owned();
+    let (code, found) = designed(&["--from", &folder], &temporary.path().join("out"));
+    assert_eq!(code, Some(0));
+    let attempts = found["design"]["polish"]["attempts"].as_array().unwrap();
+    // It meets every goal: the start from the D-K iteration is left out.
+    assert_eq!(attempts.len(), 1);
+    assert_eq!(attempts[0]["start"], "earlier design");
+    let earlier: Value =
+        serde_json::from_slice(&std::fs::read(reference("summary.json")).unwrap()).unwrap();
+    let minimum = |s: &Value| s["stiffness"]["mu"]["minimum_n_per_m"].as_f64().unwrap();
+    assert!(minimum(&found) > 0.99 * minimum(&earlier));
+}
+
+#[test]
+#[ignore = "several designs: minutes; run with: cargo test --release --test it design_from -- --ignored"]
+fn the_lowest_order_keeps_what_the_curve_says() {
+    let temporary = tempfile::tempdir().unwrap();
+    let (code, found) = designed(&["--lowest-order"], &temporary.path().join("out"));
+    assert_eq!(code, Some(0));
+    let design = &found["design"];
+    let curve = &design["order_curve"];
+    let points = curve["points"].as_array().unwrap();
+    assert!(points.len() > 2);
+    let order = |p: &Value| p["order"].as_u64().unwrap();
+    assert!(points.windows(2).all(|w| order(&w[1]) < order(&w[0])));
+    // What is delivered is the lowest order that keeps, and the figures of the closed loop agree with its row.
+    assert_eq!(design["controller_order"], curve["lowest_order"]);
+    let row = points
+        .iter()
+        .find(|p| p["order"] == curve["lowest_order"])
+        .unwrap();
+    assert_eq!(row["keeps"], true);
+    let [kept, full] = [row, &points[0]].map(|p| p["minimum_n_per_m_at_rest"].as_f64().unwrap());
+    assert!(kept >= 0.95 * full, "{kept} of {full}");
+    let delivered = found["stiffness"]["mu"]["minimum_n_per_m"]
+        .as_f64()
+        .unwrap();
+    assert!((delivered / kept - 1.0).abs() < 1e-6, "{delivered} {kept}");
+}
