@@ -127,7 +127,7 @@ def programs(program: str, folder: str):
         yield "diagnose, one effect", ["diagnose", "--measurement", str(case), *machine, "--out", f"{folder}/diagnose"]
 
 
-def growth(program: str, folder: str):
+def growth(program: str, folder: str, with_tools: bool):
     """Name, power that theory expects, (size, work) pairs."""
     sizes = (10, 20, 40, 80, 140, 200)
     systems = {n: stable(n, 3, 3, n) for n in sizes}
@@ -148,7 +148,8 @@ def growth(program: str, folder: str):
                    "--spindle", str(ROOT / "results/reference/spindle.yaml"), "--out", out]
         return lambda: subprocess.run(command, check=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
-    yield "batch --quick --from over the tools", 1, [(n, batch(n)) for n in (1, 2, 4)]
+    if with_tools:
+        yield "batch --quick --from over the tools", 1, [(n, batch(n)) for n in (1, 2, 4)]
 
 
 def power(points) -> float:
@@ -185,6 +186,7 @@ def main() -> int:
     parser.add_argument("--out", default=str(ROOT / "results/bench"))
     parser.add_argument("--program", default=str(ROOT / "target/release/muspin"))
     parser.add_argument("--only", nargs="*", choices=["solvers", "programs", "growth"], default=["solvers", "programs", "growth"])
+    parser.add_argument("--tools", action="store_true", help="growth over the number of tools as well: some minutes")
     given = parser.parse_args()
     out = Path(given.out)
     out.mkdir(parents=True, exist_ok=True)
@@ -219,7 +221,7 @@ def main() -> int:
                 table.writerows([[*head, *(f"{v:.3g}" if isinstance(v, float) else v for v in row)] for row in rows])
         if "growth" in given.only:
             curves = []
-            for name, expected, works in growth(given.program, folder):
+            for name, expected, works in growth(given.program, folder, given.tools):
                 curves.append((name, expected, [(size, seconds(work)) for size, work in works]))
                 print(name, curves[-1][2], f"power {power(curves[-1][2]):.2f}", flush=True)
             with open(out / "growth.csv", "w", newline="") as file:
