@@ -9,8 +9,10 @@ use super::polish_job::{PolishJob, ZONE_A, limits};
 use super::progress::{Event, Listener};
 use super::reduction::loop_balancing;
 use super::settings::DesignSettings;
+use super::specification_scale::specification_scale;
 use crate::augment::assembly::unscale_controller;
 use crate::augment::weights::Weights;
+use crate::controller::ControlLaw;
 use crate::lti::sample::tustin;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
@@ -121,6 +123,18 @@ pub fn lowest_order(
         progress(Event::Stage("controllers of lower order"));
     }
     if let Some(delivery) = lowest {
+        if let ControlLaw::Discrete(law) = &delivery.controller.law {
+            let asked = (weights, design.problems.written_modes.as_slice());
+            design.specification_scale =
+                specification_scale(machine, asked, law, &delivery.speed_mu)?;
+        }
+        if let Some(polish) = &mut design.polish {
+            polish.sentence = format!(
+                "{} Cut to order {} and polished again, it is delivered in place of that one.",
+                polish.sentence,
+                2 * delivery.rounded.order
+            );
+        }
         design.delivery = delivery;
     }
     Ok(curve)
