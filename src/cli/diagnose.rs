@@ -23,6 +23,8 @@ use crate::report::identification::PlausibilitySummary;
 use crate::report::results::ResultsFolder;
 use crate::report::summary::Summary;
 use crate::report::whole::Report;
+use serde::Serialize;
+use std::path::Path;
 
 /// Arguments of `muspin diagnose`.
 #[derive(clap::Args, Debug, Default)]
@@ -54,7 +56,6 @@ impl From<DiagnoseError> for Failure {
 pub(super) fn failed(measurement: &str, error: DiagnoseError) -> Failure {
     let hint = match &error {
         DiagnoseError::NoSweep => "add a record of kind sweep to measurement.yaml",
-        DiagnoseError::NoController { .. } => "add `controller:` to the hammer record",
         _ => return error.into(),
     };
     let file = measurement.trim_end_matches('/');
@@ -63,14 +64,12 @@ pub(super) fn failed(measurement: &str, error: DiagnoseError) -> Failure {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let loaded = load_measurement(&arguments.measurement)?;
+    let mut loaded = load_measurement(&arguments.measurement)?;
     let machine = of_measurement(
         &loaded,
         arguments.spindle.as_deref(),
         arguments.tool.as_deref(),
     )?;
-    let controllers = controllers(&loaded, &arguments.measurement)?;
-    let measurement = evidence(&loaded, &controllers);
     let known = Surroundings::of(
         &loaded,
         (arguments.spindle.as_deref(), arguments.tool.as_deref()),
@@ -81,6 +80,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let records = Records::of(&loaded, &machine)?;
     records.say();
+    let left_out = without_unknown_controllers(&mut loaded);
+    left_out
+        .iter()
+        .for_each(|record| eprintln!("{}", record.words()));
+    let controllers = controllers(&loaded)?;
+    let measurement = evidence(&loaded, &controllers);
     let progress = Progress::start(console);
     let alternatives = known.alternatives();
     let said = |what: &str| progress.stage(what);
@@ -102,6 +107,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     summary.set("diagnosis", DiagnosisSummary::from(&found));
     let faults = record_faults(&found, &known.names);
     summary.set("diagnosis.record_faults", faults);
+    if !left_out.is_empty() {
+        summary.set("diagnosis.left_out", left_out);
+    }
     let mut folder = ResultsFolder::new();
     folder.add("spindle.yaml", spindle_yaml(&found.corrected.spindle))?;
     folder.add("tool.yaml", tool_yaml(&found.corrected.tool))?;
@@ -136,21 +144,40 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     Ok(ended)
 }
 
-/// The controllers of the hammer tests, in their order.
-pub(super) fn controllers(loaded: &Loaded, source: &str) -> Result<Vec<Controller>, Failure> {
-    loaded
-        .hammers
-        .iter()
-        .map(|h| match &h.controller {
-            Some(path) => Ok(load_controller(path)?),
-            None => Err(failed(
-                source,
-                DiagnoseError::NoController {
-                    speed_rpm: h.frf.speed_rpm,
-                },
-            )),
-        })
-        .collect()
+/// A record that a diagnosis cannot use.
+#[derive(Serialize)]
+pub(super) struct LeftOut {
+    record: String,
+    reason: &'static str,
+}
+
+impl LeftOut {
+    fn words(&self) -> String {
+        let Self { record, reason } = self;
+        format!(
+            "{record} is left out: {reason}; name the controller that levitated the rotor in `controller:`"
+        )
+    }
+}
+
+/// Takes out hammer tests under an unknown controller. A sweep needs none: its currents are measured.
+pub(super) fn without_unknown_controllers(loaded: &mut Loaded) -> Vec<LeftOut> {
+    let unknown = loaded.hammers.iter().filter(|h| h.controller.is_none());
+    let left_out = unknown.map(|h| LeftOut {
+        record: Path::new(&h.name)
+            .file_name()
+            .map_or_else(|| h.name.clone(), |n| n.to_string_lossy().into_owned()),
+        reason: "its controller is unknown, and the levitated compliance depends on it",
+    });
+    let left_out = left_out.collect();
+    loaded.hammers.retain(|h| h.controller.is_some());
+    left_out
+}
+
+/// The controllers of the hammer tests that name one, in their order.
+pub(super) fn controllers(loaded: &Loaded) -> Result<Vec<Controller>, Failure> {
+    let named = loaded.hammers.iter().filter_map(|h| h.controller.as_ref());
+    named.map(|path| Ok(load_controller(path)?)).collect()
 }
 
 /// The records as the diagnosis takes them.

@@ -35,14 +35,6 @@ pub enum DiagnoseError {
     /// A matrix computation failed.
     #[error(transparent)]
     Numeric(#[from] NumericError),
-    /// A hammer record and no controller for it.
-    #[error(
-        "hammer record at {speed_rpm} rpm names no controller: the levitated compliance depends on it"
-    )]
-    NoController {
-        /// Speed, rpm.
-        speed_rpm: f64,
-    },
 }
 
 impl From<crate::rotor::RotorError> for DiagnoseError {

@@ -3,4 +3,5 @@
 pub(crate) mod common_error;
 pub(crate) mod corrected_evidence;
 pub mod evidence;
+pub mod levitated;
 pub mod measurement;

@@ -133,9 +133,15 @@ pub(super) fn lowers_the_gap(
     let with = overall(case, &longer.effects, &longer.fit.at)?;
     let numbers = |c: &Candidate| -> usize { c.fit.at.theta.iter().map(Vec::len).sum() };
     let free = numbers(longer).saturating_sub(numbers(shorter));
+    Ok(further(without, with, free))
+}
+
+/// Whether a gap is lower than another by more than so many further numbers do by chance.
+pub(crate) fn further(without: Overall, with: Overall, numbers: usize) -> bool {
     // The real and the imaginary part of each residual count.
-    let fall = 2.0 * with.count as f64 * (without.all.powi(2) - with.all.powi(2));
-    Ok(fall > free as f64 * (2.0 * with.count as f64).max(2.0).ln())
+    let residuals = 2.0 * with.count as f64;
+    let fall = residuals * (without.all.powi(2) - with.all.powi(2));
+    fall > numbers as f64 * residuals.max(2.0).ln()
 }
 
 /// Whether nuisance parameters that a shorter set drives out of their priors stay within them beside a longer one: the
@@ -185,14 +191,14 @@ impl HeldOut {
 }
 
 /// Gap over all records and over those that are held out.
-pub(super) struct Overall {
+pub(crate) struct Overall {
     pub all: f64,
     pub held_out: f64,
     /// Complex residuals.
     pub count: usize,
 }
 
-pub(super) fn overall(
+pub(crate) fn overall(
     case: &Case,
     hypotheses: &[Hypothesis],
     at: &Point,

@@ -8,4 +8,5 @@ pub mod next_measurement;
 pub mod residuals;
 pub(crate) mod screening;
 pub(crate) mod selection;
+mod tie;
 pub mod verdict;

@@ -137,10 +137,15 @@ impl Case<'_> {
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Subset::ALL).ok())
             .filter(matters)
             .collect();
-        // Whoever reaches a lower model error is ahead; at one model error the score counts.
+        // Whoever reaches a lower model error is ahead; at one model error, what explains the data within the priors is
+        // ahead of what drives nuisance parameters out of them, which is no explanation; then the score counts.
+        let outside = |c: &Candidate| {
+            let explains = c.model_error == FINAL_MODEL_ERROR && !fails(&c.fit);
+            explains && !self.model.strained(&c.fit.at.p).is_empty()
+        };
         finalists.sort_by(|a, b| {
-            a.model_error
-                .total_cmp(&b.model_error)
+            (a.model_error.total_cmp(&b.model_error))
+                .then(outside(a).cmp(&outside(b)))
                 .then(a.score().total_cmp(&b.score()))
         });
         Ok(Round { finalists, others })

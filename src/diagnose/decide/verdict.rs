@@ -23,8 +23,8 @@ use super::judgement::{Judgement, Verdict, judge, lowers_the_gap, overall, relie
 use super::misfit::Misfit;
 use super::next_measurement::{Proposal, proposals};
 use super::residuals::{Channel, Fitted, channels, gaps};
-use super::screening::TIE_BIC;
 use super::selection::{MOST_EFFECTS, choose};
+use super::tie::indistinguishable;
 use crate::diagnose::fit::case::Case;
 use crate::identify::plausibility::RecordFault;
 use crate::identify::{HammerFrf, SweepRecord};
@@ -173,6 +173,14 @@ pub fn diagnose_with(
     if plain.verdict != Verdict::Unexplained {
         return Ok(plain);
     }
+    // From far away either comparison may miss what the other one finds.
+    let mut open = trial.observing(trial.evidence.clone());
+    open.model.levitation = None;
+    let (start, _) = open.stands(Subset::ALL)?;
+    let found = conclude(&open, &start, (gross.clone(), most), progress)?;
+    if found.verdict != Verdict::Unexplained {
+        return Ok(found);
+    }
     if let Some(found) = faulty {
         let faults = gross.iter().cloned().chain(found.faults).collect();
         let both = conclude(&found.trial, &found.null, (faults, MOST_EFFECTS), progress)?;
@@ -240,7 +248,7 @@ fn conclude(
         verdict = Verdict::Named;
     }
     let members = match verdict {
-        Verdict::Named => indistinguishable(&best, &chosen.rivals),
+        Verdict::Named => indistinguishable(&case, &best, &chosen.rivals),
         _ => vec![&best],
     };
     let tie = match members.len() {
@@ -366,23 +374,6 @@ fn corrected_machine(trial: &Trial, shown: &Shown) -> Machine {
     corrected
 }
 
-/// The best set of effects, and the rivals with other names whose score the data cannot tell from its own.
-fn indistinguishable<'a>(best: &'a Candidate, rivals: &'a [Candidate]) -> Vec<&'a Candidate> {
-    let mut members = vec![best];
-    for rival in rivals {
-        // χ² differences count less where the model error, not the noise, limits the fit.
-        if rival.model_error > best.model_error {
-            continue;
-        }
-        let distance = rival.score() - best.score();
-        let known = |m: &&Candidate| same_names(&m.effects, &rival.effects);
-        if distance < TIE_BIC && !members.iter().any(known) {
-            members.push(rival);
-        }
-    }
-    members
-}
-
 /// Hypotheses that the records of a measurement can show.
 fn hypotheses(
     machine: &Machine,
@@ -432,10 +423,6 @@ impl<'a> Shown<'a> {
             },
         })
     }
-}
-
-fn same_names(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
-    a.len() == b.len() && a.iter().all(|x| b.iter().any(|y| x.same_name(y)))
 }
 
 /// Effects of a candidate with standard deviations and 90 % intervals from the curvature.

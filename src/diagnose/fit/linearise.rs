@@ -38,14 +38,14 @@ impl Record {
 }
 
 /// A line of the model that records are compared with.
-struct Prediction<'a> {
-    f: &'a Square,
-    derivatives: &'a [Square],
+pub(super) struct Prediction<'a> {
+    pub(super) f: &'a Square,
+    pub(super) derivatives: &'a [Square],
     /// Columns of the Jacobian.
-    order: &'a [Column],
+    pub(super) order: &'a [Column],
     /// Nuisance parameters.
-    p: &'a [f64],
-    model_error: f64,
+    pub(super) p: &'a [f64],
+    pub(super) model_error: f64,
 }
 
 /// A frequency at a speed, and the lines of the records that were measured there.
@@ -327,6 +327,9 @@ impl Problem<'_> {
         let first = r.len();
         match record {
             Record::Sweep(s) => {
+                if let Some(levitation) = self.levitated(model_error) {
+                    return self.compare_levitated((s, line, levitation), predicted, (r, block));
+                }
                 let sweep = &self.evidence.sweeps[s];
                 let rows = sweep.whitening(line, model_error, self.usage.off_diagonal);
                 let g = &sweep.response[line];
@@ -387,7 +390,7 @@ pub(crate) fn assembled_with_size(kind: EffectKind) -> bool {
 }
 
 /// Where the derivative to a parameter comes from.
-enum Column {
+pub(super) enum Column {
     /// None: the parameter changes nothing.
     Nothing,
     /// A derivative of the line.
@@ -430,7 +433,7 @@ fn order(
 
 impl Column {
     /// ∂F_ij; an axis gain moves rows of its sweep only, not F.
-    fn entry(&self, f: &Square, slopes: &[Square], i: usize, j: usize) -> c64 {
+    pub(super) fn entry(&self, f: &Square, slopes: &[Square], i: usize, j: usize) -> c64 {
         let own = |f: &Square| f[SIDE * i + j];
         match *self {
             Self::Line(k) => own(&slopes[k]),
@@ -441,14 +444,14 @@ impl Column {
     }
 }
 
-fn write(block: &mut Mat<f64>, row: usize, column: usize, values: &[c64]) {
+pub(super) fn write(block: &mut Mat<f64>, row: usize, column: usize, values: &[c64]) {
     for (k, v) in values.iter().enumerate() {
         block[(row + 2 * k, column)] = std::f64::consts::SQRT_2 * v.re;
         block[(row + 2 * k + 1, column)] = std::f64::consts::SQRT_2 * v.im;
     }
 }
 
-fn push(all: &mut Vec<f64>, values: &[c64]) {
+pub(super) fn push(all: &mut Vec<f64>, values: &[c64]) {
     for v in values {
         all.push(std::f64::consts::SQRT_2 * v.re);
         all.push(std::f64::consts::SQRT_2 * v.im);

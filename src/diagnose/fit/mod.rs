@@ -5,6 +5,7 @@ pub(crate) mod estimate;
 pub(crate) mod geodesic;
 pub mod hypothesis;
 pub(crate) mod jacobian;
+mod levitated_line;
 pub(crate) mod linearise;
 pub mod model;
 pub(crate) mod nuisance;

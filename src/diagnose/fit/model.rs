@@ -1,6 +1,7 @@
 //! The machine in reduced coordinates, with the nuisance parameters of the diagnosis.
 
 use super::super::DiagnoseError;
+use super::super::data::levitated::Levitation;
 use super::nuisance::Layout;
 use crate::spindle::effects::AXIS_NAMES;
 use crate::spindle::response::{Assembled, Assembly, ReducedMachine};
@@ -17,6 +18,8 @@ pub struct Model {
     pub reduced: ReducedMachine,
     /// The nuisance parameters with their priors.
     pub layout: Layout,
+    /// The loop in which responses that are far apart are compared; none compares them as they are.
+    pub(in crate::diagnose) levitation: Option<Levitation>,
 }
 
 impl Model {
@@ -26,7 +29,9 @@ impl Model {
     /// [`DiagnoseError`] when the machine breaks a rule or an eigenvalue iteration fails.
     pub fn new(machine: &Machine, axis_gain_sd: &[[f64; 4]]) -> Result<Self, DiagnoseError> {
         let reduced = ReducedMachine::new(machine)?;
+        let mass_kg = machine.rotor()?.mass_properties().mass_kg;
         Ok(Self {
+            levitation: Some(Levitation::of(machine, mass_kg)),
             layout: Layout::new(reduced.parameters.clone(), axis_gain_sd),
             reduced,
         })

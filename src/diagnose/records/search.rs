@@ -9,10 +9,11 @@ use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::data::measurement::RecordId;
 use super::super::decide::candidate::{FAILING_CHI2, MODEL_ERRORS, Standing};
+use super::super::decide::judgement::{Overall, further, overall};
 use super::super::decide::screening::FIRST_EFFECT_BIC_GAIN;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::record_number::{Numbered, RecordNumber};
-use super::clipped::clippings;
+use super::clipped::{beyond, clippings};
 use super::finding::{Alternatives, FoundFault};
 use super::folded::folded;
 use super::suspect::{Suspect, suspects};
@@ -85,6 +86,11 @@ pub(crate) fn explained<'a>(
     Ok((found.complete || found.null.nearer_than(null)).then_some(found))
 }
 
+/// Gap of a machine without effects.
+fn gap(trial: &Trial, standing: &Standing) -> Result<Overall, DiagnoseError> {
+    overall(&trial.case(&[], &|_| {}), &[], &standing.candidate.fit.at)
+}
+
 /// A fault that a smooth model error or the nuisance parameters have taken up: what is more likely a mistake of one
 /// number than an error of every channel.
 fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>>, DiagnoseError> {
@@ -120,7 +126,8 @@ fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>
         let found = explanation(trial.with(measurement)?, vec![(s.record, fault, None)])?;
         let score = found.null.candidate.score();
         let lowest = best.as_ref().map(|b| b.null.candidate.score());
-        let enough = score < null.candidate.score() - needed;
+        let gaps = (gap(trial, null)?, gap(&found.trial, &found.null)?);
+        let enough = score < null.candidate.score() - needed && further(gaps.0, gaps.1, 1);
         if found.complete && enough && lowest.is_none_or(|lowest| score < lowest) {
             best = Some(found);
         }
@@ -266,7 +273,7 @@ fn with_limits<'a>(here: &Explained<'a>) -> Result<Vec<Explained<'a>>, DiagnoseE
                 let fault = RecordFault::Clipping { limit, signal };
                 let named = vec![(RecordId::Sweep(s), fault, None)];
                 let found = explanation(trial.observing(evidence), named)?;
-                if !found.complete {
+                if !found.complete || !beyond(trial, (s, signal, limit), &found.null)? {
                     break;
                 }
                 highest = Some(found);
