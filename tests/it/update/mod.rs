@@ -1,4 +1,5 @@
 //! Model updating.
 
 mod update_commands;
+mod update_random;
 mod update_reference;
