@@ -23,7 +23,10 @@ impl EarlierArgument {
         let Some(folder) = &self.from else {
             return Ok(None);
         };
-        let file = Path::new(folder).join("controller/discrete.json");
+        // The folder of a tool of a batch holds the files of the controller itself.
+        let places =
+            ["controller/discrete.json", "discrete.json"].map(|f| Path::new(folder).join(f));
+        let file = places.iter().find(|f| f.is_file()).unwrap_or(&places[0]);
         let file = file.to_string_lossy();
         let controller = load_controller(&file)?;
         let ControlLaw::Discrete(law) = &controller.law else {

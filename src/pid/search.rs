@@ -6,7 +6,7 @@ use super::parameters::{PidParameters, pid_controller};
 use super::start::{Start, StartRule, screen, starts};
 use crate::augment::plane::x_plane;
 use crate::controller::polish::LoopLimits;
-use crate::controller::polish::descent::{Effort, PENALTY, descend};
+use crate::controller::polish::descent::{Effort, FIRST_WEIGHT, PENALTY, descend};
 use crate::controller::polish::lines::lines;
 use crate::controller::polish::loss::Loss;
 use crate::controller::polish::responses::{Plants, Role, shifts};
@@ -128,12 +128,13 @@ pub(super) fn search(
     let effort = |steps: usize| Effort {
         steps,
         tolerance: 2e-3,
+        first_weight: FIRST_WEIGHT,
     };
     for (lost, merit, law, x) in &mut ranked {
         // Rotors that are unstable at first may be stable after a few steps.
         for part in 0..2 {
             activate(&mut loss, law, x, unstable_poles);
-            evaluations += descend(&mut loss, law, x, &effort(asked.steps / 6 + part))?;
+            evaluations += descend(&mut loss, law, x, &effort(asked.steps / 6 + part))?.steps;
         }
         *lost = activate(&mut loss, law, x, unstable_poles);
         *merit = loss.evaluate(law, x).merit(PENALTY);
@@ -146,7 +147,7 @@ pub(super) fn search(
         let poles = loop_poles(plants.at_rest(), &law, &x)?;
         loss = make(lines(&plants, FROM_HZ, &poles, APART));
         activate(&mut loss, &law, &x, unstable_poles);
-        let found = descend(&mut loss, &law, &mut x, &effort(asked.steps / 2 + part))?;
+        let found = descend(&mut loss, &law, &mut x, &effort(asked.steps / 2 + part))?.steps;
         evaluations += found;
     }
     let parameters = law

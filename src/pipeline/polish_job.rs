@@ -118,7 +118,7 @@ fn certificate(
 const MOST_ROUNDS: usize = 3;
 
 /// Share of stiffness that a round has to gain for another one to follow.
-const WORTH_A_ROUND: f64 = 0.05;
+const WORTH_A_ROUND: f64 = 0.025;
 
 /// True when the last round made the tool stiffer by more than [`WORTH_A_ROUND`].
 fn gained(rounds: &[PolishRound]) -> bool {

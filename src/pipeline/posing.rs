@@ -8,6 +8,7 @@
 //! factor buys. The tightest bound on T within the target comes last.
 
 use super::PipelineError;
+use super::bracket::Bracket;
 use super::problems::{Cover, Problems, generalized, whole_machine};
 use super::settings::DesignSettings;
 use super::widening::Widening;
@@ -39,10 +40,10 @@ const COVER_PRICE: f64 = 1.25;
 enum Beside<'a> {
     /// No other problem is solved yet.
     Nothing,
-    /// A problem with another cover or another bound on T.
-    Near(&'a Posed),
-    /// A problem whose limits are some times as wide, or that covers much more.
-    Far(&'a Posed),
+    /// The scales of a problem with another cover, another bound on T, or fewer modes.
+    Near(&'a [f64]),
+    /// Those of a problem whose limits are some times as wide, or that covers much more.
+    Far(&'a [f64]),
 }
 
 /// A problem with its constant scales.
@@ -80,6 +81,17 @@ pub fn pose(
     weights: &Weights,
     settings: &DesignSettings,
 ) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
+    pose_again(machine, weights, settings, None)
+}
+
+/// [`pose`]; what was chosen for the same specification with `fewer_modes` in the synthesis is kept where it is still
+/// within the target.
+pub(super) fn pose_again(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    fewer_modes: Option<(&Problems, &[f64])>,
+) -> Result<(Problems, Vec<f64>, f64), PipelineError> {
     let top_speed = machine.spindle.max_rpm * TAU / 60.0;
     let flexible_rad_s = modes_below_nyquist(machine)?;
     let machine_modes = flexible_rad_s.len();
@@ -100,7 +112,10 @@ pub fn pose(
         cover,
         widening,
         posed,
-    } = posing.bounded(posing.chosen()?)?;
+    } = match fewer_modes {
+        Some((problems, scales)) => posing.kept_or_chosen(problems, scales)?,
+        None => posing.bounded(posing.chosen()?)?,
+    };
     let aim = widening.apply(weights);
     let covered_modes = posing.modes(Some(cover));
     let written = posing.modes(None);
@@ -210,12 +225,14 @@ impl Posing<'_> {
             limit,
             self.settings.route,
         )?;
+        let further = plant.blocks.len().saturating_sub(1 + modes.len());
         let mut start = vec![STARTING_SCALE; modes.len()];
+        start.extend(vec![1.0; further]);
         let earlier = self.settings.earlier.as_ref();
         let (known, near) = match from {
-            Beside::Near(posed) => (Some(&posed.scales), true),
-            Beside::Far(posed) => (Some(&posed.scales), false),
-            Beside::Nothing => (earlier.map(|e| &e.scales), true),
+            Beside::Near(scales) => (Some(scales), true),
+            Beside::Far(scales) => (Some(scales), false),
+            Beside::Nothing => (earlier.map(|e| e.scales.as_slice()), true),
         };
         let known = known.filter(|scales| !scales.is_empty());
         for (own, scale) in start.iter_mut().zip(known.into_iter().flatten()) {
@@ -238,6 +255,20 @@ impl Posing<'_> {
         posed.gamma <= self.settings.gamma_target
     }
 
+    /// The choice made with fewer modes in the synthesis if it is within the target with these, else a new one.
+    fn kept_or_chosen(&self, problems: &Problems, scales: &[f64]) -> Result<Choice, PipelineError> {
+        let kept = self.covering(
+            problems.cover,
+            problems.widening,
+            problems.sensitivity_limit,
+            Beside::Near(scales),
+        )?;
+        if self.reaches(&kept.posed) {
+            return Ok(kept);
+        }
+        self.bounded(self.chosen()?)
+    }
+
     /// Cover and widening without a bound on T but the one given.
     fn chosen(&self) -> Result<Choice, PipelineError> {
         let given = self.weights.complementary_sensitivity_limit;
@@ -247,7 +278,12 @@ impl Posing<'_> {
             return self.widened_if_allowed(first, &covers);
         }
         let least = covers[covers.len() - 1];
-        let last = self.covering(least, Widening::NONE, given, Beside::Far(&first.posed))?;
+        let last = self.covering(
+            least,
+            Widening::NONE,
+            given,
+            Beside::Far(&first.posed.scales),
+        )?;
         if self.reaches(&last.posed) {
             return self.most_covered(&covers[1..], Widening::NONE, last);
         }
@@ -282,8 +318,12 @@ impl Posing<'_> {
         let (mut low, mut high, mut best) = (0, covers.len() - 1, reached);
         while low < high {
             let middle = low.midpoint(high);
-            let found =
-                self.covering(covers[middle], widening, limit, Beside::Near(&best.posed))?;
+            let found = self.covering(
+                covers[middle],
+                widening,
+                limit,
+                Beside::Near(&best.posed.scales),
+            )?;
             if self.reaches(&found.posed) {
                 (high, best) = (middle, found);
             } else {
@@ -331,23 +371,18 @@ impl Posing<'_> {
             current,
             ..displacements(factor)
         };
-        let (_, choice) = self.narrowed([1.0, wide], choice, &at_this_current)?;
+        let (_, choice) = self.narrowed((1.0, None), (wide, choice), &at_this_current)?;
         Ok(choice)
     }
 
     /// Constant scales of a choice's problem at another widening.
     fn rewidened(&self, choice: &Choice, widening: Widening) -> Result<Choice, PipelineError> {
-        let posed = self.attempt(
+        self.covering(
             choice.cover,
             widening,
             choice.posed.limit,
-            Beside::Far(&choice.posed),
-        )?;
-        Ok(Choice {
-            cover: choice.cover,
-            widening,
-            posed,
-        })
+            Beside::Far(&choice.posed.scales),
+        )
     }
 
     /// The least factor of a family of widenings, from 1 on, that brings γ to the target; the last that lowered γ where
@@ -357,7 +392,8 @@ impl Posing<'_> {
         choice: Choice,
         family: &dyn Fn(f64) -> Widening,
     ) -> Result<(f64, Choice), PipelineError> {
-        let (mut short, mut factor, mut best) = (1.0f64, 1.0f64, choice);
+        let mut short = (1.0f64, Some(choice.posed.gamma));
+        let (mut factor, mut best) = (1.0f64, choice);
         for _ in 0..STEPS {
             let gamma = best.posed.gamma;
             let next = factor * (gamma / self.settings.gamma_target).max(STEP);
@@ -365,33 +401,38 @@ impl Posing<'_> {
             if found.posed.gamma > (1.0 - PROGRESS) * gamma {
                 break;
             }
-            (short, factor, best) = (factor, next, found);
+            short = (factor, Some(gamma));
+            (factor, best) = (next, found);
             if self.reaches(&best.posed) {
                 break;
             }
         }
-        self.narrowed([short, factor], best, family)
+        self.narrowed(short, (factor, best), family)
     }
 
-    /// Bisects the factor of a family between one that is too small and that of a choice, if the choice reaches the
-    /// target.
+    /// Narrows the factor of a family between one that is too small, with its γ if that is known, and that of a choice,
+    /// if the choice reaches the target.
     fn narrowed(
         &self,
-        [mut short, mut factor]: [f64; 2],
-        choice: Choice,
+        (short, gamma): (f64, Option<f64>),
+        (factor, choice): (f64, Choice),
         family: &dyn Fn(f64) -> Widening,
     ) -> Result<(f64, Choice), PipelineError> {
         let mut best = choice;
-        while self.reaches(&best.posed) && factor / short > 1.0 + WIDTH {
-            let middle = (factor * short).sqrt();
+        let mut bracket = Bracket::new(
+            (short, gamma),
+            (factor, best.posed.gamma),
+            self.settings.gamma_target,
+        );
+        while self.reaches(&best.posed) && bracket.ratio() > 1.0 + WIDTH {
+            let middle = bracket.next(WIDTH);
             let found = self.rewidened(&best, family(middle))?;
+            bracket.add(middle, found.posed.gamma);
             if self.reaches(&found.posed) {
-                (factor, best) = (middle, found);
-            } else {
-                short = middle;
+                best = found;
             }
         }
-        Ok((factor, best))
+        Ok((bracket.factor(), best))
     }
 
     /// The choice with the tightest bound on T within the target.
@@ -409,8 +450,12 @@ impl Posing<'_> {
         let (mut low, mut high) = (0, tighter.len());
         while low < high {
             let middle = low.midpoint(high);
-            let tight =
-                self.attempt(cover, widening, Some(tighter[middle]), Beside::Near(&posed))?;
+            let tight = self.attempt(
+                cover,
+                widening,
+                Some(tighter[middle]),
+                Beside::Near(&posed.scales),
+            )?;
             if self.reaches(&tight) {
                 posed = tight;
                 high = middle;

@@ -19,6 +19,17 @@ pub(crate) struct Effort {
     pub steps: usize,
     /// The descent ends when [`PATIENCE`] steps together lower the merit by less than this.
     pub tolerance: f64,
+    /// Proximal weight at the start.
+    pub first_weight: f64,
+}
+
+/// A descent that came to its end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Descended {
+    /// Steps tried.
+    pub steps: usize,
+    /// Proximal weight at the end.
+    pub weight: f64,
 }
 
 /// Penalty ρ of a limit, far above what a limit is worth in stiffness (about one).
@@ -30,7 +41,7 @@ const LARGEST_PROGRAMME: usize = 240;
 /// Steps over which progress is judged.
 const PATIENCE: usize = 6;
 /// Proximal weight at the start: |p| of a few percent.
-const FIRST_WEIGHT: f64 = 1.0;
+pub(crate) const FIRST_WEIGHT: f64 = 1.0;
 /// Smallest eigenvalue of the metric relative to its largest: directions that change nothing stay bounded.
 const FLAT: f64 = 1e-9;
 /// The metric is renewed after so many accepted steps.
@@ -40,7 +51,7 @@ const OWN_STEP: f64 = 1.0;
 /// Lines skipped between the rows of the metric, and weight of a relative change of K itself.
 const METRIC: (usize, f64) = (3, 0.2);
 
-/// Lowers the merit from `x`, in place; returns the steps tried.
+/// Lowers the merit from `x`, in place.
 ///
 /// # Errors
 /// [`ControllerError`] when the eigenvalues of the metric fail.
@@ -49,12 +60,12 @@ pub(crate) fn descend(
     law: &dyn Structure,
     x: &mut Vec<f64>,
     effort: &Effort,
-) -> Result<usize, ControllerError> {
+) -> Result<Descended, ControllerError> {
     let mut found = loss.evaluate(law, x);
     loss.rescale(&mut found);
     let turns = found.turns.clone();
     let mut merit = found.merit(PENALTY);
-    let mut weight = FIRST_WEIGHT;
+    let mut weight = effort.first_weight;
     let mut whiten = whitening(loss, law, x, &found)?;
     let mut age = 0;
     let mut history = vec![merit];
@@ -117,7 +128,7 @@ pub(crate) fn descend(
             break;
         }
     }
-    Ok(steps)
+    Ok(Descended { steps, weight })
 }
 
 /// M^{-1/2}: parameters × coordinates, by rows.

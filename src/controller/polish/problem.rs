@@ -5,8 +5,8 @@ use super::limits::LoopLimits;
 use super::loss::{Loss, Specification, SpecifiedLoop};
 use super::responses::Plants;
 use super::structure::Line;
-use crate::augment::Block;
 use crate::augment::assembly::UncertainMode;
+use crate::augment::channels::{channels, problem_blocks};
 use crate::augment::plane::{LOADS, LOOPS};
 use crate::augment::weights::Weights;
 use crate::controller::verification_error::VerificationError;
@@ -34,11 +34,9 @@ pub(super) fn loss_on(
         Some(_) => LOOPS,
         None => 0,
     };
-    let mut blocks = vec![Block::ComplexScalar { n: 1 }; task.modes.len()];
-    blocks.push(Block::ComplexFull {
-        rows: LOADS + LOOPS,
-        cols: LOADS + LOOPS + integral,
-    });
+    let extra = channels(task.weights).map_err(in_step("uncertainty of the polish"))?;
+    let performance = (LOADS + LOOPS, LOADS + LOOPS + integral);
+    let blocks = problem_blocks(task.modes.len(), &extra, performance);
     let loops = plants
         .specification(&lines, task.modes, task.weights)
         .map_err(in_step("weights of the polish"))?;

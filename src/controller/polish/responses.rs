@@ -10,6 +10,7 @@ use super::limits::WEAKEST_BELOW;
 use super::matrix2::{Matrix2, ZERO};
 use super::structure::Line;
 use crate::augment::assembly::{UncertainMode, input_weights, output_weights};
+use crate::augment::channels::{Channel, Wiring, channels};
 use crate::augment::plane::{LOADS, LOOPS, isotropic};
 use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
@@ -45,7 +46,7 @@ pub(crate) enum Role {
     Rest,
     /// The machine as modelled, at its top speed.
     TopSpeed,
-    /// A rotor at rest with shifted modes.
+    /// A rotor at rest with shifted modes, or the machine at a speed between.
     Shifted,
     /// Beyond the top speed: has to be stable and to meet the specification.
     Overspeed,
@@ -123,6 +124,24 @@ impl Plants {
             weak: parts.to_vec(),
             ..self
         }
+    }
+
+    /// With the machine at some shares of its top speed as well.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn with_speeds(
+        mut self,
+        machine: &Machine,
+        shares: &[f64],
+    ) -> Result<Self, SpindleError> {
+        let machine = isotropic(machine);
+        let top = machine.spindle.max_rpm * TAU / 60.0;
+        for share in shares {
+            let plant = Plant::new(&machine, share * top, ModelDetail::Full)?;
+            self.list.push((Role::Shifted, plant));
+        }
+        Ok(self)
     }
 
     /// The machine at rest.
@@ -204,6 +223,8 @@ impl Plants {
             ..weights.clone()
         };
         let frame = Frame {
+            channels: channels(&weights)?,
+            modes: modes.len(),
             input: input_weights(modes, &weights, WeightPlane::Laplace)?,
             output: output_weights(modes, &weights, WeightPlane::Laplace)?,
             ports: modes
@@ -287,6 +308,8 @@ fn whirl(plant: &Plant, omega: f64, period_s: f64) -> [LoopResponse; 2] {
 
 /// Weights and ports of the specification.
 struct Frame {
+    channels: Vec<Channel>,
+    modes: usize,
     input: StateSpace<Continuous>,
     output: StateSpace<Continuous>,
     /// Channels of the plant, x axis: modal ports and loads.
@@ -303,35 +326,34 @@ impl Frame {
         let ports = &self.ports;
         let n = ports.len();
         let extra = if self.regulated { LOOPS } else { 0 };
-        let (rows, columns) = (n + LOOPS + extra, n + LOOPS);
+        let wiring = Wiring::new(self.modes, n + LOOPS + extra + LOOPS, &self.channels);
+        let (rows, columns) = (wiring.rows.len() - LOOPS, wiring.columns.len() - LOOPS);
         let unit = |here: bool| if here { c64::new(1.0, 0.0) } else { ZERO };
         let of_sign = |sign: &f64| {
             let at = |row: usize, column: usize| {
                 h[(row, column)] + c64::new(0.0, *sign) * h[(row + 1, column)]
             };
-            // Signals y + n from the disturbances with the loop open.
-            let signal = |k: usize, j: usize| match j < n {
-                true => at(2 * k, ports[j]),
-                false => unit(j == n + k),
+            // Column of an input (v, loads, noise, currents) of the loop that is open; currents are held.
+            let open = |row: usize, j: usize| match j {
+                j if j < n => at(row, ports[j]),
+                j if j < n + LOOPS => ZERO,
+                j => gain * at(row, 2 * (j - n - LOOPS)),
             };
+            // Rows (q, displacements), currents, [signals y + n], signals y + n.
+            let exposed = wiring.matrix(&ZERO, |i, j| match i {
+                i if i < n => open(ports[i], j),
+                i if i < n + LOOPS => unit(j == i + LOOPS),
+                i => {
+                    let k = (i - n) % LOOPS;
+                    open(2 * k, j) + unit(j == n + k)
+                }
+            });
             SpecificationLine {
                 direct: Mat::from_fn(rows, columns, |i, j| {
-                    let open = match (i < n, j < n) {
-                        (true, true) => at(ports[i], ports[j]),
-                        _ if i >= n + LOOPS => signal(i - n - LOOPS, j),
-                        _ => ZERO,
-                    };
-                    wo[(i, i)] * open * wi[(j, j)]
+                    wo[(i, i)] * exposed[(i, j)] * wi[(j, j)]
                 }),
-                drive: Mat::from_fn(rows, LOOPS, |i, k| {
-                    let open = match i {
-                        i if i < n => gain * at(ports[i], 2 * k),
-                        i if i < n + LOOPS => unit(i == n + k),
-                        i => gain * at(2 * (i - n - LOOPS), 2 * k),
-                    };
-                    wo[(i, i)] * open
-                }),
-                read: Mat::from_fn(LOOPS, columns, |k, j| signal(k, j) * wi[(j, j)]),
+                drive: Mat::from_fn(rows, LOOPS, |i, k| wo[(i, i)] * exposed[(i, columns + k)]),
+                read: Mat::from_fn(LOOPS, columns, |k, j| exposed[(rows + k, j)] * wi[(j, j)]),
             }
         };
         signs.iter().map(of_sign).collect()

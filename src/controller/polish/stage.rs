@@ -3,7 +3,7 @@
 //! A certificate of the whole machine that finds a peak of μ above one between the lines hands it back
 //! ([`Polisher::add_peak`]): the next round has lines there. So the limit on μ is held by cutting planes.
 
-use super::descent::{Effort, descend};
+use super::descent::{Effort, FIRST_WEIGHT, PENALTY, descend};
 use super::limits::WEAK_MAGNETS;
 use super::lines::sharp_lines;
 use super::loss::{Evaluation, Group, LIMITS, Loss};
@@ -11,7 +11,7 @@ use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, infeasible, loss_on};
 use super::responses::{Plants, Role, shifts};
 use crate::augment::plane::isotropic;
-use crate::augment::split::gyroscopic_split;
+use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::c64;
@@ -37,11 +37,22 @@ pub struct PolishRound {
 
 /// Place of μ among the limits of [`PolishRound::over_limit`].
 const MU: usize = 3;
+/// A mode that splits by more than this share of its frequency changes its shape as well: a shifted rotor at rest no
+/// longer stands for the speeds between.
+const LARGE_SPLIT: f64 = 0.05;
+/// Those speeds then, as shares of the top speed.
+const SPEEDS_BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 /// Lines closer than these shares of their frequency are one, in the first round and in the later ones.
 const COARSE: f64 = 2e-3;
 const FINE: f64 = 5e-4;
 /// Merit that a few steps have to gain together for a round to go on: a tenth of a percent of stiffness.
 const TOLERANCE: f64 = 1e-3;
+/// Tries of a round at most.
+const TRIES: usize = 4;
+/// The steps of a try are those of the one before over this number, and begin with its last proximal weight times this
+/// factor.
+const FEWER: usize = 3;
+const HEAVIER: f64 = 4.0;
 /// A limit is exceeded beyond this factor: less is what lines at other frequencies show of the same peak.
 const EXCEEDED: f64 = 1.01;
 /// A round has to take this share of what exceeds the limits (logarithms, summed); one that takes less shows that the
@@ -67,12 +78,25 @@ pub struct Polisher<'a> {
     stale: bool,
     /// Stability at rest, at top speed and beyond.
     stable: Vec<bool>,
+    /// Poles of the loop as it is, and of the loop at the ends of tries that were taken back, rad/s.
+    loop_poles: Vec<c64>,
+    elsewhere: Vec<c64>,
+}
+
+/// Where a round stands on lines round the poles of its loop.
+struct Standing {
+    merit: f64,
+    /// Stability at rest, at top speed and beyond.
+    stable: Vec<bool>,
+    /// Rotors that count.
+    active: Vec<bool>,
 }
 
 impl<'a> Polisher<'a> {
     /// Prepares the polish of `start`. The mode uncertainty of the specification is widened by the gyroscopic split of
-    /// the top speed for the rotors with shifted modes; up to `overspeed` times the top speed the loop has to stay
-    /// stable.
+    /// the top speed for the rotors with shifted modes; where a mode splits further than natural frequencies alone can
+    /// stand for, the machine at speeds between takes its place. Up to `overspeed` times the top speed the loop has to
+    /// stay stable.
     ///
     /// # Errors
     /// [`VerificationError`] from plants and eigenvalues, [`ControllerError::Infeasible`] when the start does not
@@ -86,13 +110,23 @@ impl<'a> Polisher<'a> {
         let top = machine.spindle.max_rpm * TAU / 60.0;
         let covered = machine.spindle.flexible_modes + 2;
         let table = &task.weights.mode_uncertainty;
-        let relative: Vec<f64> = gyroscopic_split(&isotropic(machine), top, covered)?
+        let split: Vec<f64> = gyroscopic_split(&isotropic(machine), top, covered)?
+            .iter()
+            .map(ModeSplit::relative)
+            .collect();
+        let relative: Vec<f64> = split
             .iter()
             .enumerate()
-            .map(|(k, s)| s.relative() + table.get(k).copied().unwrap_or(0.0))
+            .map(|(k, split)| {
+                let small = if *split > LARGE_SPLIT { 0.0 } else { *split };
+                small + table.get(k).copied().unwrap_or(0.0)
+            })
             .collect();
-        let plants =
+        let mut plants =
             Plants::new(machine, overspeed, &shifts(&relative))?.with_weak_magnets(&WEAK_MAGNETS);
+        if split.iter().any(|split| *split > LARGE_SPLIT) {
+            plants = plants.with_speeds(machine, &SPEEDS_BETWEEN)?;
+        }
         let sampled: Result<Vec<StateSpace<Discrete>>, _> =
             [Role::Rest, Role::TopSpeed, Role::Overspeed]
                 .into_par_iter()
@@ -122,6 +156,8 @@ impl<'a> Polisher<'a> {
             rounds: 0,
             stale: false,
             stable: vec![],
+            loop_poles: vec![],
+            elsewhere: vec![],
         };
         polisher.renew(COARSE)?;
         if polisher.stable.first() != Some(&true) {
@@ -163,8 +199,11 @@ impl<'a> Polisher<'a> {
         self.task.limits
     }
 
-    /// A round of `steps` steps at most, on lines round the poles of the loop as it is; then the lines are renewed. A
-    /// round that loses stability at a speed where the loop had it is taken back.
+    /// A round of `steps` steps at most, on lines round the poles of the loop as it is; then the lines are renewed.
+    ///
+    /// A pole that moves by more than its width leaves its lines, and what the loop is there shows only on the renewed
+    /// ones. A round that is worse on them than where it began, or that loses stability at a speed where the loop had
+    /// it, is taken back and tried again with fewer and shorter steps, on the lines of both.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -172,29 +211,59 @@ impl<'a> Polisher<'a> {
         if self.stale {
             self.renew(FINE)?;
         }
-        let before = self.x.clone();
-        let effort = Effort {
+        let start = self.x.clone();
+        let before = excess(&self.figures);
+        let mut begun = self.standing();
+        let first = self.rounds == 0;
+        let mut effort = Effort {
             steps,
             tolerance: TOLERANCE,
+            first_weight: FIRST_WEIGHT,
         };
-        let done = descend(&mut self.loss, &self.law, &mut self.x, &effort)?;
-        let (figures, stable) = (self.figures, self.stable.clone());
-        let first = self.rounds == 0;
-        self.renew(FINE)?;
-        let lost = stable.iter().zip(&self.stable).any(|(was, is)| *was && !is);
-        if lost {
-            self.x = before;
-            self.figures = figures;
-            self.stable = stable;
-            self.stale = true;
+        let mut done = 0;
+        for _ in 0..TRIES {
+            let found = descend(&mut self.loss, &self.law, &mut self.x, &effort)?;
+            done += found.steps;
+            self.renew(FINE)?;
+            if self.no_worse_than(&begun) {
+                break;
+            }
+            self.elsewhere.extend(&self.loop_poles);
+            self.x.clone_from(&start);
+            self.renew(FINE)?;
+            begun = self.standing();
+            effort.steps /= FEWER;
+            effort.first_weight = HEAVIER * found.weight;
         }
-        let (before, after) = (excess(&figures), excess(&self.figures));
+        self.stale |= !self.elsewhere.is_empty();
+        self.elsewhere.clear();
+        let after = excess(&self.figures);
         if !first && after > EXCEEDED.ln() && after > (1.0 - WORTHWHILE) * before {
             self.keep_within_reach();
         }
         self.rounds += 1;
         self.figures.steps = done;
         Ok(self.figures)
+    }
+
+    fn standing(&self) -> Standing {
+        Standing {
+            merit: PENALTY * excess(&self.figures) - self.figures.stiffness_n_per_m.ln(),
+            stable: self.stable.clone(),
+            active: self.loss.active.clone(),
+        }
+    }
+
+    /// True when no speed and no rotor lost its stability and the merit is no worse; a rotor that came to count, with
+    /// what it adds to the merit, is a gain.
+    fn no_worse_than(&self, begun: &Standing) -> bool {
+        // Some entry holds in the first list and not in the second.
+        let only_in = |a: &[bool], b: &[bool]| a.iter().zip(b).any(|(a, b)| *a && !b);
+        let now = self.standing();
+        let gained = only_in(&now.active, &begun.active);
+        !only_in(&begun.stable, &now.stable)
+            && !only_in(&begun.active, &now.active)
+            && (gained || now.merit <= begun.merit)
     }
 
     /// Moves the limit on μ to where the loop is, if it exceeds it.
@@ -233,7 +302,9 @@ impl<'a> Polisher<'a> {
     fn renew(&mut self, apart: f64) -> Result<(), VerificationError> {
         let plane = self.plane()?;
         let (mut poles, rates) = loop_poles(&self.sampled, &plane)?;
+        self.loop_poles.clone_from(&poles);
         poles.extend(&self.plant_poles);
+        poles.extend(&self.elsewhere);
         let own = plane
             .poles()
             .map_err(in_step("poles of the polished controller"))?;

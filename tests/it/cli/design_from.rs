@@ -35,6 +35,31 @@ fn a_folder_without_a_design_is_no_start() {
 }
 
 #[test]
+fn the_folder_of_a_tool_of_a_batch_holds_its_controller_itself() {
+    let temporary = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = temporary.path().join("endmill-16");
+    std::fs::create_dir(&folder).unwrap();
+    let law = root.join("tests/data/designs/s09-four-modes/mu.json");
+    std::fs::copy(law, folder.join("discrete.json")).unwrap();
+    // It is read, and refused because the machine samples at half the rate.
+    let output = Command::cargo_bin("muspin")
+        .unwrap()
+        .args(["design", "--spindle"])
+        .arg(root.join("tests/data/spindles/s13-lab-rotor.yaml"))
+        .arg("--from")
+        .arg(&folder)
+        .arg("--out")
+        .arg(temporary.path().join("out"))
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    let words = "sampled at 20000.000000 Hz, the machine at 10000.000000 Hz";
+    assert!(message.contains(words), "{message}");
+}
+
+#[test]
 #[ignore = "a design takes twenty seconds; run with: cargo test --release --test it design_from -- --ignored"]
 fn a_design_from_an_earlier_one_is_no_worse_and_meets_its_goals() {
     let temporary = tempfile::tempdir().unwrap();
