@@ -1,6 +1,7 @@
 //! The story, pure: update the model, design the controller, predict what it does. No files, no printing, no clock.
 
 pub mod batch;
+mod bracket;
 pub mod certificates;
 pub mod compared;
 pub mod comparison;
@@ -20,6 +21,7 @@ pub mod posing;
 pub mod problem_set;
 pub mod problems;
 pub mod progress;
+mod real_corners;
 mod reduction;
 mod rotating_loop;
 pub mod run;

@@ -10,11 +10,12 @@
 //! since S n falls too.
 //! Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … − √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at
 //! 4 %). The weights are written over true frequency; [`WeightPlane`] says how they enter the plane of the plant.
+//! Further uncertainty, if there is any, comes after the modal channels ([`super::channels`]).
 //! Measurements and commands are scaled to order one: y/σ_y with σ_y = [`SIGNAL_SCALE_M`], u in A.
 
+use super::channels::{Channel, ChannelKind, ChannelWeight, Wiring, channels, problem_blocks};
 use super::generalized::GeneralizedPlant;
 use super::plane::{LOADS, LOOPS};
-use super::uncertainty::Block;
 use super::weight_plane::WeightPlane;
 use super::weighting::{Section, integral_section};
 use super::weights::Weights;
@@ -47,17 +48,14 @@ pub fn generalized_plane(
     weights: &Weights,
     weight_plane: WeightPlane,
 ) -> Result<GeneralizedPlant, NumericError> {
-    let nv = modes.len();
+    let extra = channels(weights)?;
+    let nv = modes.len() + extra.len();
     let input = input_weights(modes, weights, weight_plane)?;
     let output = output_weights(modes, weights, weight_plane)?;
-    let with_errors = expose_errors(plane, nv, weights)?;
+    let with_errors = expose_errors(plane, modes.len(), &extra, weights)?;
     let weighted = series(&series(&input, &with_errors)?, &output)?;
-    let performance = Block::ComplexFull {
-        rows: LOADS + LOOPS,
-        cols: weighted.outputs() - LOOPS - nv,
-    };
-    let mut blocks = vec![Block::ComplexScalar { n: 1 }; nv];
-    blocks.push(performance);
+    let performance = (LOADS + LOOPS, weighted.outputs() - LOOPS - nv);
+    let blocks = problem_blocks(modes.len(), &extra, performance);
     Ok(GeneralizedPlant {
         system: weighted,
         controls: LOOPS,
@@ -82,7 +80,7 @@ pub fn scale_controller<T: crate::lti::TimeBase>(physical: &StateSpace<T>) -> St
     physical.scale_inputs(&y)
 }
 
-/// Weights at the inputs, (w, u) → (modal ports, loads N, noise m, u).
+/// Weights at the inputs, (w, u) → (modal ports, channels, loads N, noise m, u).
 ///
 /// # Errors
 /// [`NumericError`] when a weight is not positive.
@@ -96,6 +94,15 @@ pub fn input_weights(
     for mode in modes {
         let gain = StateSpace::gain(Mat::from_fn(1, 1, |_, _| modal_gain(mode)), Continuous);
         all = append(&all, &plane.unheld(&gain, Some(mode.omega_rad_s))?);
+    }
+    for channel in channels(weights)? {
+        let gain = StateSpace::gain(Mat::from_fn(1, 1, |_, _| channel.input), Continuous);
+        // A force acts between the samples; currents and signals are sampled.
+        let acting = match channel.kind {
+            ChannelKind::NegativeStiffness => plane.unheld(&gain, None)?,
+            _ => gain,
+        };
+        all = append(&all, &acting);
     }
     for (limit, crossover) in limits.iter().zip(weights.load_crossover_hz) {
         let load = Section::level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?;
@@ -111,7 +118,7 @@ pub fn input_weights(
     ))
 }
 
-/// Weights at the outputs, (q, x, u, [clean y for T], [noisy y for integral action], noisy y) → (z, y).
+/// Weights at the outputs, (q, channels, x, u, [clean y for T], [noisy y for integral action], noisy y) → (z, y).
 ///
 /// # Errors
 /// As [`input_weights`].
@@ -126,6 +133,15 @@ pub fn output_weights(
         if i == j { modal_gain(&modes[i]) } else { 0.0 }
     });
     let mut all = StateSpace::gain(modal, Continuous);
+    for channel in channels(weights)? {
+        let weight = match channel.output {
+            ChannelWeight::Constant(value) => {
+                StateSpace::gain(Mat::from_fn(1, 1, |_, _| value), Continuous)
+            }
+            ChannelWeight::OverFrequency(section) => plane.realise(&section)?.system,
+        };
+        all = append(&all, &weight);
+    }
     let places = limits
         .iter()
         .zip(tightening)
@@ -162,10 +178,11 @@ pub fn output_weights(
 }
 
 /// Plane (v, loads, u) → (q, x, y) with noise inputs and with currents and signals as extra errors:
-/// (v, loads, noise, u) → (q, x, u, [y clean], [y + noise], y + noise).
+/// (v, loads, noise, u) → (q, x, u, [y clean], [y + noise], y + noise), wired with the channels.
 fn expose_errors(
     plane: &StateSpace<Continuous>,
     nv: usize,
+    channels: &[Channel],
     weights: &Weights,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let (n, w) = (plane.order(), nv + LOADS);
@@ -217,6 +234,10 @@ fn expose_errors(
     let d = [currents, clean_d, rows(&noisy_d, 0, regulated), noisy_d]
         .iter()
         .fold(d_errors, |all, next| stack_rows(&all, next));
+    let wiring = Wiring::new(nv, d.nrows(), channels);
+    let b = Mat::from_fn(n, wiring.columns.len(), |i, j| b[(i, wiring.columns[j])]);
+    let c = Mat::from_fn(wiring.rows.len(), n, |i, j| c[(wiring.rows[i], j)]);
+    let d = wiring.matrix(&0.0, |i, j| d[(i, j)]);
     StateSpace::new(plane.a.clone(), b, c, d, Continuous)
 }
 

@@ -37,17 +37,21 @@ impl Weights {
     /// # Errors
     /// [`SpindleError`] when the rotor of the spindle cannot be assembled.
     pub fn on(&self, machine: &Machine) -> Result<Self, SpindleError> {
-        if self.open.is_empty() {
-            return Ok(self.clone());
-        }
         let spindle = &machine.spindle;
+        let mut filled = self.clone();
+        if filled.uncertainty.negative_stiffness > 0.0 {
+            let bearings = [&spindle.front, &spindle.rear];
+            filled.uncertainty.ks_n_per_m = Some(bearings.map(|b| b.ks_n_per_m.abs()));
+        }
+        if self.open.is_empty() {
+            return Ok(filled);
+        }
         let rotor = Rotor::new(0.0, spindle.sections.clone(), &spindle.discs)
             .map_err(SpindleError::Rotor)?;
         let modes_hz = PlanarModes::new(&rotor)
             .map_err(SpindleError::Shaft)?
             .flexible_hz();
         let unstable_hz = unstable_hz(spindle, &rotor, &modes_hz);
-        let mut filled = self.clone();
         for quantity in filled.open.drain(..).collect::<Vec<_>>() {
             match quantity {
                 Quantity::LoadCrossover(place) => {

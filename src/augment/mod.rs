@@ -1,7 +1,9 @@
 //! Plant → generalized plant: weights, uncertainty blocks, the augmented system for synthesis.
 
 pub mod assembly;
+pub mod channels;
 pub mod generalized;
+pub mod hardware;
 mod machine_defaults;
 pub mod plane;
 pub mod split;

@@ -7,6 +7,7 @@
 //! 1/sinc(ωT/2), so that their magnitude is that of the continuous response; in synthesis the modal inputs carry its
 //! value at their natural frequency.
 
+use super::channels::{ChannelWeight, channels};
 use super::warp::{FittedWeight, fitted, inverse_hold};
 use super::weighting::{Section, integral_section};
 use super::weights::Weights;
@@ -133,6 +134,14 @@ pub fn fit_errors(weights: &Weights, period_s: f64) -> Result<FitErrors, Numeric
             corner,
         )?);
     }
+    single.extend(
+        channels(weights)?
+            .into_iter()
+            .filter_map(|c| match c.output {
+                ChannelWeight::OverFrequency(section) => Some(section),
+                ChannelWeight::Constant(_) => None,
+            }),
+    );
     let stage = Section::roll_on_stage(weights.current_rolloff_hz, weights.current_rolloff_ratio)?;
     let largest = |plane: WeightPlane| -> Result<f64, NumericError> {
         let twice = (1.0 + plane.realise(&stage)?.largest_excess).powi(2) - 1.0;

@@ -72,6 +72,16 @@ impl Section {
         Self::level_change(1.0, ratio, corner_hz * ratio.sqrt())
     }
 
+    /// The section times a positive factor.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        Self {
+            b0: factor * self.b0,
+            b1: factor * self.b1,
+            ..*self
+        }
+    }
+
     /// |W(jω)|.
     pub fn magnitude(&self, omega_rad_s: f64) -> f64 {
         self.b0.hypot(self.b1 * omega_rad_s) / self.a0.hypot(self.a1 * omega_rad_s)

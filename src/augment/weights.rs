@@ -1,5 +1,7 @@
 //! The specification a designer writes: Table 2 of the paper, and what the table leaves open.
 
+use super::hardware::Uncertainty;
+
 /// Limits at one place: loads that must be borne and displacements they may cause, at DC and at high frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
@@ -61,6 +63,8 @@ pub struct Weights {
     pub integral_corner_hz: Option<f64>,
     /// Factor by which the tool displacement limits are tightened. Default 1.
     pub tool_tightening: f64,
+    /// Uncertainty besides that of the natural frequencies; none by default.
+    pub uncertainty: Uncertainty,
     /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
     pub open: Vec<Quantity>,
 }

@@ -4,7 +4,7 @@ use super::Failure;
 use super::progress::Progress;
 use crate::augment::weights::Weights;
 use crate::pipeline::design::{Design, design};
-use crate::pipeline::progress::Event;
+use crate::pipeline::progress::{Event, STAGES, next_stage};
 use crate::pipeline::settings::DesignSettings;
 use crate::spindle::Machine;
 
@@ -41,7 +41,13 @@ pub(super) fn run_design_with(
 /// Tells an event: on a terminal, and to the watch of the stages.
 pub(super) fn told(progress: &Progress, event: Event) {
     match event {
-        Event::Stage(stage) => progress.watch().lap(stage),
+        Event::Stage(stage) => {
+            progress.watch().lap(stage);
+            if let Some((done, next)) = next_stage(stage) {
+                let of = STAGES.len();
+                progress.stage(format!("design, {done} of {of} stages done: {next}"));
+            }
+        }
         Event::Begins(part) => {
             progress.stage(part);
             progress.watch().skip();

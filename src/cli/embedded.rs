@@ -1,7 +1,7 @@
 //! The stages of a spindle for a program that embeds muspin: what the commands do, with values instead of files.
 
 use super::Failure;
-use super::diagnose::{controllers, evidence, failed};
+use super::diagnose::{controllers, evidence, failed, without_unknown_controllers};
 use super::plausibility::Records;
 use super::surroundings::Surroundings;
 use super::update::targets;
@@ -73,8 +73,9 @@ pub(crate) fn diagnosed(
     measurement: &str,
     progress: &(dyn Fn() + Sync),
 ) -> Result<(Machine, Value), Failure> {
-    let loaded = load_measurement(measurement)?;
-    let controllers = controllers(&loaded, measurement)?;
+    let mut loaded = load_measurement(measurement)?;
+    let left_out = without_unknown_controllers(&mut loaded);
+    let controllers = controllers(&loaded)?;
     let known = Surroundings::of(&loaded, (None, None), machine);
     let records = evidence(&loaded, &controllers);
     let found = diagnose_with(machine, &records, &known.alternatives(), &|_: &str| {
@@ -85,6 +86,9 @@ pub(crate) fn diagnosed(
     if let Value::Object(map) = &mut summary {
         let faults = record_faults(&found, &known.names);
         map.insert("record_faults".into(), json(faults));
+        if !left_out.is_empty() {
+            map.insert("left_out".into(), json(left_out));
+        }
     }
     Ok((found.corrected, summary))
 }

@@ -7,6 +7,7 @@
 
 pub use super::key::{Group, Key};
 use super::key::{Range, group, needed, open, words};
+use super::uncertainty;
 
 const LENGTH: &str = "elements of a shaft are fractions of a millimetre to some decimetres long";
 const DIAMETER: &str = "shafts on magnetic bearings are a few millimetres to some decimetres thick";
@@ -395,6 +396,9 @@ pub const WEIGHTS: &[Group] = &[
             ),
         ],
     ),
+    group("uncertainty", uncertainty::KEYS),
+    group("uncertainty.actuator", uncertainty::ACTUATOR_KEYS),
+    group("uncertainty.sensor", uncertainty::SENSOR_KEYS),
 ];
 
 /// A file of frequencies.

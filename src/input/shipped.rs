@@ -42,6 +42,7 @@ pub const WEIGHTS: &[Shipped] = shipped![
     "machine" => "weights/machine.yaml",
     "quiet-idle" => "weights/quiet-idle.yaml",
     "stiff-tool" => "weights/stiff-tool.yaml",
+    "uncertain-hardware" => "weights/uncertain-hardware.yaml",
 ];
 /// Published frequencies.
 pub const FREQUENCIES: &[Shipped] =

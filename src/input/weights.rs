@@ -2,7 +2,9 @@
 
 use super::error::InputError;
 use super::keys;
+use super::positive::positive;
 use super::shipped::{self, WEIGHTS};
+use super::uncertainty::{UncertaintyFile, uncertainty};
 use super::yaml;
 use crate::augment::weights::{Limits, Quantity, Weights};
 use schemars::JsonSchema;
@@ -42,6 +44,9 @@ pub(super) struct WeightsFile {
     /// Divides the tool's displacement limits.
     #[schemars(extend("default" = 1.0))]
     tool_tightening: Option<f64>,
+    /// Uncertainty besides that of the natural frequencies, the same at both bearings; none unless given.
+    #[serde(default)]
+    uncertainty: UncertaintyFile,
     /// Where the keys above come from that the file leaves out: `table`, the values stated here, the same on every
     /// machine, or `machine`: current 5/6 of the bias, roll-off at 0.15 of the sample rate and above the modes of the
     /// table, noise four times that of the sensors, crossovers from mass and negative stiffness.
@@ -161,6 +166,7 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         Defaults::Machine => left_out(&read),
     };
     Ok(Weights {
+        uncertainty: uncertainty(file, &read.uncertainty)?,
         open,
         tool: limits(&read.tool),
         front: limits(&read.front),
@@ -205,14 +211,4 @@ fn left_out(read: &WeightsFile) -> Vec<Quantity> {
             .map(|(_, q)| q),
     );
     open
-}
-
-fn positive(file: &str, path: &str, value: Option<f64>) -> Result<(), InputError> {
-    match value {
-        Some(x) if !(x.is_finite() && x > 0.0) => {
-            let rule = format!("{path}: {x} must be a positive number");
-            Err(InputError::new(file, rule).with_hint("units stand in the key"))
-        }
-        _ => Ok(()),
-    }
 }

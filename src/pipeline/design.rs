@@ -9,18 +9,20 @@
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, Stage, d_scales, stage};
-use super::delivery::{Delivery, deliver, plane_of_law};
+use super::delivery::{Delivery, deliver, plane_of_law, scaled_plane};
 use super::emulation::Emulated;
 use super::polish_job::{PolishJob, ZONE_A, limits};
 use super::polishing::{PolishOutcome, polished};
 use super::problems::Problems;
 use super::progress::{Event, Listener};
+use super::real_corners::largest_at_corners;
 use super::reduction::reduce;
 use super::settings::DesignSettings;
 use super::specification_scale::{SpecificationScale, specification_scale};
 use super::stable::OwnStability;
 use super::synthesis::{Round, Synthesised, synthesise_for_machine};
 use crate::augment::assembly::unscale_controller;
+use crate::augment::channels::real_channels;
 use crate::augment::weights::Weights;
 use crate::controller::ControlLaw;
 use crate::controller::stiffness_limit::{StiffnessLimit, TAPS, stiffness_limit};
@@ -65,6 +67,9 @@ pub struct Design {
     pub orders_tried: Vec<(usize, f64)>,
     /// What is delivered, with its certificates.
     pub delivery: Delivery,
+    /// Largest μ of the delivered controller at rest, specification as written, over the corners of k_i and k_s, where
+    /// the specification says that they are uncertain.
+    pub real_corner_mu: Option<f64>,
     /// Where μ exceeds one: the factor on the limits at which the specification is met.
     pub specification_scale: Option<SpecificationScale>,
 }
@@ -178,9 +183,14 @@ pub fn design(
         ControlLaw::Continuous(_) => None,
     };
     progress(Event::Stage("scale of the specification"));
+    let real = real_channels(problems.written_modes.len(), weights)
+        .map_err(PipelineError::numeric("uncertainty of the specification"))?;
+    let delivered = scaled_plane(&plane_of_law(machine, &delivery.controller)?)?;
+    let real_corner_mu = largest_at_corners(&problems.specification, &delivered, &real)?;
     Ok(Design {
         rounds,
         specification_scale,
+        real_corner_mu,
         own_stability,
         emulated,
         polish,

@@ -11,6 +11,7 @@
 use super::PipelineError;
 use crate::augment::Block;
 use crate::augment::assembly::{SIGNAL_SCALE_M, UncertainMode, input_weights, output_weights};
+use crate::augment::channels::{Channel, Wiring, channels, problem_blocks};
 use crate::augment::plane::{LOADS, LOOPS};
 use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
@@ -68,6 +69,7 @@ impl RotatingLoop {
             law: [part([0, 2]), part([1, 3])],
             frame: Frame {
                 modes: modes.len(),
+                channels: channels(weights).map_err(numeric())?,
                 integral: weights.integral_corner_hz.is_some(),
                 input: input_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
                 output: output_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
@@ -108,6 +110,7 @@ impl RotatingLoop {
 /// Weights round a plane's response at one frequency.
 struct Frame {
     modes: usize,
+    channels: Vec<Channel>,
     integral: bool,
     input: StateSpace<Continuous>,
     output: StateSpace<Continuous>,
@@ -122,7 +125,7 @@ impl Frame {
         controller: &Mat<c64>,
     ) -> (Mat<c64>, Vec<Block>) {
         let nv = self.modes;
-        let (errors, wide) = (nv + LOADS, nv + LOADS + 2 * LOOPS);
+        let errors = nv + LOADS;
         let (zero, one) = (c64::new(0.0, 0.0), c64::new(1.0, 0.0));
         // Column of `plane` that an input (v, loads, noise, u) of the frame is.
         let column = |j: usize| match j {
@@ -137,7 +140,8 @@ impl Frame {
         };
         let regulated = if self.integral { LOOPS } else { 0 };
         let rows = errors + LOOPS + regulated + LOOPS;
-        let exposed = Mat::from_fn(rows, wide, |i, j| {
+        let wiring = Wiring::new(nv, rows, &self.channels);
+        let exposed = wiring.matrix(&zero, |i, j| {
             if i < errors {
                 column(j).map_or(zero, |c| plane[(i, c)])
             } else if i < errors + LOOPS {
@@ -147,18 +151,16 @@ impl Frame {
             }
         });
         let weighted = self.output.at(omega) * exposed * self.input.at(omega);
-        let (nz, nw) = (rows - LOOPS, wide - LOOPS);
+        let uncertain = nv + self.channels.len();
+        let (nz, nw) = (wiring.rows.len() - LOOPS, wiring.columns.len() - LOOPS);
         let part = |r, c, h, w| weighted.submatrix(r, c, h, w).to_owned();
         let k = Mat::from_fn(LOOPS, LOOPS, |i, j| controller[(i, j)] * SIGNAL_SCALE_M);
         let loop_gain = part(nz, nw, LOOPS, LOOPS) * &k;
         let difference = Mat::from_fn(LOOPS, LOOPS, |i, j| unit(i == j) - loop_gain[(i, j)]);
         let inner = solve_complex(&difference, &part(nz, 0, LOOPS, nw));
         let closed = part(0, 0, nz, nw) + part(0, nw, nz, LOOPS) * (&k * inner);
-        let mut blocks = vec![Block::ComplexScalar { n: 1 }; nv];
-        blocks.push(Block::ComplexFull {
-            rows: nw - nv,
-            cols: nz - nv,
-        });
+        let performance = (nw - uncertain, nz - uncertain);
+        let blocks = problem_blocks(nv, &self.channels, performance);
         (closed, blocks)
     }
 }

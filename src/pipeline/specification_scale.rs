@@ -53,12 +53,14 @@ const WIDTH: f64 = 4e-3;
 /// What a limit is loosened by to see whether it binds.
 const LOOSER: f64 = 1.1;
 /// Rows of the specification, in words.
-const ROWS: [&str; 5] = [
+const ROWS: [&str; 6] = [
     "the displacement of the tool",
     "the displacement at the front bearing",
     "the displacement at the rear bearing",
     "the control current",
     "the natural-frequency uncertainty",
+    // Where the specification has some.
+    "the uncertainty of actuators, sensors and delay",
 ];
 
 /// The scale of a four-axis law whose μ over speed is `over_speed`; none when it meets the specification or is unstable
@@ -121,19 +123,22 @@ pub fn specification_scale(
         factor = high;
     }
     let used = factor.min(LARGEST);
-    let loosened: Result<Vec<f64>, PipelineError> = (0..ROWS.len())
+    let rows = ROWS.len() - usize::from(weights.uncertainty.is_none());
+    let loosened: Result<Vec<f64>, PipelineError> = (0..rows)
         .into_par_iter()
         .map(|row| {
             let mut wider = Widening::all(used);
-            let mut modes = modes.to_vec();
+            let (mut modes, mut looser) = (modes.to_vec(), weights.clone());
             match row {
                 0 => wider.tool *= LOOSER,
                 1 => wider.front *= LOOSER,
                 2 => wider.rear *= LOOSER,
                 3 => wider.current *= LOOSER,
-                _ => modes.iter_mut().for_each(|m| m.relative /= LOOSER),
+                4 => modes.iter_mut().for_each(|m| m.relative /= LOOSER),
+                _ => looser.uncertainty = looser.uncertainty.times(LOOSER.recip()),
             }
-            Ok(at(wider, &modes, binding.speed_rpm)?.mu)
+            let specification = wider.apply(&looser);
+            Ok(mu_at_speed(machine, &specification, &modes, law, binding.speed_rpm)?.mu)
         })
         .collect();
     let softest = loosened?.into_iter().enumerate();
@@ -160,6 +165,7 @@ fn key(row: usize, weights: &Weights, frequency_hz: f64) -> &'static str {
     match LEVELS.get(row) {
         Some(keys) => keys[usize::from(frequency_hz > weights.displacement_crossover_hz[row])],
         None if row == LEVELS.len() => "current_limit_a",
-        None => "mode_uncertainty",
+        None if row == LEVELS.len() + 1 => "mode_uncertainty",
+        None => "uncertainty",
     }
 }

@@ -7,7 +7,7 @@
 use super::PipelineError;
 use super::certificates::{attained_at, true_frequency_hz};
 use super::emulation::{Emulated, sampled_by_tustin};
-use super::posing::pose;
+use super::posing::pose_again;
 use super::problems::{Problems, generalized};
 use super::progress::{Event, Listener};
 use super::settings::DesignSettings;
@@ -65,8 +65,10 @@ pub(super) fn synthesise_for_machine(
     let mut settings = settings.clone();
     let mut best: Option<(f64, Synthesised)> = None;
     let mut rounds: Vec<Round> = vec![];
+    let mut earlier: Option<(Problems, Vec<f64>)> = None;
     while rounds.len() < ROUNDS {
-        let found = match synthesise_once(machine, weights, &settings, progress) {
+        let before = earlier.as_ref().map(|(p, s)| (p, s.as_slice()));
+        let found = match synthesise_once(machine, weights, &settings, before, progress) {
             Ok(found) => found,
             // A further round that fails leaves what the earlier ones found.
             Err(error) if best.is_none() => return Err(error),
@@ -87,6 +89,7 @@ pub(super) fn synthesise_for_machine(
         progress(Event::Stage("μ of the whole machine"));
         let target = 1.0 / (1.0 + settings.reduction_budget);
         let next = further(&round, problems, &settings, target);
+        earlier = Some((problems.clone(), found.scales.clone()));
         if best.as_ref().is_none_or(|(least, _)| mu < *least) {
             best = Some((mu, found));
         }
@@ -141,9 +144,10 @@ fn synthesise_once(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
+    fewer_modes: Option<(&Problems, &[f64])>,
     progress: &mut Listener,
 ) -> Result<Synthesised, PipelineError> {
-    let (problems, scales, _) = pose(machine, weights, settings)?;
+    let (problems, scales, _) = pose_again(machine, weights, settings, fewer_modes)?;
     progress(Event::Stage("problems and constant scales"));
     let outcome = iterate(
         &scaled(&problems.posed, &scales),
@@ -153,7 +157,8 @@ fn synthesise_once(
         },
     )?;
     progress(Event::Stage("D-K iteration"));
-    let noise = problems.covered_modes.len() + LOADS;
+    // Modes and further uncertainty come first, one channel each.
+    let noise = problems.posed.blocks.len().saturating_sub(1) + LOADS;
     let looser: &[f64] = match problems.sensitivity_limit {
         Some(_) => &[],
         None => &T_BOUNDS,

@@ -55,6 +55,9 @@ pub(crate) struct DesignSummary {
     certificates: Certificates,
     pub(crate) largest_mu: Option<f64>,
     specification_scale: Option<ScaleSummary>,
+    /// Largest at rest, specification as written, over the corners of ki and ks; only where they are uncertain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mu_at_real_corners: Option<f64>,
     aim: AimSummary,
     polish: Option<PolishSummary>,
 }
@@ -231,6 +234,7 @@ impl From<&Design> for DesignSummary {
             certificates: Certificates::from(design),
             largest_mu: finite(design.largest_mu()),
             specification_scale: design.specification_scale.as_ref().map(ScaleSummary::from),
+            mu_at_real_corners: design.real_corner_mu.and_then(finite),
             aim: AimSummary::from(design),
             polish: design.polish.as_ref().map(PolishSummary::from),
         }

@@ -8,6 +8,7 @@ use super::plot::robustness::{
 use super::plot::shaft::{OutlinePiece, ShapeCurve, Station, StationKind, mode_shapes};
 use super::plot::speed::{Proven, mu_over_speed, stability_over_speed};
 use super::plot::{Curve, Figure, Role};
+use crate::augment::channels::channel_names;
 use crate::controller::stiffness_limit::StiffnessLimit;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
@@ -146,8 +147,10 @@ pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
         y: &values,
     };
     let chosen = (2.0 * design.reduced.order as f64, design.reduced.synthesis);
-    let names: Vec<String> = (1..=design.d_scales.len())
-        .map(|k| format!("mode {k}"))
+    let modes = design.problems.covered_modes.iter();
+    let names: Vec<String> = modes
+        .map(|mode| format!("mode {}", mode.number + 1))
+        .chain(channel_names(&design.problems.aim))
         .collect();
     let fits: Vec<DFit> = design
         .d_scales
@@ -164,7 +167,7 @@ pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
     vec![
         (
             Picture::DScales,
-            d_fits("D-scales of the uncertain modes", &fits),
+            d_fits("D-scales of the uncertainty", &fits),
         ),
         (
             Picture::Mu,

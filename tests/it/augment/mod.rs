@@ -1,3 +1,4 @@
 //! Weights and the w plane.
 
+mod further_uncertainty;
 mod weights;

@@ -18,6 +18,7 @@ use muspin::lti::sample::tustin;
 use muspin::lti::{Discrete, StateSpace};
 use muspin::pipeline::design::{Design, design};
 use muspin::pipeline::posing::pose;
+use muspin::pipeline::progress::{Event, STAGES, next_stage};
 use muspin::pipeline::settings::DesignSettings;
 use muspin::pipeline::widening::Widening;
 use muspin::predict::closed_loop::{both_planes, compliance, sensitivity};
@@ -150,7 +151,21 @@ fn quick() -> DesignSettings {
 
 fn designed(weights: &Weights, settings: &DesignSettings) -> Design {
     let machine = load_machine("reference", "paper-tool").unwrap();
-    design(&machine, weights, settings, &mut |_| {}).unwrap()
+    let mut done: Option<&str> = None;
+    let found = design(&machine, weights, settings, &mut |event| {
+        if let Event::Stage(stage) = event {
+            // The stage that was announced, or another synthesis after the fourth.
+            let announced = done.map_or(Some((0, STAGES[0])), next_stage);
+            let again = done == Some(STAGES[3]) && stage == STAGES[0];
+            assert!(
+                again || announced.is_some_and(|(_, next)| next == stage),
+                "{done:?} {stage}"
+            );
+            done = Some(stage);
+        }
+    });
+    assert_eq!(done.and_then(next_stage), None);
+    found.unwrap()
 }
 
 #[test]

@@ -1,0 +1,60 @@
+//! What a specification says of the errors of actuators, sensors, magnets and delay.
+
+use super::plane::LOOPS;
+
+/// Size of an error that changes from one level to another over frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorLevels {
+    /// At low frequency.
+    pub low: f64,
+    /// At high frequency.
+    pub high: f64,
+    /// Where it is the geometric mean of both, Hz.
+    pub crossover_hz: f64,
+}
+
+/// What may be otherwise than the model, the same at both bearings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Uncertainty {
+    /// Relative error of the actuators (amplifier, magnet).
+    pub actuator: Option<ErrorLevels>,
+    /// Additive error of the signals, m per A of the bearing's commanded current: dynamics that the model leaves out.
+    pub sensor: Option<ErrorLevels>,
+    /// Relative error of k_i; none: 0.
+    pub force_constant: f64,
+    /// Relative error of k_s; none: 0.
+    pub negative_stiffness: f64,
+    /// Error of the loop's delay, s, either way; none: 0.
+    pub delay_s: f64,
+    /// |k_s| of front and rear bearing, N/m, once it is known from the machine ([`super::weights::Weights::on`]).
+    pub ks_n_per_m: Option<[f64; LOOPS]>,
+}
+
+impl Uncertainty {
+    /// With every error multiplied by a factor.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        let levels = |l: &ErrorLevels| ErrorLevels {
+            low: factor * l.low,
+            high: factor * l.high,
+            ..*l
+        };
+        Self {
+            actuator: self.actuator.as_ref().map(levels),
+            sensor: self.sensor.as_ref().map(levels),
+            force_constant: factor * self.force_constant,
+            negative_stiffness: factor * self.negative_stiffness,
+            delay_s: factor * self.delay_s,
+            ..*self
+        }
+    }
+
+    /// True when there is none.
+    pub fn is_none(&self) -> bool {
+        self.actuator.is_none()
+            && self.sensor.is_none()
+            && self.force_constant == 0.0
+            && self.negative_stiffness == 0.0
+            && self.delay_s == 0.0
+    }
+}

@@ -1,0 +1,146 @@
+//! The uncertainty of a weights file besides that of the natural frequencies, to [`Uncertainty`].
+
+use super::error::InputError;
+use super::key::{Key, Range, needed, open};
+use super::positive::positive;
+use crate::augment::hardware::{ErrorLevels, Uncertainty};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+const CORNER: [Range; 2] = [[1.0, 2e4], [1e-4, 1e7]];
+const ABOVE: &str = "models fail above the band that was measured";
+
+/// Keys of `uncertainty`.
+pub(super) const KEYS: &[Key] = &[
+    open(
+        "force_constant",
+        "",
+        [[1e-3, 0.3], [0.0, 1.0]],
+        "force constants are known to some per cent",
+    ),
+    open(
+        "negative_stiffness",
+        "",
+        [[1e-3, 0.5], [0.0, 1.0]],
+        "negative stiffness grows with the bias and falls with the gap, each known to some per cent",
+    ),
+    open(
+        "delay_s",
+        "s",
+        [[1e-7, 1e-3], [1e-12, 1.0]],
+        "a loop's delay is known to a part of the sample period",
+    ),
+];
+/// Keys of `uncertainty.actuator`.
+pub(super) const ACTUATOR_KEYS: &[Key] = &{
+    const SIZE: [Range; 2] = [[1e-3, 10.0], [1e-9, 1e6]];
+    const WHY: &str = "amplifiers and magnets are known to some per cent in the band";
+    [
+        needed("low", "", SIZE, WHY),
+        needed("high", "", SIZE, ABOVE),
+        needed("crossover_hz", "Hz", CORNER, ABOVE),
+    ]
+};
+/// Keys of `uncertainty.sensor`.
+pub(super) const SENSOR_KEYS: &[Key] = &{
+    const SIZE: [Range; 2] = [[1e-10, 1e-3], [1e-15, 1.0]];
+    const WHY: &str = "an ampere moves a spindle by some micrometres";
+    [
+        needed("low_m_per_a", "m/A", SIZE, WHY),
+        needed("high_m_per_a", "m/A", SIZE, ABOVE),
+        needed("crossover_hz", "Hz", CORNER, ABOVE),
+    ]
+};
+
+/// What actuators, sensors and delay may do otherwise than the model.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct UncertaintyFile {
+    /// Relative error of the actuators over frequency (multiplicative, complex).
+    actuator: Option<RelativeFile>,
+    /// Error of the signals over frequency, per ampere of the bearing's current (additive, complex): dynamics that the
+    /// model leaves out.
+    sensor: Option<AdditiveFile>,
+    /// Relative error of ki (real); 0.05 is five per cent either way.
+    force_constant: Option<f64>,
+    /// Relative error of ks (real).
+    negative_stiffness: Option<f64>,
+    /// Error of the loop's delay either way.
+    delay_s: Option<f64>,
+}
+
+/// A relative error over frequency.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RelativeFile {
+    /// At low frequency.
+    low: f64,
+    /// At high frequency.
+    high: f64,
+    /// Where it is the geometric mean of both.
+    crossover_hz: f64,
+}
+
+/// An additive error over frequency.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AdditiveFile {
+    /// At low frequency.
+    low_m_per_a: f64,
+    /// At high frequency.
+    high_m_per_a: f64,
+    /// Where it is the geometric mean of both.
+    crossover_hz: f64,
+}
+
+/// Uncertainty with every value checked.
+pub(super) fn uncertainty(file: &str, read: &UncertaintyFile) -> Result<Uncertainty, InputError> {
+    let mut checked = vec![("uncertainty.delay_s", read.delay_s)];
+    if let Some(a) = &read.actuator {
+        checked.extend([
+            ("uncertainty.actuator.low", Some(a.low)),
+            ("uncertainty.actuator.high", Some(a.high)),
+            ("uncertainty.actuator.crossover_hz", Some(a.crossover_hz)),
+        ]);
+    }
+    if let Some(s) = &read.sensor {
+        checked.extend([
+            ("uncertainty.sensor.low_m_per_a", Some(s.low_m_per_a)),
+            ("uncertainty.sensor.high_m_per_a", Some(s.high_m_per_a)),
+            ("uncertainty.sensor.crossover_hz", Some(s.crossover_hz)),
+        ]);
+    }
+    for (key, value) in checked {
+        positive(file, key, value)?;
+    }
+    let relative = [
+        ("force_constant", read.force_constant),
+        ("negative_stiffness", read.negative_stiffness),
+    ];
+    for (key, value) in relative {
+        if let Some(value) = value
+            && !(0.0..1.0).contains(&value)
+        {
+            let rule = format!("uncertainty.{key}: {value} must be at least 0 and below 1");
+            return Err(
+                InputError::new(file, rule).with_hint("0.05 means five per cent either way")
+            );
+        }
+    }
+    Ok(Uncertainty {
+        actuator: read.actuator.as_ref().map(|a| ErrorLevels {
+            low: a.low,
+            high: a.high,
+            crossover_hz: a.crossover_hz,
+        }),
+        sensor: read.sensor.as_ref().map(|s| ErrorLevels {
+            low: s.low_m_per_a,
+            high: s.high_m_per_a,
+            crossover_hz: s.crossover_hz,
+        }),
+        force_constant: read.force_constant.unwrap_or(0.0),
+        negative_stiffness: read.negative_stiffness.unwrap_or(0.0),
+        delay_s: read.delay_s.unwrap_or(0.0),
+        ks_n_per_m: None,
+    })
+}
