@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""A design for each of several spindles with each of several tools: figures and times, one row each.
+"""A design and a tuned PID for each of several spindles with each of several tools: figures and times, one row each.
 
 usage: benches/spindles_tools.py [--muspin PROGRAM] [--work DIR] [--tools A,B] [SPINDLE ...]
 
 Default: the five spindles of tests/data/spindles that are not the reference one, and the ten tools of spindles/tools.
-A spindle's first tool is designed from nothing, the others start from its design, as a batch of tools does
-(`muspin batch --from`). Writes results/bench/spindles_tools.csv after every row. A folder that an earlier call finished in DIR is not
+The paper's tool is designed from nothing, the others start from its design (`muspin batch --from`). Writes results/bench/spindles_tools.csv after every row. A folder that an earlier call finished in DIR is not
 computed again, and its times are those of reading it; without --work every design is computed in a temporary folder.
 """
 
@@ -22,6 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 SPINDLES = ["s01-short-fast", "s04-noncollocated", "s06-strong-ks", "s09-four-modes", "s12-big-discs"]
+FIRST = "paper-tool"
 TABLE = ROOT / "results" / "bench" / "spindles_tools.csv"
 COLUMNS = [
     "spindle",
@@ -34,6 +34,9 @@ COLUMNS = [
     "minimum_stiffness_at_top_speed_n_per_m",
     "worst_stiffness_n_per_m",
     "iso_zone",
+    "pid_minimum_stiffness_at_rest_n_per_m",
+    "pid_minimum_stiffness_at_top_speed_n_per_m",
+    "pid_iso_zone",
     "proven_stable",
     "wall_s",
     "cpu_s",
@@ -68,6 +71,7 @@ def figures(folder):
     summary = json.loads((folder / "summary.json").read_text())
     design, stiffness = summary["design"], summary["stiffness"]["mu"]
     top = stiffness.get("at_top_speed") or {}
+    pid = summary["stiffness"].get("pid") or {}
     return {
         "order": design["controller_order"],
         "largest_mu": design["largest_mu"],
@@ -75,6 +79,9 @@ def figures(folder):
         "minimum_stiffness_at_top_speed_n_per_m": top.get("minimum_n_per_m"),
         "worst_stiffness_n_per_m": least(summary),
         "iso_zone": summary["sensitivity"]["mu"]["zone"],
+        "pid_minimum_stiffness_at_rest_n_per_m": pid.get("minimum_n_per_m"),
+        "pid_minimum_stiffness_at_top_speed_n_per_m": (pid.get("at_top_speed") or {}).get("minimum_n_per_m"),
+        "pid_iso_zone": (summary["sensitivity"].get("pid") or {}).get("zone"),
         "proven_stable": design["speed_proof"]["complete"],
     }
 
@@ -87,7 +94,7 @@ def main():
     parser.add_argument("spindles", nargs="*", default=SPINDLES)
     arguments = parser.parse_args()
     work = Path(arguments.work or tempfile.mkdtemp(prefix="muspin-spindles-"))
-    tools = arguments.tools.split(",") if arguments.tools else sorted(p.stem for p in (ROOT / "spindles" / "tools").glob("*.yaml"))
+    tools = arguments.tools.split(",") if arguments.tools else sorted((p.stem for p in (ROOT / "spindles" / "tools").glob("*.yaml")), key=lambda t: (t != FIRST, t))
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     rows = []
     for spindle in arguments.spindles:
@@ -95,7 +102,7 @@ def main():
         start = None
         for tool in tools:
             out = work / spindle
-            command = [arguments.muspin, "batch", "--quick", "--no-table", "--spindle", str(path), "--tools", tool, "--out", str(out)]
+            command = [arguments.muspin, "batch", "--no-table", "--spindle", str(path), "--tools", tool, "--out", str(out)]
             if start:
                 command += ["--from", str(out / start)]
             code, wall, cpu = called(command)

@@ -16,8 +16,9 @@
 use super::channels::{Channel, ChannelKind, ChannelWeight, Wiring, channels, problem_blocks};
 use super::generalized::GeneralizedPlant;
 use super::plane::{LOADS, LOOPS};
+use super::shape::Shape;
 use super::weight_plane::WeightPlane;
-use super::weighting::{Section, integral_section};
+use super::weighting::integral_section;
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, block2, series, stack_rows};
@@ -89,7 +90,6 @@ pub fn input_weights(
     weights: &Weights,
     plane: WeightPlane,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    let limits = [&weights.tool, &weights.front, &weights.rear];
     let mut all = StateSpace::gain(Mat::zeros(0, 0), Continuous);
     for mode in modes {
         let gain = StateSpace::gain(Mat::from_fn(1, 1, |_, _| modal_gain(mode)), Continuous);
@@ -104,8 +104,8 @@ pub fn input_weights(
         };
         all = append(&all, &acting);
     }
-    for (limit, crossover) in limits.iter().zip(weights.load_crossover_hz) {
-        let load = Section::level_change(limit.max_dc_load_n, limit.max_hf_load_n, crossover)?;
+    for place in 0..LOADS {
+        let load = weights.load_weight(place)?;
         all = append(&all, &plane.unheld(&plane.realise(&load)?.system, None)?);
     }
     let noise = Mat::from_fn(LOOPS, LOOPS, |i, j| {
@@ -127,8 +127,6 @@ pub fn output_weights(
     weights: &Weights,
     plane: WeightPlane,
 ) -> Result<StateSpace<Continuous>, NumericError> {
-    let limits = [&weights.tool, &weights.front, &weights.rear];
-    let tightening = [weights.tool_tightening, 1.0, 1.0];
     let modal = Mat::from_fn(modes.len(), modes.len(), |i, j| {
         if i == j { modal_gain(&modes[i]) } else { 0.0 }
     });
@@ -138,26 +136,15 @@ pub fn output_weights(
             ChannelWeight::Constant(value) => {
                 StateSpace::gain(Mat::from_fn(1, 1, |_, _| value), Continuous)
             }
-            ChannelWeight::OverFrequency(section) => plane.realise(&section)?.system,
+            ChannelWeight::OverFrequency(shape) => plane.realise(&shape)?.system,
         };
         all = append(&all, &weight);
     }
-    let places = limits
-        .iter()
-        .zip(tightening)
-        .zip(weights.displacement_crossover_hz);
-    for ((limit, factor), crossover) in places {
-        let displacement = Section::level_change(
-            factor / limit.max_dc_displacement_m,
-            factor / limit.max_hf_displacement_m,
-            crossover,
-        )?;
+    for place in 0..LOADS {
+        let displacement = weights.displacement_weight(place)?;
         all = append(&all, &plane.realise(&displacement)?.system);
     }
-    let stage = Section::roll_on_stage(weights.current_rolloff_hz, weights.current_rolloff_ratio)?;
-    let stage = plane.realise(&stage)?.system;
-    let current = series(&stage, &stage)?
-        .scale_outputs(&Mat::from_fn(1, 1, |_, _| weights.current_limit_a.recip()));
+    let current = plane.realise(&weights.current_weight()?)?.system;
     for _ in 0..LOOPS {
         all = append(&all, &current);
     }
@@ -167,7 +154,7 @@ pub fn output_weights(
     }
     if let Some(corner) = weights.integral_corner_hz {
         for limit in [&weights.front, &weights.rear] {
-            let integral = integral_section(limit.max_dc_displacement_m, corner)?;
+            let integral = Shape::section(integral_section(limit.max_dc_displacement_m, corner)?);
             all = append(&all, &plane.realise(&integral)?.system);
         }
     }

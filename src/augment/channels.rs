@@ -17,8 +17,8 @@
 //! A block's size is measured in the units of the specification (current limit, DC load and displacement), so that
 //! constant scales start near one. The current that the specification limits is the commanded one.
 
-use super::hardware::ErrorLevels;
 use super::plane::{LOADS, LOOPS};
+use super::shape::Shape;
 use super::uncertainty::Block;
 use super::weighting::Section;
 use super::weights::Weights;
@@ -53,14 +53,14 @@ impl ChannelKind {
 }
 
 /// Weight of a channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ChannelWeight {
     Constant(f64),
-    OverFrequency(Section),
+    OverFrequency(Shape),
 }
 
 /// One channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Channel {
     pub kind: ChannelKind,
     /// 0 front, 1 rear.
@@ -89,30 +89,24 @@ pub(crate) fn channels(weights: &Weights) -> Result<Vec<Channel>, NumericError> 
         found.extend((0..LOOPS).map(|bearing| Channel {
             kind,
             bearing,
-            output: output[bearing],
+            output: output[bearing].clone(),
             input: input[bearing],
         }));
     };
-    let over_frequency = |levels: &ErrorLevels, unit: f64| {
-        let section = Section::level_change(levels.low, levels.high, levels.crossover_hz)?;
-        Ok::<_, NumericError>(ChannelWeight::OverFrequency(section.times(unit)))
-    };
-    if let Some(levels) = &uncertainty.actuator {
-        let weight = over_frequency(levels, 1.0 / current)?;
-        both(ChannelKind::Actuator, [weight; LOOPS], [current; LOOPS]);
+    let over_frequency = |size: &Shape, unit: f64| ChannelWeight::OverFrequency(size.times(unit));
+    if let Some(size) = &uncertainty.actuator {
+        let weight = [0; LOOPS].map(|_| over_frequency(size, 1.0 / current));
+        both(ChannelKind::Actuator, weight, [current; LOOPS]);
     }
-    if let Some(levels) = &uncertainty.sensor {
+    if let Some(size) = &uncertainty.sensor {
         let allowed = places.map(|p| p.max_dc_displacement_m);
-        let weight = |k: usize| over_frequency(levels, 1.0 / allowed[k]);
-        both(ChannelKind::Sensor, [weight(0)?, weight(1)?], allowed);
+        let weight = allowed.map(|a| over_frequency(size, 1.0 / a));
+        both(ChannelKind::Sensor, weight, allowed);
     }
     if uncertainty.force_constant > 0.0 {
-        let weight = ChannelWeight::Constant(uncertainty.force_constant / current);
-        both(
-            ChannelKind::ForceConstant,
-            [weight; LOOPS],
-            [current; LOOPS],
-        );
+        let weight =
+            [0; LOOPS].map(|_| ChannelWeight::Constant(uncertainty.force_constant / current));
+        both(ChannelKind::ForceConstant, weight, [current; LOOPS]);
     }
     if uncertainty.negative_stiffness > 0.0 {
         let load = places.map(|p| p.max_dc_load_n);
@@ -134,8 +128,9 @@ pub(crate) fn channels(weights: &Weights) -> Result<Vec<Channel>, NumericError> 
             a0: 1.0,
             a1: tau / high,
         };
-        let weight = ChannelWeight::OverFrequency(cover.times(1.0 / current));
-        both(ChannelKind::Delay, [weight; LOOPS], [current; LOOPS]);
+        let cover = Shape::section(cover);
+        let weight = [0; LOOPS].map(|_| over_frequency(&cover, 1.0 / current));
+        both(ChannelKind::Delay, weight, [current; LOOPS]);
     }
     Ok(found)
 }

@@ -1,25 +1,15 @@
 //! What a specification says of the errors of actuators, sensors, magnets and delay.
 
 use super::plane::LOOPS;
-
-/// Size of an error that changes from one level to another over frequency.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorLevels {
-    /// At low frequency.
-    pub low: f64,
-    /// At high frequency.
-    pub high: f64,
-    /// Where it is the geometric mean of both, Hz.
-    pub crossover_hz: f64,
-}
+use super::shape::Shape;
 
 /// What may be otherwise than the model, the same at both bearings.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Uncertainty {
     /// Relative error of the actuators (amplifier, magnet).
-    pub actuator: Option<ErrorLevels>,
+    pub actuator: Option<Shape>,
     /// Additive error of the signals, m per A of the bearing's commanded current: dynamics that the model leaves out.
-    pub sensor: Option<ErrorLevels>,
+    pub sensor: Option<Shape>,
     /// Relative error of k_i; none: 0.
     pub force_constant: f64,
     /// Relative error of k_s; none: 0.
@@ -34,14 +24,10 @@ impl Uncertainty {
     /// With every error multiplied by a factor.
     #[must_use]
     pub fn times(&self, factor: f64) -> Self {
-        let levels = |l: &ErrorLevels| ErrorLevels {
-            low: factor * l.low,
-            high: factor * l.high,
-            ..*l
-        };
+        let larger = |size: &Shape| size.times(factor);
         Self {
-            actuator: self.actuator.as_ref().map(levels),
-            sensor: self.sensor.as_ref().map(levels),
+            actuator: self.actuator.as_ref().map(larger),
+            sensor: self.sensor.as_ref().map(larger),
             force_constant: factor * self.force_constant,
             negative_stiffness: factor * self.negative_stiffness,
             delay_s: factor * self.delay_s,

@@ -6,6 +6,8 @@ pub mod generalized;
 pub mod hardware;
 mod machine_defaults;
 pub mod plane;
+pub mod second_order;
+pub mod shape;
 pub mod split;
 pub mod uncertainty;
 pub mod warp;

@@ -24,14 +24,16 @@ pub struct FittedWeight {
 }
 
 /// Minimax approximant of atan²√X over X ≥ 0 in relative error.
-struct Approximant {
-    gain: f64,
-    zeros: &'static [f64],
-    poles: &'static [f64],
+pub(super) struct Approximant {
+    pub gain: f64,
+    /// −X of the zeros besides X = 0.
+    pub zeros: &'static [f64],
+    /// −X of the poles.
+    pub poles: &'static [f64],
 }
 
 /// Relative errors of θ²: 1.8e-2, 4.5e-3, 1.3e-3.
-const APPROXIMANTS: [Approximant; 3] = [
+pub(super) const APPROXIMANTS: [Approximant; 3] = [
     Approximant {
         gain: 0.982_201_240_5,
         zeros: &[24.692_003_72],
@@ -166,21 +168,38 @@ fn lowest(
 
 /// Smallest ratio of a magnitude over X to one over θ, and the largest over the smallest less one.
 fn ratio_range(fit: &dyn Fn(f64) -> f64, written: &dyn Fn(f64) -> f64) -> (f64, f64) {
-    let ratio = |k: i32| {
-        let x = 10f64.powf(f64::from(k) / f64::from(POINTS_PER_DECADE));
-        fit(x) / written(x.sqrt().atan())
-    };
+    ratio_range_over(&base_points(), fit, written)
+}
+
+/// Values of X at which every fit is compared with its weight.
+pub(super) fn base_points() -> Vec<f64> {
     let points = DECADES.0 * POINTS_PER_DECADE..=DECADES.1 * POINTS_PER_DECADE;
-    let (least, most) = points
-        .map(ratio)
-        .fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r), b.max(r)));
+    let x = |k| 10f64.powf(f64::from(k) / f64::from(POINTS_PER_DECADE));
+    points.map(x).collect()
+}
+
+/// As [`ratio_range`], at the given values of X.
+pub(super) fn ratio_range_over(
+    points: &[f64],
+    fit: &dyn Fn(f64) -> f64,
+    written: &dyn Fn(f64) -> f64,
+) -> (f64, f64) {
+    let ratios = points.iter().map(|x| fit(*x) / written(x.sqrt().atan()));
+    let (least, most) = ratios.fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r), b.max(r)));
     let least = least * (1.0 - BETWEEN_POINTS);
     (least, most * (1.0 + BETWEEN_POINTS) / least - 1.0)
 }
 
 impl Approximant {
+    /// ρ(X).
+    pub(super) fn value(&self, x: f64) -> f64 {
+        let above: f64 = self.zeros.iter().map(|z| 1.0 + x / z).product();
+        let below: f64 = self.poles.iter().map(|p| 1.0 + x / p).product();
+        self.gain * x * above / below
+    }
+
     /// −X of the roots of c₀ + c₁ ρ(X), ascending: one between each two poles; those of the poles when c₁ = 0.
-    fn roots(&self, c0: f64, c1: f64) -> Vec<f64> {
+    pub(super) fn roots(&self, c0: f64, c1: f64) -> Vec<f64> {
         let value = |u: f64| {
             let q: f64 = self.poles.iter().map(|p| 1.0 - u / p).product();
             let p: f64 = self.zeros.iter().map(|z| 1.0 - u / z).product();

@@ -8,8 +8,10 @@
 //! value at their natural frequency.
 
 use super::channels::{ChannelWeight, channels};
+use super::plane::LOADS;
+use super::shape::{Shape, Stage};
 use super::warp::{FittedWeight, fitted, inverse_hold};
-use super::weighting::{Section, integral_section};
+use super::weighting::integral_section;
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::series;
@@ -38,21 +40,46 @@ const ANALYSIS_EXCESS: f64 = 0.005;
 const HOLD_EXCESS: f64 = 0.02;
 
 impl WeightPlane {
-    /// A section in this plane.
+    /// A weight in this plane.
     ///
     /// # Errors
-    /// [`NumericError`] when the section is not finite.
-    pub fn realise(&self, section: &Section) -> Result<FittedWeight, NumericError> {
-        match *self {
-            Self::Laplace => Ok(FittedWeight {
-                system: section.system()?,
+    /// [`NumericError`] when the weight is not finite.
+    pub fn realise(&self, shape: &Shape) -> Result<FittedWeight, NumericError> {
+        let mut ratio = 1.0;
+        let system = shape.in_series(|stage| {
+            let fitted = self.stage(stage)?;
+            ratio *= 1.0 + fitted.largest_excess;
+            Ok(fitted.system)
+        })?;
+        Ok(FittedWeight {
+            system,
+            largest_excess: ratio - 1.0,
+        })
+    }
+
+    fn stage(&self, stage: &Stage) -> Result<FittedWeight, NumericError> {
+        match (*self, stage) {
+            (Self::Laplace, _) => Ok(FittedWeight {
+                system: stage.system()?,
                 largest_excess: 0.0,
             }),
-            Self::Synthesis { period_s } => Ok(FittedWeight {
-                system: section.system()?,
-                largest_excess: warped_excess(section, period_s),
+            (Self::Synthesis { period_s }, Stage::First(_)) => Ok(FittedWeight {
+                system: stage.system()?,
+                largest_excess: warped_excess(stage, stage, period_s),
             }),
-            Self::Analysis { period_s } => fitted(section, period_s, ANALYSIS_EXCESS),
+            (Self::Synthesis { period_s }, Stage::Second(second)) => {
+                let placed = Stage::Second(second.at_corner(period_s));
+                Ok(FittedWeight {
+                    system: placed.system()?,
+                    largest_excess: warped_excess(&placed, stage, period_s),
+                })
+            }
+            (Self::Analysis { period_s }, Stage::First(section)) => {
+                fitted(section, period_s, ANALYSIS_EXCESS)
+            }
+            (Self::Analysis { period_s }, Stage::Second(second)) => {
+                second.fitted(period_s, ANALYSIS_EXCESS)
+            }
         }
     }
 
@@ -82,14 +109,14 @@ impl WeightPlane {
 /// between them.
 const LINES: usize = 2000;
 
-/// Largest relative excess over true frequency of a section that reads v in the place of ω; none where the section
-/// falls.
-fn warped_excess(section: &Section, period_s: f64) -> f64 {
+/// Largest relative excess over true frequency of a stage that reads v in the place of ω over the one as written; none
+/// where it falls.
+fn warped_excess(read: &Stage, written: &Stage, period_s: f64) -> f64 {
     let nyquist_rad_s = std::f64::consts::PI / period_s;
     let excess = |k: usize| {
         let omega = nyquist_rad_s * k as f64 / (LINES + 1) as f64;
         let v = 2.0 / period_s * (0.5 * omega * period_s).tan();
-        section.magnitude(v) / section.magnitude(omega) - 1.0
+        read.magnitude(v) / written.magnitude(omega) - 1.0
     };
     (1..=LINES).map(excess).fold(0.0, f64::max)
 }
@@ -101,6 +128,8 @@ pub struct FitErrors {
     pub analysis: f64,
     /// Of the weights that the synthesis sees.
     pub synthesis: f64,
+    /// Of the weights given by points over these points; zero without any.
+    pub points: f64,
     /// Of the inverse hold on modal and load inputs in the problems that are judged.
     pub hold: f64,
 }
@@ -110,48 +139,35 @@ pub struct FitErrors {
 /// # Errors
 /// [`NumericError`] when a weight is not positive.
 pub fn fit_errors(weights: &Weights, period_s: f64) -> Result<FitErrors, NumericError> {
-    let limits = [&weights.tool, &weights.front, &weights.rear];
-    let mut single = vec![];
-    let crossovers = weights
-        .load_crossover_hz
-        .iter()
-        .zip(weights.displacement_crossover_hz);
-    for (limit, (load_hz, displacement_hz)) in limits.iter().zip(crossovers) {
-        single.push(Section::level_change(
-            limit.max_dc_load_n,
-            limit.max_hf_load_n,
-            *load_hz,
-        )?);
-        single.push(Section::level_change(
-            1.0 / limit.max_dc_displacement_m,
-            1.0 / limit.max_hf_displacement_m,
-            displacement_hz,
-        )?);
+    let mut all = vec![weights.current_weight()?];
+    for place in 0..LOADS {
+        all.push(weights.load_weight(place)?);
+        all.push(weights.displacement_weight(place)?);
     }
     if let Some(corner) = weights.integral_corner_hz {
-        single.push(integral_section(
-            weights.front.max_dc_displacement_m,
-            corner,
-        )?);
+        let allowed = weights.front.max_dc_displacement_m;
+        all.push(Shape::section(integral_section(allowed, corner)?));
     }
-    single.extend(
+    all.extend(
         channels(weights)?
             .into_iter()
             .filter_map(|c| match c.output {
-                ChannelWeight::OverFrequency(section) => Some(section),
+                ChannelWeight::OverFrequency(shape) => Some(shape),
                 ChannelWeight::Constant(_) => None,
             }),
     );
-    let stage = Section::roll_on_stage(weights.current_rolloff_hz, weights.current_rolloff_ratio)?;
     let largest = |plane: WeightPlane| -> Result<f64, NumericError> {
-        let twice = (1.0 + plane.realise(&stage)?.largest_excess).powi(2) - 1.0;
-        single.iter().try_fold(twice, |all, section| {
-            Ok(all.max(plane.realise(section)?.largest_excess))
+        all.iter().try_fold(0.0f64, |largest, shape| {
+            Ok(largest.max(plane.realise(shape)?.largest_excess))
         })
     };
     Ok(FitErrors {
         analysis: largest(WeightPlane::Analysis { period_s })?,
         synthesis: largest(WeightPlane::Synthesis { period_s })?,
+        points: all
+            .iter()
+            .map(|shape| shape.excess_over_points)
+            .fold(0.0, f64::max),
         hold: inverse_hold(period_s, HOLD_EXCESS)?.largest_excess,
     })
 }

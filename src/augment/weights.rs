@@ -1,6 +1,9 @@
 //! The specification a designer writes: Table 2 of the paper, and what the table leaves open.
 
 use super::hardware::Uncertainty;
+use super::shape::{Shape, Stage};
+use super::weighting::Section;
+use crate::linalg::NumericError;
 
 /// Limits at one place: loads that must be borne and displacements they may cause, at DC and at high frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +68,78 @@ pub struct Weights {
     pub tool_tightening: f64,
     /// Uncertainty besides that of the natural frequencies; none by default.
     pub uncertainty: Uncertainty,
+    /// Weights that take the place of those that change from one level to another.
+    pub curves: Curves,
     /// What the file leaves to the machine; [`Weights::on`] puts it in. Empty unless the file says `defaults: machine`.
     pub open: Vec<Quantity>,
+}
+
+/// Weights over frequency that a specification gives itself. Places: 0 tool, 1 front, 2 rear.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curves {
+    /// Loads that must be borne, N.
+    pub load: [Option<Shape>; 3],
+    /// One over the displacements allowed, 1/m.
+    pub displacement: [Option<Shape>; 3],
+    /// One over the control current allowed, 1/A.
+    pub current: Option<Shape>,
+}
+
+impl Weights {
+    fn place(&self, place: usize) -> &Limits {
+        [&self.tool, &self.front, &self.rear][place]
+    }
+
+    /// Weight of the loads at a place, N.
+    ///
+    /// # Errors
+    /// [`NumericError`] when a level is not positive.
+    pub fn load_weight(&self, place: usize) -> Result<Shape, NumericError> {
+        let limits = self.place(place);
+        match &self.curves.load[place] {
+            Some(curve) => Ok(curve.clone()),
+            None => Shape::level_change(
+                limits.max_dc_load_n,
+                limits.max_hf_load_n,
+                self.load_crossover_hz[place],
+            ),
+        }
+    }
+
+    /// Weight of the displacement at a place, 1/m, the tool's tightened.
+    ///
+    /// # Errors
+    /// As [`Weights::load_weight`].
+    pub fn displacement_weight(&self, place: usize) -> Result<Shape, NumericError> {
+        let limits = self.place(place);
+        let factor = if place == 0 {
+            self.tool_tightening
+        } else {
+            1.0
+        };
+        match &self.curves.displacement[place] {
+            Some(curve) => Ok(curve.times(factor)),
+            None => Shape::level_change(
+                factor / limits.max_dc_displacement_m,
+                factor / limits.max_hf_displacement_m,
+                self.displacement_crossover_hz[place],
+            ),
+        }
+    }
+
+    /// Weight of the control current of a bearing, 1/A.
+    ///
+    /// # Errors
+    /// As [`Weights::load_weight`].
+    pub fn current_weight(&self) -> Result<Shape, NumericError> {
+        if let Some(curve) = &self.curves.current {
+            return Ok(curve.clone());
+        }
+        let stage = Section::roll_on_stage(self.current_rolloff_hz, self.current_rolloff_ratio)?;
+        Ok(Shape {
+            gain: self.current_limit_a.recip(),
+            stages: vec![Stage::First(stage); 2],
+            excess_over_points: 0.0,
+        })
+    }
 }

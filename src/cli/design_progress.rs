@@ -4,7 +4,7 @@ use super::Failure;
 use super::progress::Progress;
 use crate::augment::weights::Weights;
 use crate::pipeline::design::{Design, design};
-use crate::pipeline::progress::{Event, STAGES, next_stage};
+use crate::pipeline::progress::{Event, STAGES, next_stage, usual_share};
 use crate::pipeline::settings::DesignSettings;
 use crate::spindle::Machine;
 
@@ -24,7 +24,7 @@ pub(super) fn run_design_with(
     settings: &DesignSettings,
     progress: &Progress,
 ) -> Result<Design, Failure> {
-    progress.stage("design");
+    progress.part("design");
     progress.watch().skip();
     let found = design(machine, weights, settings, &mut |event| {
         told(progress, event);
@@ -44,12 +44,14 @@ pub(super) fn told(progress: &Progress, event: Event) {
         Event::Stage(stage) => {
             progress.watch().lap(stage);
             if let Some((done, next)) = next_stage(stage) {
-                let of = STAGES.len();
-                progress.stage(format!("design, {done} of {of} stages done: {next}"));
+                let (of, in_all) = (STAGES.len(), progress.in_all(usual_share(done)));
+                progress.stage(format!(
+                    "design, {done} of {of} stages done, about {in_all} in all: {next}"
+                ));
             }
         }
         Event::Begins(part) => {
-            progress.stage(part);
+            progress.part(part);
             progress.watch().skip();
         }
         Event::Found(words) => progress.line(words),

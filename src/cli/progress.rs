@@ -14,6 +14,8 @@ pub(crate) struct Progress {
     bar: ProgressBar,
     watch: Mutex<Stopwatch>,
     start: Instant,
+    /// When the part of the command began that runs now.
+    part: Mutex<Instant>,
 }
 
 impl Progress {
@@ -35,6 +37,7 @@ impl Progress {
             bar,
             watch: Mutex::new(Stopwatch::start()),
             start: Instant::now(),
+            part: Mutex::new(Instant::now()),
         }
     }
 
@@ -46,6 +49,18 @@ impl Progress {
     /// What is being done now.
     pub(crate) fn stage(&self, what: impl Into<String>) {
         self.bar.set_message(what.into());
+    }
+
+    /// A part of the command begins, such as a design.
+    pub(crate) fn part(&self, what: &str) {
+        *self.part.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+        self.stage(what);
+    }
+
+    /// Time that the part will take in all when the share `done` of it has taken what it has.
+    pub(crate) fn in_all(&self, done: f64) -> String {
+        let begun = *self.part.lock().unwrap_or_else(PoisonError::into_inner);
+        minutes(begun.elapsed().as_secs_f64() / done)
     }
 
     /// How many of several equal parts are done; the time that the rest will take is estimated from them.

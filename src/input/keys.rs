@@ -7,7 +7,7 @@
 
 pub use super::key::{Group, Key};
 use super::key::{Range, group, needed, open, words};
-use super::uncertainty;
+use super::{curve, uncertainty};
 
 const LENGTH: &str = "elements of a shaft are fractions of a millimetre to some decimetres long";
 const DIAMETER: &str = "shafts on magnetic bearings are a few millimetres to some decimetres thick";
@@ -399,6 +399,15 @@ pub const WEIGHTS: &[Group] = &[
     group("uncertainty", uncertainty::KEYS),
     group("uncertainty.actuator", uncertainty::ACTUATOR_KEYS),
     group("uncertainty.sensor", uncertainty::SENSOR_KEYS),
+    group("over_frequency.tool_load_n", curve::KEYS),
+    group("over_frequency.front_load_n", curve::KEYS),
+    group("over_frequency.rear_load_n", curve::KEYS),
+    group("over_frequency.tool_displacement_m", curve::KEYS),
+    group("over_frequency.front_displacement_m", curve::KEYS),
+    group("over_frequency.rear_displacement_m", curve::KEYS),
+    group("over_frequency.current_a", curve::KEYS),
+    group("over_frequency.actuator", curve::KEYS),
+    group("over_frequency.sensor_m_per_a", curve::KEYS),
 ];
 
 /// A file of frequencies.

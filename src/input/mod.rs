@@ -5,6 +5,7 @@
 
 pub mod controller;
 pub mod controller_law;
+mod curve;
 mod effect;
 pub mod error;
 pub mod hammer;

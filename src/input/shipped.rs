@@ -43,6 +43,7 @@ pub const WEIGHTS: &[Shipped] = shipped![
     "quiet-idle" => "weights/quiet-idle.yaml",
     "stiff-tool" => "weights/stiff-tool.yaml",
     "uncertain-hardware" => "weights/uncertain-hardware.yaml",
+    "chatter-band" => "weights/chatter-band.yaml",
 ];
 /// Published frequencies.
 pub const FREQUENCIES: &[Shipped] =

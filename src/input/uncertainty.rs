@@ -1,9 +1,11 @@
 //! The uncertainty of a weights file besides that of the natural frequencies, to [`Uncertainty`].
 
+use super::curve::CurvesFile;
 use super::error::InputError;
 use super::key::{Key, Range, needed, open};
 use super::positive::positive;
-use crate::augment::hardware::{ErrorLevels, Uncertainty};
+use crate::augment::hardware::Uncertainty;
+use crate::augment::shape::Shape;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -93,8 +95,12 @@ pub(super) struct AdditiveFile {
     crossover_hz: f64,
 }
 
-/// Uncertainty with every value checked.
-pub(super) fn uncertainty(file: &str, read: &UncertaintyFile) -> Result<Uncertainty, InputError> {
+/// Uncertainty with every value checked; what is given as a curve stands in `curves`.
+pub(super) fn uncertainty(
+    file: &str,
+    read: &UncertaintyFile,
+    curves: &CurvesFile,
+) -> Result<Uncertainty, InputError> {
     let mut checked = vec![("uncertainty.delay_s", read.delay_s)];
     if let Some(a) = &read.actuator {
         checked.extend([
@@ -127,17 +133,27 @@ pub(super) fn uncertainty(file: &str, read: &UncertaintyFile) -> Result<Uncertai
             );
         }
     }
+    let actuator = read
+        .actuator
+        .as_ref()
+        .map(|a| [a.low, a.high, a.crossover_hz]);
+    let sensor = read
+        .sensor
+        .as_ref()
+        .map(|s| [s.low_m_per_a, s.high_m_per_a, s.crossover_hz]);
+    let shape = |key: &str, levels: Option<[f64; 3]>, curve: Option<Shape>| match (levels, curve) {
+        (Some(_), Some(_)) => {
+            let rule = format!("uncertainty.{key}: is given by levels and by a curve as well");
+            Err(InputError::new(file, rule).with_hint("leave out one of the two"))
+        }
+        (None, curve) => Ok(curve),
+        (Some([low, high, crossover_hz]), None) => Shape::level_change(low, high, crossover_hz)
+            .map(Some)
+            .map_err(|error| InputError::new(file, format!("uncertainty.{key}: {error}"))),
+    };
     Ok(Uncertainty {
-        actuator: read.actuator.as_ref().map(|a| ErrorLevels {
-            low: a.low,
-            high: a.high,
-            crossover_hz: a.crossover_hz,
-        }),
-        sensor: read.sensor.as_ref().map(|s| ErrorLevels {
-            low: s.low_m_per_a,
-            high: s.high_m_per_a,
-            crossover_hz: s.crossover_hz,
-        }),
+        actuator: shape("actuator", actuator, curves.actuator(file)?)?,
+        sensor: shape("sensor", sensor, curves.sensor(file)?)?,
         force_constant: read.force_constant.unwrap_or(0.0),
         negative_stiffness: read.negative_stiffness.unwrap_or(0.0),
         delay_s: read.delay_s.unwrap_or(0.0),

@@ -1,5 +1,6 @@
 //! Weights YAML (formats.md, section 3) to [`Weights`]. Optional keys and their defaults stand at [`Weights`].
 
+use super::curve::CurvesFile;
 use super::error::InputError;
 use super::keys;
 use super::positive::positive;
@@ -47,6 +48,10 @@ pub(super) struct WeightsFile {
     /// Uncertainty besides that of the natural frequencies, the same at both bearings; none unless given.
     #[serde(default)]
     uncertainty: UncertaintyFile,
+    /// Loads, displacements, current and errors over frequency, as points or transfer functions, in the place of those
+    /// that change from one level to another; none unless given.
+    #[serde(default)]
+    over_frequency: CurvesFile,
     /// Where the keys above come from that the file leaves out: `table`, the values stated here, the same on every
     /// machine, or `machine`: current 5/6 of the bias, roll-off at 0.15 of the sample rate and above the modes of the
     /// table, noise four times that of the sensors, crossovers from mass and negative stiffness.
@@ -166,7 +171,8 @@ pub fn read_weights(file: &str, text: &str) -> Result<Weights, InputError> {
         Defaults::Machine => left_out(&read),
     };
     Ok(Weights {
-        uncertainty: uncertainty(file, &read.uncertainty)?,
+        uncertainty: uncertainty(file, &read.uncertainty, &read.over_frequency)?,
+        curves: read.over_frequency.weights(file)?,
         open,
         tool: limits(&read.tool),
         front: limits(&read.front),

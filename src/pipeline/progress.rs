@@ -15,25 +15,33 @@ pub enum Event<'a> {
     Stage(&'static str),
 }
 
-/// Stages of a design in their order; the first four are repeated when the whole machine asks for another synthesis.
-pub const STAGES: [&str; 11] = [
-    "problems and constant scales",
-    "D-K iteration",
-    "stable controller",
-    "μ of the whole machine",
-    "D-scales over frequency",
-    "certificates of full order",
-    "reduction",
-    "certificates of reduced order",
-    "realisation and its proofs",
-    "polish",
-    "scale of the specification",
+/// Stages of a design in their order, with the usual share of each in the time of all, per cent: the first four are
+/// repeated when the whole machine asks for another synthesis. Shares are rounded means over three machines, whose
+/// polish took 68, 81 and 88 per cent; they serve an estimate on a terminal and nothing else.
+pub const STAGES: [(&str, f64); 11] = [
+    ("problems and constant scales", 8.0),
+    ("D-K iteration", 1.0),
+    ("stable controller", 1.0),
+    ("μ of the whole machine", 0.5),
+    ("D-scales over frequency", 0.5),
+    ("certificates of full order", 0.5),
+    ("reduction", 1.0),
+    ("certificates of reduced order", 0.5),
+    ("realisation and its proofs", 9.0),
+    ("polish", 78.0),
+    ("scale of the specification", 0.0),
 ];
 
 /// The stage that begins when `ended` has ended, with the number of those done; none after the last.
 pub fn next_stage(ended: &str) -> Option<(usize, &'static str)> {
-    let done = STAGES.iter().position(|stage| *stage == ended)? + 1;
-    STAGES.get(done).map(|stage| (done, *stage))
+    let done = STAGES.iter().position(|(stage, _)| *stage == ended)? + 1;
+    STAGES.get(done).map(|(stage, _)| (done, *stage))
+}
+
+/// Usual share of the time that the first `done` stages take, between zero and one.
+pub fn usual_share(done: usize) -> f64 {
+    let sum = |list: &[(&str, f64)]| list.iter().map(|(_, share)| share).sum::<f64>();
+    sum(&STAGES[..done.min(STAGES.len())]) / sum(&STAGES)
 }
 
 /// Where events go. The caller may keep a clock; no figure depends on it.

@@ -155,15 +155,24 @@ pub fn specification_scale(
     }))
 }
 
-/// The key of a row of [`ROWS`]: the level of the displacement limit that acts at the frequency.
+/// The key of a row of [`ROWS`]: the level of the displacement limit that acts at the frequency, or its curve.
 fn key(row: usize, weights: &Weights, frequency_hz: f64) -> &'static str {
     const LEVELS: [[&str; 2]; 3] = [
         ["tool.max_dc_displacement_m", "tool.max_hf_displacement_m"],
         ["front.max_dc_displacement_m", "front.max_hf_displacement_m"],
         ["rear.max_dc_displacement_m", "rear.max_hf_displacement_m"],
     ];
+    const CURVES: [&str; 3] = [
+        "over_frequency.tool_displacement_m",
+        "over_frequency.front_displacement_m",
+        "over_frequency.rear_displacement_m",
+    ];
     match LEVELS.get(row) {
+        Some(_) if weights.curves.displacement[row].is_some() => CURVES[row],
         Some(keys) => keys[usize::from(frequency_hz > weights.displacement_crossover_hz[row])],
+        None if row == LEVELS.len() && weights.curves.current.is_some() => {
+            "over_frequency.current_a"
+        }
         None if row == LEVELS.len() => "current_limit_a",
         None if row == LEVELS.len() + 1 => "mode_uncertainty",
         None => "uncertainty",

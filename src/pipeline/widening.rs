@@ -1,6 +1,6 @@
 //! A specification with wider limits.
 
-use crate::augment::weights::{Limits, Weights};
+use crate::augment::weights::{Curves, Limits, Weights};
 
 /// Factors on the limits of a specification; loads, noise and natural-frequency uncertainty stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +55,22 @@ impl Widening {
         )
     }
 
+    fn wider(&self, curves: &Curves) -> Curves {
+        let places = [self.tool, self.front, self.rear];
+        let divided = |place: usize| {
+            let weight = curves.displacement[place].as_ref();
+            weight.map(|w| w.times(places[place].recip()))
+        };
+        Curves {
+            load: curves.load.clone(),
+            displacement: [0, 1, 2].map(divided),
+            current: curves
+                .current
+                .as_ref()
+                .map(|w| w.times(self.current.recip())),
+        }
+    }
+
     /// The specification with these factors.
     #[must_use]
     pub fn apply(&self, weights: &Weights) -> Weights {
@@ -68,6 +84,7 @@ impl Widening {
             front: wider(&weights.front, self.front),
             rear: wider(&weights.rear, self.rear),
             current_limit_a: self.current * weights.current_limit_a,
+            curves: self.wider(&weights.curves),
             ..weights.clone()
         }
     }

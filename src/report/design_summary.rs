@@ -144,6 +144,9 @@ struct MuModelSummary {
     machine_modes: usize,
     synthesis_modes: usize,
     synthesis_weights_excess: Option<f64>,
+    /// Largest excess of a weight over the points it was given by; only where there are points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    points_excess: Option<f64>,
     inverse_hold_fit_error: Option<f64>,
     rounds: Vec<RoundSummary>,
 }
@@ -366,6 +369,7 @@ impl From<&Design> for MuModelSummary {
             machine_modes: problems.machine_modes,
             synthesis_modes: problems.synthesis_modes,
             synthesis_weights_excess: finite(problems.fit_errors.synthesis),
+            points_excess: Some(problems.fit_errors.points).filter(|excess| *excess > 0.0),
             inverse_hold_fit_error: finite(problems.fit_errors.hold),
             rounds: rounds.collect(),
         }

@@ -2,8 +2,9 @@
 //! that has it, and μ of two errors alone against the largest spectral radius over their phases.
 
 use muspin::augment::assembly::{UncertainMode, generalized_plane};
-use muspin::augment::hardware::{ErrorLevels, Uncertainty};
+use muspin::augment::hardware::Uncertainty;
 use muspin::augment::plane::{Route, design_plane};
+use muspin::augment::shape::Shape;
 use muspin::augment::weight_plane::WeightPlane;
 use muspin::augment::weights::{Limits, Weights};
 use muspin::controller::ControlLaw;
@@ -63,21 +64,14 @@ fn the_problem_closed_with_an_error_is_that_of_the_machine_that_has_it() {
     let certain = benchmark(Uncertainty::default());
     let (ki, ks) = (0.07, 0.12);
     let (force, stiffness) = ([0.6, -0.9], [-0.4, 0.8]);
-    let levels = ErrorLevels {
-        low: 0.03,
-        high: 0.8,
-        crossover_hz: 1500.0,
-    };
-    let additive = ErrorLevels {
-        low: 2e-6,
-        high: 4e-7,
-        crossover_hz: 700.0,
-    };
+    let (levels, additive) = ([0.03, 0.8, 1500.0], [2e-6, 4e-7, 700.0]);
+    let shape =
+        |[low, high, crossover_hz]: [f64; 3]| Shape::level_change(low, high, crossover_hz).unwrap();
     let (actuator, sensor) = (c64::new(0.3, -0.5), c64::new(-0.2, 0.7));
     for machine in machines() {
         let uncertain = benchmark(Uncertainty {
-            actuator: Some(levels),
-            sensor: Some(additive),
+            actuator: Some(shape(levels)),
+            sensor: Some(shape(additive)),
             force_constant: ki,
             negative_stiffness: ks,
             ..Uncertainty::default()
@@ -99,10 +93,10 @@ fn the_problem_closed_with_an_error_is_that_of_the_machine_that_has_it() {
         assert_eq!(with.blocks.len(), without.blocks.len() + 8);
         for hz in [3.0, 40.0, 230.0, 900.0, 1700.0, 3100.0] {
             let omega = TAU * hz;
-            let weight = |l: &ErrorLevels| {
-                let p = TAU * l.crossover_hz * (l.high / l.low).sqrt();
+            let weight = |[low, high, crossover_hz]: &[f64; 3]| {
+                let p = TAU * crossover_hz * (high / low).sqrt();
                 let s = c64::new(0.0, omega);
-                (s * l.high + p * l.low) / (s + p)
+                (s * *high + p * *low) / (s + p)
             };
             let delta: Vec<c64> = [actuator, actuator, sensor, sensor]
                 .into_iter()
@@ -187,7 +181,7 @@ fn mu_of_two_errors_alone_is_the_largest_spectral_radius_over_their_phases() {
             },
         ];
         for (kind, uncertainty) in kinds.into_iter().enumerate() {
-            let table = benchmark(uncertainty);
+            let table = benchmark(uncertainty.clone());
             let weights = Weights {
                 tool: wider(&table.tool),
                 front: wider(&table.front),
@@ -294,7 +288,8 @@ fn a_file_says_what_is_uncertain_and_is_refused_with_its_key() {
     let read = with("  actuator: {low: 0.02, high: 0.5, crossover_hz: 2000}\n  delay_s: 1.0e-5\n");
     let uncertainty = read.unwrap().uncertainty;
     assert_eq!(uncertainty.delay_s, 1e-5);
-    assert_eq!(uncertainty.actuator.unwrap().high, 0.5);
+    let level = Shape::level_change(0.02, 0.5, 2000.0).unwrap();
+    assert_eq!(uncertainty.actuator, Some(level));
     assert!(uncertainty.sensor.is_none());
     for (lines, key) in [
         ("  force_constant: 1.5\n", "uncertainty.force_constant"),

@@ -155,8 +155,8 @@ fn designed(weights: &Weights, settings: &DesignSettings) -> Design {
     let found = design(&machine, weights, settings, &mut |event| {
         if let Event::Stage(stage) = event {
             // The stage that was announced, or another synthesis after the fourth.
-            let announced = done.map_or(Some((0, STAGES[0])), next_stage);
-            let again = done == Some(STAGES[3]) && stage == STAGES[0];
+            let announced = done.map_or(Some((0, STAGES[0].0)), next_stage);
+            let again = done == Some(STAGES[3].0) && stage == STAGES[0].0;
             assert!(
                 again || announced.is_some_and(|(_, next)| next == stage),
                 "{done:?} {stage}"

@@ -4,6 +4,7 @@
 use muspin::augment::Block;
 use muspin::augment::assembly::{UncertainMode, generalized_plane, unscale_controller};
 use muspin::augment::plane::{Route, design_plane, modes_below_nyquist};
+use muspin::augment::shape::Shape;
 use muspin::augment::warp::inverse_hold;
 use muspin::augment::weight_plane::{WeightPlane, fit_errors};
 use muspin::augment::weighting::Section;
@@ -43,7 +44,7 @@ fn fitted_weights_have_their_magnitude_over_true_frequency() {
             Section::level_change(1e5, 1e4, 2500.0).unwrap(),
             Section::leaky_integrator(1e8, 0.03).unwrap(),
         ] {
-            let of = |plane: WeightPlane| plane.realise(&section).unwrap();
+            let of = |plane: WeightPlane| plane.realise(&Shape::section(section)).unwrap();
             let fit = of(WeightPlane::Analysis { period_s });
             assert!(fit.largest_excess <= 0.005, "{section:?} {rate_hz}");
             // The synthesis reads the section at the frequencies of the w plane and says by how much that is more than
