@@ -122,7 +122,7 @@ pub fn input_weights(
 ///
 /// # Errors
 /// As [`input_weights`].
-pub fn output_weights(
+pub(crate) fn output_weights(
     modes: &[UncertainMode],
     weights: &Weights,
     plane: WeightPlane,

@@ -26,7 +26,7 @@ use crate::linalg::{Mat, NumericError};
 
 /// What a channel stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ChannelKind {
+pub(crate) enum ChannelKind {
     /// Relative error of an actuator.
     Actuator,
     /// Additive error of a signal.
@@ -41,7 +41,7 @@ pub enum ChannelKind {
 
 impl ChannelKind {
     /// In words.
-    pub fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Actuator => "actuator",
             Self::Sensor => "sensor",

@@ -15,9 +15,9 @@ use crate::spindle::{Effect, Location, Machine, ModelDetail, Plant, SpindleError
 use std::f64::consts::PI;
 
 /// Places where forces act and displacements are predicted: tool, front actuator, rear actuator.
-pub const LOADS: usize = 3;
+pub(crate) const LOADS: usize = 3;
 /// Control channels of a plane: front, rear.
-pub const LOOPS: usize = 2;
+pub(crate) const LOOPS: usize = 2;
 
 /// How the sampled loop enters the design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +89,7 @@ pub fn design_plane(
 }
 
 /// One plane of four axes: front and rear of x, without the states that it does not use.
-pub fn x_plane<T: TimeBase>(axes: &StateSpace<T>) -> StateSpace<T> {
+pub(crate) fn x_plane<T: TimeBase>(axes: &StateSpace<T>) -> StateSpace<T> {
     connected_part(&axes.select(&[0, 2], &[0, 2]))
 }
 

@@ -87,7 +87,7 @@ impl WeightPlane {
     ///
     /// # Errors
     /// [`NumericError`] when the connection fails.
-    pub fn unheld(
+    pub(crate) fn unheld(
         &self,
         weight: &StateSpace<Continuous>,
         near_rad_s: Option<f64>,

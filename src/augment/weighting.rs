@@ -140,6 +140,6 @@ const INTEGRAL_RISE: f64 = 1e3;
 ///
 /// # Errors
 /// As [`Section::leaky_integrator`].
-pub fn integral_section(allowed_m: f64, corner_hz: f64) -> Result<Section, NumericError> {
+pub(crate) fn integral_section(allowed_m: f64, corner_hz: f64) -> Result<Section, NumericError> {
     Section::leaky_integrator(INTEGRAL_RISE / allowed_m, corner_hz / INTEGRAL_RISE)
 }

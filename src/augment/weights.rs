@@ -131,7 +131,7 @@ impl Weights {
     ///
     /// # Errors
     /// As [`Weights::load_weight`].
-    pub fn current_weight(&self) -> Result<Shape, NumericError> {
+    pub(crate) fn current_weight(&self) -> Result<Shape, NumericError> {
         if let Some(curve) = &self.curves.current {
             return Ok(curve.clone());
         }

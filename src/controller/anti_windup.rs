@@ -140,7 +140,7 @@ pub fn anti_windup(
 ///
 /// # Errors
 /// [`VerificationError`] when the law has no modal form, or as [`with_anti_windup`].
-pub fn firmware_rows(
+pub(crate) fn firmware_rows(
     law: &StateSpace<Discrete>,
     machine: &Machine,
 ) -> Result<(ScaledRealisation, AntiWindup), VerificationError> {
@@ -178,7 +178,7 @@ pub fn with_anti_windup(
 
 /// Adds L e to the next states in float32, each product and each sum rounded, in row order; step 3 of the law.
 /// `conditioning` has one row a state, a term's source is the output; `excess_a` is u − v.
-pub fn correct_f32(next: &mut [f32], conditioning: &[Row], excess_a: &[f32]) {
+pub(crate) fn correct_f32(next: &mut [f32], conditioning: &[Row], excess_a: &[f32]) {
     if excess_a.iter().all(|e| *e == 0.0) {
         return;
     }

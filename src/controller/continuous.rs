@@ -11,7 +11,7 @@ use crate::lti::{Continuous, Discrete, StateSpace};
 use std::f64::consts::PI;
 
 /// Share of the Nyquist frequency up to which K(s) is fitted and its error stated.
-pub const FITTED_SHARE: f64 = 0.5;
+pub(crate) const FITTED_SHARE: f64 = 0.5;
 /// Frequencies of the fit, evenly in the logarithm over four decades below its end.
 const FREQUENCIES: usize = 240;
 /// Poles whose angle lies beyond this share of the half circle lie where nothing is fitted; their logarithm jumps to

@@ -44,7 +44,7 @@ pub struct ModalForm {
 
 impl ModalForm {
     /// Sizes of the blocks that hold more than one pole or pair, because their poles (nearly) repeat.
-    pub fn merged_blocks(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn merged_blocks(&self) -> impl Iterator<Item = usize> {
         self.blocks.iter().copied().filter(|size| *size > 2)
     }
 }
@@ -138,7 +138,7 @@ fn separate(
 
 /// Largest difference of two transfer matrices on the unit circle, relative to the peak of the first, over
 /// 64 points spaced evenly in the logarithm from 10⁻⁵ of the Nyquist frequency up to it.
-pub fn transfer_change(first: &StateSpace<Discrete>, second: &StateSpace<Discrete>) -> f64 {
+pub(crate) fn transfer_change(first: &StateSpace<Discrete>, second: &StateSpace<Discrete>) -> f64 {
     let (mut peak, mut change) = (f64::MIN_POSITIVE, 0.0f64);
     for k in 0..64 {
         let z = c64::from_polar(1.0, PI * 10f64.powf(-5.0 * (1.0 - k as f64 / 63.0)));

@@ -105,7 +105,7 @@ fn in_increments(state: usize, row: &mut Row) {
 }
 
 /// The rows of a state-space system as it stands; zero coefficients are left out.
-pub fn from_state_space(system: &StateSpace<Discrete>, form: Form) -> Realisation {
+pub(crate) fn from_state_space(system: &StateSpace<Discrete>, form: Form) -> Realisation {
     let (n, m) = (system.order(), system.inputs());
     let row = |states: &Mat<f64>, inputs: &Mat<f64>, i: usize| -> Row {
         (0..n)
@@ -145,12 +145,12 @@ impl Realisation {
     }
 
     /// Multiplications (equal to additions) per sample.
-    pub fn multiplications(&self) -> usize {
+    pub(crate) fn multiplications(&self) -> usize {
         self.rows().map(Vec::len).sum()
     }
 
     /// The same rows with every coefficient passed through `change`.
-    pub fn map_coefficients(&self, change: impl Fn(f64) -> f64) -> Self {
+    pub(crate) fn map_coefficients(&self, change: impl Fn(f64) -> f64) -> Self {
         let rows = |list: &[Row]| -> Vec<Row> {
             list.iter()
                 .map(|row| {

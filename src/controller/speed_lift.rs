@@ -22,7 +22,7 @@ use crate::spindle::plant::AXES;
 
 /// The plant as an affine function of the speed, with its sampling.
 #[derive(Clone, Debug)]
-pub struct AffinePlant {
+pub(crate) struct AffinePlant {
     /// Plant without delay at rest; the first [`AXES`] inputs are commands, the first [`AXES`] outputs signals.
     pub at_rest: StateSpace<Continuous>,
     /// dA/dΩ.
@@ -39,7 +39,7 @@ pub struct AffinePlant {
 
 /// What the loop at one speed proves about its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Neighbourhood {
+pub(crate) struct Neighbourhood {
     /// Growth rate of the loop at this speed, 1/s.
     pub growth_rate_per_s: f64,
     /// Whether the loop is stable at every speed within the distance asked for.
@@ -62,7 +62,7 @@ impl AffinePlant {
     ///
     /// # Errors
     /// [`ControllerError::Numeric`] when the three are not affine in the speed.
-    pub fn new(
+    pub(crate) fn new(
         [rest, half, full]: [StateSpace<Continuous>; 3],
         speed_rad_s: f64,
         delay_s: f64,
@@ -110,7 +110,7 @@ impl AffinePlant {
     ///
     /// # Errors
     /// [`ControllerError::Numeric`] when an exponential or an eigenvalue iteration fails.
-    pub fn neighbourhood(
+    pub(crate) fn neighbourhood(
         &self,
         controller: &StateSpace<Discrete>,
         speed_rad_s: f64,

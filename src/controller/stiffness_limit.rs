@@ -41,7 +41,7 @@ pub struct StiffnessLimit {
 }
 
 /// Taps of Q unless others are asked: on the reference spindle 24 give 4.07 N/µm, 48 give 4.21 N/µm.
-pub const TAPS: usize = 48;
+pub(crate) const TAPS: usize = 48;
 /// Lines closer than this share of their frequency are one.
 const APART: f64 = 1e-2;
 /// First line, Hz.

@@ -57,7 +57,7 @@ impl Verification {
 
     /// The same with the proof between the speeds.
     #[must_use]
-    pub fn with_proof(self, proof: SpeedProof) -> Self {
+    pub(crate) fn with_proof(self, proof: SpeedProof) -> Self {
         Self {
             proof: Some(proof),
             ..self
@@ -65,7 +65,7 @@ impl Verification {
     }
 
     /// True when the loop is proven stable at every speed from rest to the largest one, not only at those computed.
-    pub fn is_proven(&self) -> bool {
+    pub(crate) fn is_proven(&self) -> bool {
         let reaches = |proof: &SpeedProof| proof.covers(self.top_rpm);
         self.is_stable() && self.proof.as_ref().is_some_and(reaches)
     }
@@ -90,7 +90,7 @@ impl Verification {
     }
 
     /// The first speed at which the loop is unstable.
-    pub fn first_unstable(&self) -> Option<SpeedCheck> {
+    pub(crate) fn first_unstable(&self) -> Option<SpeedCheck> {
         self.speeds
             .iter()
             .find(|s| s.growth_rate_per_s.is_nan() || s.growth_rate_per_s >= 0.0)
@@ -146,7 +146,7 @@ pub fn verify(
 ///
 /// # Errors
 /// As [`verify`].
-pub fn verify_with_proof(
+pub(crate) fn verify_with_proof(
     machine: &Machine,
     controller: &StateSpace<Discrete>,
     points: usize,

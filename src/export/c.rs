@@ -238,7 +238,7 @@ pub(super) fn render(template: &str, values: Value) -> Result<String, minijinja:
 }
 
 /// One sentence on what is known about the closed loop.
-pub fn stability_words(verification: &Verification) -> String {
+pub(crate) fn stability_words(verification: &Verification) -> String {
     let range = || {
         let first = verification.speeds.first().map_or(0.0, |s| s.speed_rpm);
         let last = verification.speeds.last().map_or(0.0, |s| s.speed_rpm);

@@ -72,7 +72,7 @@ pub struct Firmware<'a> {
 }
 
 /// SHA-256 of a byte string, hex.
-pub fn sha256_hex(bytes: &[u8]) -> String {
+pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
     Sha256::digest(bytes)
         .iter()
         .fold(String::new(), |mut hex, byte| {

@@ -35,7 +35,7 @@ pub fn controller_json(controller: &Controller, machine: Option<&MachineTag>) ->
 }
 
 /// Channel names; channels beyond the four axes are numbered.
-pub fn channel_name(channel: usize) -> String {
+pub(crate) fn channel_name(channel: usize) -> String {
     AXIS_NAMES
         .get(channel)
         .map_or_else(|| format!("channel_{}", channel + 1), |n| (*n).to_owned())

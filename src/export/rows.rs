@@ -22,7 +22,7 @@ struct CodeRow {
 }
 
 /// The statements of one arithmetic.
-pub struct Statements {
+pub(crate) struct Statements {
     /// Signals and outputs: reads `x`, `y`, writes `t`, `u`.
     pub output: String,
     /// Next states: reads `y`, `t`, reads and writes `x`.
@@ -46,7 +46,7 @@ struct Dialect {
 }
 
 /// Single precision; `prefix` is that of the controller's functions.
-pub fn float32_statements(program: &Float32Program, prefix: &str) -> Statements {
+pub(crate) fn float32_statements(program: &Float32Program, prefix: &str) -> Statements {
     let plain = |row: &Row| CodeRow {
         products: row
             .iter()
@@ -92,7 +92,7 @@ pub fn float32_statements(program: &Float32Program, prefix: &str) -> Statements 
 }
 
 /// Q31: 64-bit sums, rounded, shifted, saturated.
-pub fn q31_statements(program: &Q31Program, prefix: &str) -> Statements {
+pub(crate) fn q31_statements(program: &Q31Program, prefix: &str) -> Statements {
     let code = |row: &FixedRow| CodeRow {
         products: row
             .terms

@@ -51,7 +51,7 @@ impl SweepRecord {
     /// The same record with currents that were logged as samples, before the hold, brought behind it: their fundamental
     /// at the amplifier has the magnitude sinc(fT). Its half sample is part of `delay_s`, as for every record.
     #[must_use]
-    pub fn behind_hold(mut self, period_s: f64) -> Self {
+    pub(crate) fn behind_hold(mut self, period_s: f64) -> Self {
         for (mut line, hz) in self.current.outer_iter_mut().zip(&self.frequency_hz) {
             let magnitude = hold_magnitude(TAU * hz, period_s);
             line.mapv_inplace(|u| u * magnitude);

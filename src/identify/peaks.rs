@@ -37,7 +37,7 @@ pub struct Resonance {
 
 impl Resonance {
     /// The pole on the frequency axis, Hz: damped frequency + jζf.
-    pub fn pole_hz(&self) -> c64 {
+    pub(crate) fn pole_hz(&self) -> c64 {
         let z = self.damping_ratio;
         c64::new(
             self.frequency_hz * (1.0 - z * z).max(0.0).sqrt(),

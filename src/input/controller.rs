@@ -87,7 +87,10 @@ pub fn read_controller(file: &str, text: &str) -> Result<Controller, InputError>
 ///
 /// # Errors
 /// As [`read_controller`].
-pub fn read_tagged_controller(file: &str, text: &str) -> Result<TaggedController, InputError> {
+pub(crate) fn read_tagged_controller(
+    file: &str,
+    text: &str,
+) -> Result<TaggedController, InputError> {
     let read: ControllerFile =
         serde_json::from_str(text).map_err(|e| InputError::json(file, &e))?;
     for (key, names) in [("inputs", &read.inputs), ("outputs", &read.outputs)] {

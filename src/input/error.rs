@@ -29,13 +29,13 @@ impl InputError {
     }
 
     /// The same message with the next step.
-    pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
+    pub(crate) fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
 
     /// The same message about a missing key with all keys that are missing.
-    pub fn with_missing(mut self, paths: &[String]) -> Self {
+    pub(crate) fn with_missing(mut self, paths: &[String]) -> Self {
         if paths.len() > 1 {
             self.line = None;
             self.message = format!("missing fields: {}", paths.join(", "));

@@ -13,7 +13,7 @@ const LENGTH: &str = "elements of a shaft are fractions of a millimetre to some 
 const DIAMETER: &str = "shafts on magnetic bearings are a few millimetres to some decimetres thick";
 
 /// Keys of a material.
-pub const MATERIAL: &[Key] = &[
+pub(crate) const MATERIAL: &[Key] = &[
     needed(
         "youngs_modulus_pa",
         "Pa",
@@ -35,7 +35,7 @@ pub const MATERIAL: &[Key] = &[
 ];
 
 /// Keys of an element.
-pub const ELEMENT: &[Key] = &[
+pub(crate) const ELEMENT: &[Key] = &[
     needed("length_m", "m", [[2e-4, 0.3], [1e-5, 5.0]], LENGTH),
     needed(
         "outer_diameter_m",
@@ -66,7 +66,7 @@ pub const ELEMENT: &[Key] = &[
 ];
 
 /// Keys of a disc.
-pub const DISC: &[Key] = &[
+pub(crate) const DISC: &[Key] = &[
     needed(
         "position_m",
         "m",
@@ -445,7 +445,7 @@ pub const MEASUREMENT: &[Group] = &[
 ];
 
 /// Other units that a number in a unit is written in by mistake, with their size.
-pub fn other_units(unit: &str) -> &'static [(&'static str, f64)] {
+pub(crate) fn other_units(unit: &str) -> &'static [(&'static str, f64)] {
     match unit {
         "m" => &[("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("inches", 0.0254)],
         "Pa" => &[("GPa", 1e9), ("MPa", 1e6)],

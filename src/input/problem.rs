@@ -135,7 +135,12 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::matrix`], and another shape.
-    pub fn matrix_of(&self, field: &str, rows: usize, cols: usize) -> Result<Mat<f64>, InputError> {
+    pub(crate) fn matrix_of(
+        &self,
+        field: &str,
+        rows: usize,
+        cols: usize,
+    ) -> Result<Mat<f64>, InputError> {
         let m = self.matrix(field)?;
         // An empty list of rows carries no column count.
         if m.nrows() == 0 && rows == 0 {

@@ -4,7 +4,7 @@ use super::error::{InputError, nearest};
 use std::path::Path;
 
 /// What some editors write in front of UTF-8 text.
-pub const BYTE_ORDER_MARK: char = '\u{feff}';
+pub(crate) const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// A shipped file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

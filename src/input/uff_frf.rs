@@ -27,7 +27,7 @@ pub struct UffFrf {
 
 impl UffFrf {
     /// True when response and reference are the same point and direction.
-    pub fn is_driving_point(&self) -> bool {
+    pub(crate) fn is_driving_point(&self) -> bool {
         self.response == self.reference
     }
 
@@ -80,7 +80,7 @@ pub fn frfs(file: &str, functions: &[UffFunction]) -> Result<Vec<UffFrf>, InputE
 }
 
 /// Coherence with the response and reference of an FRF, on its lines; `None` when the file has none.
-pub fn coherence_for(functions: &[UffFunction], frf: &UffFrf) -> Option<Vec<f64>> {
+pub(crate) fn coherence_for(functions: &[UffFunction], frf: &UffFrf) -> Option<Vec<f64>> {
     let of = functions.iter().find(|f| {
         f.function_type == 6 && f.response == frf.response && f.reference == frf.reference
     })?;

@@ -83,7 +83,7 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
 }
 
 /// The lines of `rotor:` with materials, elements and discs, without damping and modes.
-pub fn rotor_lines(sections: &[Section], discs: &[Disc]) -> Vec<String> {
+pub(crate) fn rotor_lines(sections: &[Section], discs: &[Disc]) -> Vec<String> {
     let mut lines = vec!["rotor:".to_owned(), "  materials:".to_owned()];
     let materials = materials(sections);
     lines.extend(materials.iter().map(|m| format!("    {}", material(m))));

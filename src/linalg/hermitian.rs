@@ -13,7 +13,7 @@ pub fn cholesky(h: &Mat<c64>) -> Option<Mat<c64>> {
 ///
 /// # Errors
 /// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
-pub fn hermitian_eigen(h: &Mat<c64>) -> Result<(Vec<f64>, Mat<c64>), NumericError> {
+pub(crate) fn hermitian_eigen(h: &Mat<c64>) -> Result<(Vec<f64>, Mat<c64>), NumericError> {
     let what = "Hermitian eigenvalues";
     if !h.is_all_finite() {
         return Err(NumericError::NotFinite { what });
@@ -33,7 +33,9 @@ pub fn hermitian_eigen(h: &Mat<c64>) -> Result<(Vec<f64>, Mat<c64>), NumericErro
 ///
 /// # Errors
 /// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the iteration fails.
-pub fn singular_vectors(a: &Mat<c64>) -> Result<(Mat<c64>, Vec<f64>, Mat<c64>), NumericError> {
+pub(crate) fn singular_vectors(
+    a: &Mat<c64>,
+) -> Result<(Mat<c64>, Vec<f64>, Mat<c64>), NumericError> {
     let what = "singular value decomposition";
     if !a.is_all_finite() {
         return Err(NumericError::NotFinite { what });
@@ -59,7 +61,7 @@ pub fn min_singular_value(a: &Mat<c64>) -> f64 {
 }
 
 /// Inverse of a square complex matrix by LU; entries are not finite when it is singular.
-pub fn inverse_complex(a: &Mat<c64>) -> Mat<c64> {
+pub(crate) fn inverse_complex(a: &Mat<c64>) -> Mat<c64> {
     a.partial_piv_lu().inverse()
 }
 

@@ -17,7 +17,7 @@ pub fn lyapunov(a: &Mat<f64>, q: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
 }
 
 /// X with AᵀX + XA + Q = 0 from the Schur form of A.
-pub fn lyapunov_with(form: &RealSchur, q: &Mat<f64>) -> Mat<f64> {
+pub(crate) fn lyapunov_with(form: &RealSchur, q: &Mat<f64>) -> Mat<f64> {
     let rotated = form.z.transpose() * q * &form.z;
     let f = Mat::from_fn(q.nrows(), q.ncols(), |i, j| -rotated[(i, j)]);
     let y = triangular_sylvester(&form.t, &form.t, f);

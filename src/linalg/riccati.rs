@@ -334,7 +334,7 @@ fn growth(a: &Mat<f64>) -> f64 {
 }
 
 /// Diagonal T (powers of two) such that [T⁻¹AT, T⁻¹GT⁻¹; TQT, TᵀAᵀT⁻¹] has rows and columns of like size.
-pub fn balance_hamiltonian(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Vec<f64> {
+pub(crate) fn balance_hamiltonian(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Vec<f64> {
     let n = a.nrows();
     let mut t = vec![1.0f64; n];
     // Twenty sweeps settle spreads of 1e10; balancing is a help, not a condition.

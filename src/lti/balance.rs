@@ -163,7 +163,10 @@ impl Balancing {
     ///
     /// # Errors
     /// [`NumericError`] when `order` is below [`Self::kept`], or the cut part has a pole at zero.
-    pub fn residualised(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+    pub(crate) fn residualised(
+        &self,
+        order: usize,
+    ) -> Result<StateSpace<Continuous>, NumericError> {
         Ok(append_outputs(
             &self.residualised_part(self.stable_order(order)?)?,
             &self.kept,

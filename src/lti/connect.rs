@@ -125,7 +125,7 @@ pub fn lower_lft<T: TimeBase>(
 }
 
 /// [a; b].
-pub fn stack_rows(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
+pub(crate) fn stack_rows(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     let r = a.nrows();
     Mat::from_fn(r + b.nrows(), a.ncols(), |i, j| {
         if i < r { a[(i, j)] } else { b[(i - r, j)] }
@@ -133,7 +133,7 @@ pub fn stack_rows(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
 }
 
 /// [a, b].
-pub fn stack_cols(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
+pub(crate) fn stack_cols(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     let s = a.ncols();
     Mat::from_fn(a.nrows(), s + b.ncols(), |i, j| {
         if j < s { a[(i, j)] } else { b[(i, j - s)] }

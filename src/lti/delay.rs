@@ -9,7 +9,7 @@ use crate::linalg::{Mat, NumericError, exponential};
 ///
 /// # Errors
 /// [`NumericError::NotFinite`] for a delay that is zero, negative or not a number.
-pub fn pade(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
+pub(crate) fn pade(delay_s: f64, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
     let n = order;
     let mut coefficient = vec![1.0; n + 1];
     for k in 0..n {

@@ -59,7 +59,7 @@ pub fn closed_response(
 }
 
 /// I − G K.
-pub fn return_difference(g: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
+pub(crate) fn return_difference(g: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
     let l = g * k;
     Mat::from_fn(l.nrows(), l.ncols(), |i, j| {
         c64::new(if i == j { 1.0 } else { 0.0 }, 0.0) - l[(i, j)]

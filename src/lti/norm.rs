@@ -88,7 +88,7 @@ pub fn hinf_norm_discrete(
 ///
 /// # Errors
 /// [`NormError::Unstable`] when a pole is not inside the unit circle.
-pub fn stays_below(
+pub(crate) fn stays_below(
     system: &StateSpace<Discrete>,
     level: f64,
 ) -> Result<(bool, f64, f64), NormError> {

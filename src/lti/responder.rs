@@ -138,7 +138,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
     }
 
     /// Response at an angular frequency; D at infinity (continuous time).
-    pub fn at_or_infinity(&self, omega_rad_s: f64) -> Mat<c64> {
+    pub(crate) fn at_or_infinity(&self, omega_rad_s: f64) -> Mat<c64> {
         if omega_rad_s.is_infinite() {
             return Mat::from_fn(self.d.nrows(), self.d.ncols(), |i, j| {
                 c64::new(self.d[(i, j)], 0.0)

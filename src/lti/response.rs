@@ -32,7 +32,7 @@ impl FrequencyGrid {
     }
 
     /// A grid from any list of angular frequencies in rad/s, cleaned like [`Self::from_hz`].
-    pub fn from_rad_s(omega_rad_s: impl IntoIterator<Item = f64>) -> Self {
+    pub(crate) fn from_rad_s(omega_rad_s: impl IntoIterator<Item = f64>) -> Self {
         let mut grid: Vec<f64> = omega_rad_s
             .into_iter()
             .filter(|w| w.is_finite() && *w > 0.0)
@@ -56,7 +56,7 @@ impl FrequencyGrid {
 
     /// This grid with, for every lightly damped pole (rad/s) within it, points packed round its resonance:
     /// `per_side` points a side, spaced geometrically from a tenth of the half-power width out to 10 widths.
-    pub fn refine_round_poles(&self, poles_rad_s: &[c64], per_side: usize) -> Self {
+    pub(crate) fn refine_round_poles(&self, poles_rad_s: &[c64], per_side: usize) -> Self {
         let (Some(lo), Some(hi)) = (self.omega_rad_s.first(), self.omega_rad_s.last()) else {
             return self.clone();
         };

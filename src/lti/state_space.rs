@@ -44,7 +44,7 @@ impl TimeBase for Discrete {
 
 impl Discrete {
     /// The poles as points of the s plane, s = ln(z)/Tₛ, rad/s; those of pure delays left out.
-    pub fn continuous_poles(&self, poles: Vec<c64>) -> Vec<c64> {
+    pub(crate) fn continuous_poles(&self, poles: Vec<c64>) -> Vec<c64> {
         poles
             .into_iter()
             // A pole that decays by this factor in one sample is a delay: s lies beyond twice the sample rate.
@@ -195,7 +195,7 @@ impl<T: TimeBase> StateSpace<T> {
     }
 
     /// The system without the states that are not wanted.
-    pub fn keep_states(&self, wanted: impl Fn(usize) -> bool) -> Self {
+    pub(crate) fn keep_states(&self, wanted: impl Fn(usize) -> bool) -> Self {
         let keep: Vec<usize> = (0..self.order()).filter(|i| wanted(*i)).collect();
         let n = keep.len();
         Self {
@@ -219,7 +219,7 @@ impl<T: TimeBase> StateSpace<T> {
     }
 
     /// The system with its inputs multiplied from the right by a constant matrix.
-    pub fn scale_inputs(&self, right: &Mat<f64>) -> Self {
+    pub(crate) fn scale_inputs(&self, right: &Mat<f64>) -> Self {
         Self {
             a: self.a.clone(),
             b: &self.b * right,
@@ -247,7 +247,7 @@ impl StateSpace<Discrete> {
     ///
     /// # Errors
     /// [`NumericError`] when the eigenvalue iteration fails.
-    pub fn continuous_poles(&self) -> Result<Vec<c64>, NumericError> {
+    pub(crate) fn continuous_poles(&self) -> Result<Vec<c64>, NumericError> {
         Ok(self.time.continuous_poles(self.poles()?))
     }
 }

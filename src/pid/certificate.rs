@@ -129,7 +129,7 @@ impl PidCertificate {
     }
 
     /// How far the figures are outside what was asked: zero inside; an unstable loop counts most.
-    pub fn violation(&self, settings: &TuneSettings) -> f64 {
+    pub(crate) fn violation(&self, settings: &TuneSettings) -> f64 {
         let over = |value: f64, limit: f64| (value - limit).max(0.0);
         let stable = if self.is_stable() { 0.0 } else { 1e3 };
         stable
@@ -204,7 +204,7 @@ pub fn certify(
 }
 
 /// Machine with every flexible frequency multiplied by `factor` (moduli by its square).
-pub fn with_shifted_modes(machine: &Machine, factor: f64) -> Machine {
+pub(crate) fn with_shifted_modes(machine: &Machine, factor: f64) -> Machine {
     let mut shifted = machine.clone();
     for section in shifted
         .spindle

@@ -151,7 +151,7 @@ const NO_BAND: (f64, f64) = (0.0, 0.0);
 ///
 /// # Errors
 /// [`VerificationError`] from plants and eigenvalues.
-pub fn found_or_reason(
+pub(crate) fn found_or_reason(
     result: Result<TunedPid, VerificationError>,
 ) -> Result<Result<TunedPid, String>, VerificationError> {
     match result {

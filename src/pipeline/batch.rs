@@ -28,7 +28,7 @@ pub struct Finished {
 ///
 /// # Errors
 /// [`PipelineError`] of the step that failed.
-pub fn one_tool(
+pub(crate) fn one_tool(
     task: &Task<'_>,
     tightening: bool,
     listen: &mut Listener<'_>,

@@ -55,7 +55,7 @@ impl PeakFigures {
 }
 
 /// μ to three digits, or that an unstable loop has none.
-pub fn mu_words(mu: f64) -> String {
+pub(crate) fn mu_words(mu: f64) -> String {
     if mu.is_finite() {
         format!("{mu:.3}")
     } else {
@@ -273,6 +273,6 @@ pub(super) fn mu_curve(
 const CURVE_POINTS: usize = 160;
 
 /// True frequency of a point of the w plane: ω = (2/T) atan(vT/2).
-pub fn true_frequency_hz(w_plane_rad_s: f64, period_s: f64) -> f64 {
+pub(crate) fn true_frequency_hz(w_plane_rad_s: f64, period_s: f64) -> f64 {
     2.0 / period_s * (0.5 * w_plane_rad_s * period_s).atan() / TAU
 }

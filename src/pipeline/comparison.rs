@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 /// Band of the tool's dynamic stiffness and of the sensitivity, Hz.
 pub const BAND_HZ: (f64, f64) = (1.0, 4000.0);
 /// Low frequency at which stiffness is compared, Hz.
-pub const LOW_HZ: f64 = 10.0;
+pub(crate) const LOW_HZ: f64 = 10.0;
 /// Points of the plain grid over the band; points round the closed-loop poles are added.
 const GRID_POINTS: usize = 400;
 /// Points on each side of every closed-loop pole: both skirts of a lightly damped peak to a percent of its height.
@@ -64,7 +64,7 @@ impl Prediction {
     }
 
     /// Letter of the zone, or that the loop is unstable.
-    pub fn zone_word(&self) -> &'static str {
+    pub(crate) fn zone_word(&self) -> &'static str {
         self.zone().map_or("none, unstable", Zone::letter)
     }
 }
@@ -72,7 +72,7 @@ impl Prediction {
 /// True when `a` is better than `b` in every figure at every speed given: smallest tool stiffness, stiffness at 10 Hz
 /// and at the frequency of the top speed, largest sensitivity of each axis. An unstable loop is worse than a stable
 /// one.
-pub fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool {
+pub(crate) fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool {
     let figures = |p: &Prediction| {
         let stiffness = [p.minimum.0, p.at_10_hz_n_per_m, p.at_max_speed_n_per_m];
         let margins = (0..4).map(|axis| p.sensitivity.peak(axis).0.recip());
@@ -176,7 +176,7 @@ pub(super) fn below_nyquist(machine: &Machine, hz: f64) -> f64 {
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the loop cannot be built, or the cut is out of range.
-pub fn chatter_limit(
+pub(crate) fn chatter_limit(
     machine: &Machine,
     controller: &Controller,
     speed_rpm: f64,

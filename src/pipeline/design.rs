@@ -87,12 +87,12 @@ impl Design {
     }
 
     /// True when the delivered controller has no pole outside the circle.
-    pub fn controller_is_stable(&self) -> bool {
+    pub(crate) fn controller_is_stable(&self) -> bool {
         self.delivery.controller_growth_rate_per_s < 0.0
     }
 
     /// Whether the delivered controller is stable itself, in a sentence.
-    pub fn own_stability_sentence(&self) -> String {
+    pub(crate) fn own_stability_sentence(&self) -> String {
         let polished = self.polish.as_ref().is_some_and(|p| p.delivered.is_some());
         match polished {
             true => format!(
@@ -118,7 +118,7 @@ impl Design {
 
     /// True when the specification is met at rest and at speed and every speed from rest to 20 % above the top speed is
     /// proven stable.
-    pub fn meets_targets(&self) -> bool {
+    pub(crate) fn meets_targets(&self) -> bool {
         self.largest_mu() <= 1.0 && self.is_stable() && self.delivery.speed_proof.is_complete()
     }
 }

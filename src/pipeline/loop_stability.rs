@@ -17,7 +17,7 @@ const PADE: usize = 8;
 
 /// Poles of a loop at one speed and how fast the least damped of them grows.
 #[derive(Clone, Debug)]
-pub struct LoopPoles {
+pub(crate) struct LoopPoles {
     /// As continuous poles, rad/s; those of pure delays left out.
     pub poles_rad_s: Vec<c64>,
     /// Largest growth rate, 1/s; negative: stable.
@@ -28,7 +28,10 @@ pub struct LoopPoles {
 ///
 /// # Errors
 /// [`PipelineError`] when the sample times differ or the eigenvalues fail.
-pub fn loop_poles(plant: &Plant, controller: &Controller) -> Result<LoopPoles, PipelineError> {
+pub(crate) fn loop_poles(
+    plant: &Plant,
+    controller: &Controller,
+) -> Result<LoopPoles, PipelineError> {
     let numeric = PipelineError::numeric("closed-loop stability");
     match &controller.law {
         ControlLaw::Discrete(law) => {
@@ -56,7 +59,7 @@ pub fn loop_poles(plant: &Plant, controller: &Controller) -> Result<LoopPoles, P
 ///
 /// # Errors
 /// [`PipelineError`] when the plant cannot be built, the sample times differ, or the eigenvalues fail.
-pub fn growth_rate_at(
+pub(crate) fn growth_rate_at(
     machine: &Machine,
     controller: &Controller,
     speed_rpm: f64,
@@ -66,7 +69,7 @@ pub fn growth_rate_at(
 }
 
 /// The first line about a loop that is not stable.
-pub fn unstable_words(growth_rate_per_s: f64, speed_rpm: f64) -> String {
+pub(crate) fn unstable_words(growth_rate_per_s: f64, speed_rpm: f64) -> String {
     format!(
         "unstable: the closed loop grows by {growth_rate_per_s:.2} 1/s at {speed_rpm} rpm; it has no stiffness, no \
          zone and no response that lasts"

@@ -1,6 +1,6 @@
 //! How far beyond its top speed a loop is asked to hold.
 
 /// Margin over the top speed that the loop should survive.
-pub const OVERSPEED: f64 = 1.2;
+pub(crate) const OVERSPEED: f64 = 1.2;
 /// Speeds computed from the top speed to that margin, as shares of the top speed.
 pub(super) const OVERSPEEDS: [f64; 3] = [1.0, 1.1, OVERSPEED];

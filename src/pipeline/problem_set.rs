@@ -16,7 +16,7 @@ use crate::robust::structure::Structure;
 
 /// Problems and answers of a design.
 #[derive(Clone, Debug)]
-pub struct ProblemSet {
+pub(crate) struct ProblemSet {
     /// What the D-K iteration solved.
     pub synthesis: GeneralizedPlant,
     /// What μ is judged on: the specification as written, of the whole machine at rest.
@@ -40,7 +40,7 @@ impl ProblemSet {
     ///
     /// # Errors
     /// [`PipelineError`] for a controller that is not sampled, and when a connection or a scale fails.
-    pub fn of(design: &Design, weights: &Weights) -> Result<Self, PipelineError> {
+    pub(crate) fn of(design: &Design, weights: &Weights) -> Result<Self, PipelineError> {
         const STAGE: &str = "problem files";
         let numeric = PipelineError::numeric(STAGE);
         let problems = &design.problems;

@@ -39,10 +39,10 @@ pub fn next_stage(ended: &str) -> Option<(usize, &'static str)> {
 }
 
 /// Usual share of the time that the first `done` stages take, between zero and one.
-pub fn usual_share(done: usize) -> f64 {
+pub(crate) fn usual_share(done: usize) -> f64 {
     let sum = |list: &[(&str, f64)]| list.iter().map(|(_, share)| share).sum::<f64>();
     sum(&STAGES[..done.min(STAGES.len())]) / sum(&STAGES)
 }
 
 /// Where events go. The caller may keep a clock; no figure depends on it.
-pub type Listener<'a> = dyn FnMut(Event) + 'a;
+pub(crate) type Listener<'a> = dyn FnMut(Event) + 'a;

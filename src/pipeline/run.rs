@@ -109,7 +109,7 @@ pub type Rival = Result<(TunedPid, [Prediction; 2]), String>;
 
 impl Run {
     /// True when the tuned PID is better than the delivered controller in every figure.
-    pub fn pid_is_better(&self) -> bool {
+    pub(crate) fn pid_is_better(&self) -> bool {
         let tuned = self.rivals.as_ref().and_then(|r| r.tuned.as_ref().ok());
         tuned.is_some_and(|(_, pid)| better_in_every_figure(pid, &self.delivered))
     }
@@ -238,7 +238,7 @@ pub fn at_rest_and_top_speed(
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-pub fn unpolished(
+pub(crate) fn unpolished(
     machine: &Machine,
     design: &Design,
 ) -> Result<Option<[Prediction; 2]>, PipelineError> {
@@ -252,7 +252,10 @@ pub fn unpolished(
 ///
 /// # Errors
 /// As [`at_rest_and_top_speed`].
-pub fn by_arithmetic(machine: &Machine, design: &Design) -> Result<Vec<Prediction>, PipelineError> {
+pub(crate) fn by_arithmetic(
+    machine: &Machine,
+    design: &Design,
+) -> Result<Vec<Prediction>, PipelineError> {
     let each = design.delivery.arithmetic.iter();
     each.map(|a| predict(machine, &a.controller, 0.0)).collect()
 }

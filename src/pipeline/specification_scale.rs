@@ -68,7 +68,7 @@ const ROWS: [&str; 6] = [
 ///
 /// # Errors
 /// [`PipelineError`] when a plant, a weight or a bound fails.
-pub fn specification_scale(
+pub(crate) fn specification_scale(
     machine: &Machine,
     (weights, modes): (&Weights, &[UncertainMode]),
     law: &StateSpace<Discrete>,

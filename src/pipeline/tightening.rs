@@ -34,7 +34,7 @@ pub fn covered_gamma(
 ///
 /// # Errors
 /// As [`covered_gamma`].
-pub fn largest_tightening(
+pub(crate) fn largest_tightening(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,

@@ -133,7 +133,7 @@ pub fn worst_prediction(
 ///
 /// # Errors
 /// As [`worst_prediction`].
-pub fn worst_predictions(
+pub(crate) fn worst_predictions(
     machine: &Machine,
     controller: &Controller,
     asked_rpm: &[f64],

@@ -31,7 +31,7 @@ pub struct LoopModes {
 }
 
 /// Flexible modes looked at: the three that the paper names.
-pub const FLEXIBLE: usize = 3;
+pub(crate) const FLEXIBLE: usize = 3;
 /// A closed-loop pole of a flexible mode lies within this factor of the natural frequency of the free rotor.
 const WINDOW: f64 = 1.25;
 /// Poles whose height is above this part of the highest (−20 dB) all belong to the mode; the least damped is reported.

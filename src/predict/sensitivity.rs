@@ -20,7 +20,7 @@ pub enum Zone {
 
 impl Zone {
     /// Zone of a sensitivity peak (absolute value, not dB).
-    pub fn of_peak(peak: f64) -> Self {
+    pub(crate) fn of_peak(peak: f64) -> Self {
         match peak {
             p if p < 3.0 => Self::A,
             p if p < 4.0 => Self::B,

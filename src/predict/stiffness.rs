@@ -50,7 +50,7 @@ pub fn dynamic_stiffness(
 }
 
 /// A stiffness in N/µm, that of a slender rotor in N/mm.
-pub fn stiffness_words(n_per_m: f64) -> String {
+pub(crate) fn stiffness_words(n_per_m: f64) -> String {
     // Two decimals of N/µm show three digits from here on.
     if n_per_m.abs() < 1e5 {
         format!("{:.2} N/mm", 1e-3 * n_per_m)
@@ -60,7 +60,7 @@ pub fn stiffness_words(n_per_m: f64) -> String {
 }
 
 /// Dynamic stiffness magnitude at one frequency, N/m.
-pub fn stiffness_at(
+pub(crate) fn stiffness_at(
     plant: &dyn Response,
     controller: &dyn HeldResponse,
     axis: usize,

@@ -19,7 +19,7 @@ use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
 /// Force and displacement channels: tool, front and rear actuator, x and y each.
-pub const LOADS: usize = 6;
+pub(crate) const LOADS: usize = 6;
 /// Largest signal that still counts as a simulation, in clearances: beyond, the run is stopped as diverged.
 const DIVERGED: f64 = 100.0;
 

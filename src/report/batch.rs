@@ -14,7 +14,7 @@ use crate::predict::stiffness::stiffness_words;
 use serde::{Deserialize, Serialize};
 
 /// File of a row in the folder of its tool.
-pub const ROW_FILE: &str = "row.json";
+pub(crate) const ROW_FILE: &str = "row.json";
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -412,7 +412,7 @@ fn quantities(rows: &[&Row]) -> Vec<ToolQuantity<'static>> {
 }
 
 /// Rows of a table for a person: tool, verdict, µ, order, stiffness, zone, speed.
-pub fn shown_rows(rows: &[Row]) -> Vec<Vec<String>> {
+pub(crate) fn shown_rows(rows: &[Row]) -> Vec<Vec<String>> {
     let stiffness = |x: f64| match x.is_finite() {
         true => stiffness_words(x),
         false => "-".to_owned(),

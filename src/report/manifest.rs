@@ -89,7 +89,7 @@ impl Manifest {
 }
 
 /// Whether a relative path with `/` stays inside its folder.
-pub fn is_inside(path: &str) -> bool {
+pub(crate) fn is_inside(path: &str) -> bool {
     let part_is_name = |part: &str| !part.is_empty() && part != "." && part != "..";
     !path.contains('\\') && path.split('/').all(part_is_name)
 }

@@ -26,7 +26,7 @@ pub fn sweep_csv(record: &SweepRecord) -> String {
 }
 
 /// A hammer test with coherence and averages; 1 where the record has none.
-pub fn hammer_csv(record: &HammerFrf) -> String {
+pub(crate) fn hammer_csv(record: &HammerFrf) -> String {
     let mut text = String::from("frequency_hz,h_re,h_im,coherence,averages\n");
     let at = |list: &Option<Vec<f64>>, k: usize| {
         list.as_ref().and_then(|l| l.get(k).copied()).unwrap_or(1.0)

@@ -132,7 +132,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// As [`Self::add`].
-    pub fn add_picture(
+    pub(crate) fn add_picture(
         &mut self,
         name: impl Into<PictureName>,
         drawn: Picture,
@@ -146,7 +146,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// As [`Self::add`].
-    pub fn add_table(&mut self, path: &str, table: &Table) -> Result<(), ResultsError> {
+    pub(crate) fn add_table(&mut self, path: &str, table: &Table) -> Result<(), ResultsError> {
         self.add(path, table.to_csv())
     }
 
@@ -191,7 +191,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// As [`Self::write`], for the files that are added.
-    pub fn write_into(&self, target: &Path) -> Result<(), ResultsError> {
+    pub(crate) fn write_into(&self, target: &Path) -> Result<(), ResultsError> {
         let target = resolved(target)?;
         let earlier = manifest(&target)?;
         for (path, bytes) in &self.files {

@@ -58,7 +58,7 @@ fn speed_sentence(proof: &SpeedProof) -> String {
 /// A centre of the proof.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub(crate) struct SpeedInterval {
+pub(super) struct SpeedInterval {
     speed_rpm: Option<f64>,
     proven_within_rpm: Option<f64>,
     growth_rate_per_s: Option<f64>,

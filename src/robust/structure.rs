@@ -75,7 +75,7 @@ pub struct Span {
 
 impl Span {
     /// True for a full block or a scalar that occurs once and is complex: its scaling is a single number.
-    pub fn has_scalar_scaling(&self) -> bool {
+    pub(crate) fn has_scalar_scaling(&self) -> bool {
         match self.block {
             Block::ComplexFull { .. } => true,
             Block::ComplexScalar { n } => n == 1,
@@ -137,7 +137,7 @@ impl Structure {
     }
 
     /// Whether any block is real.
-    pub fn has_real(&self) -> bool {
+    pub(crate) fn has_real(&self) -> bool {
         self.spans.iter().any(Span::is_real)
     }
 
@@ -229,7 +229,7 @@ impl Scaling {
     ///
     /// # Errors
     /// [`NumericError`] when the scaled matrix is not finite.
-    pub fn squared_bound(&self, m: &Mat<c64>) -> Result<f64, NumericError> {
+    pub(crate) fn squared_bound(&self, m: &Mat<c64>) -> Result<f64, NumericError> {
         let scaled = self.apply(m);
         if self.skew.norm_max() == 0.0 {
             return Ok(max_singular_value_complex(&scaled).powi(2));
@@ -240,7 +240,7 @@ impl Scaling {
 }
 
 /// MᴴM + j(GM − MᴴGᴴ).
-pub fn quadratic_form(m: &Mat<c64>, g: &Mat<c64>) -> Mat<c64> {
+pub(crate) fn quadratic_form(m: &Mat<c64>, g: &Mat<c64>) -> Mat<c64> {
     let gm = g * m;
     let mut h = m.adjoint() * m;
     for j in 0..h.ncols() {

@@ -166,7 +166,7 @@ impl Rotor {
     /// # Errors
     /// [`RotorError::OffShaft`] for a position beyond the ends, [`RotorError::Part`] when a mass takes away all mass
     /// there is.
-    pub fn with_point_mass(mut self, mass: PointMass) -> Result<Self, RotorError> {
+    pub(crate) fn with_point_mass(mut self, mass: PointMass) -> Result<Self, RotorError> {
         self.check_position("point mass", mass.position_m)?;
         if !mass.mass_kg.is_finite() {
             return Err(RotorError::Part {
@@ -185,7 +185,7 @@ impl Rotor {
     }
 
     /// Axial positions of the nodes, m from the nose face; a joint has two at one position.
-    pub fn node_positions_m(&self) -> &[f64] {
+    pub(crate) fn node_positions_m(&self) -> &[f64] {
         &self.node_z_m
     }
 
@@ -206,7 +206,7 @@ impl Rotor {
 
     /// Stiffness matrix of element `i` (with its modulus scale) and the dofs it acts on; ∂K/∂factor of a region is the
     /// sum of its elements' matrices over the factor.
-    pub fn element_stiffness(&self, i: usize) -> (&element::Matrix, [usize; 4]) {
+    pub(crate) fn element_stiffness(&self, i: usize) -> (&element::Matrix, [usize; 4]) {
         (&self.elements[i].stiffness, self.element_dofs(i))
     }
 
@@ -342,7 +342,11 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.
-    pub fn element_at(&self, what: &str, position_m: f64) -> Result<(usize, f64), RotorError> {
+    pub(crate) fn element_at(
+        &self,
+        what: &str,
+        position_m: f64,
+    ) -> Result<(usize, f64), RotorError> {
         self.check_position(what, position_m)?;
         Ok(self.element_at_unchecked(position_m))
     }
@@ -358,7 +362,11 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.
-    pub fn slope_at(&self, what: &str, position_m: f64) -> Result<Vec<(usize, f64)>, RotorError> {
+    pub(crate) fn slope_at(
+        &self,
+        what: &str,
+        position_m: f64,
+    ) -> Result<Vec<(usize, f64)>, RotorError> {
         self.check_position(what, position_m)?;
         Ok(self.read_element(position_m, element::hermite_slope))
     }
@@ -367,7 +375,7 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::OffShaft`] beyond the ends.
-    pub fn curvature_at(
+    pub(crate) fn curvature_at(
         &self,
         what: &str,
         position_m: f64,

@@ -96,14 +96,6 @@ pub struct Port {
 }
 
 impl Port {
-    /// The translation of a node.
-    pub fn at_node(node: usize) -> Self {
-        Self {
-            node,
-            weights: [1.0, 0.0, 0.0, 0.0],
-        }
-    }
-
     /// Value of a nodal vector at the port.
     pub fn read(&self, x: &[[f64; 2]]) -> f64 {
         let w = &self.weights;
@@ -146,7 +138,7 @@ impl Chain {
     }
 
     /// The chain with a spring to ground at a port; a negative stiffness is the pull of a magnet.
-    pub fn with_spring(&self, port: &Port, stiffness_n_per_m: f64) -> Self {
+    pub(crate) fn with_spring(&self, port: &Port, stiffness_n_per_m: f64) -> Self {
         let w = &port.weights;
         let mut chain = self.clone();
         if port.node + 1 < chain.nodes() {
@@ -162,7 +154,7 @@ impl Chain {
     }
 
     /// xᵀ Kᵣ y of a region at factor 1.
-    pub fn region_energy(&self, region: &Region, x: &[[f64; 2]], y: &[[f64; 2]]) -> f64 {
+    pub(crate) fn region_energy(&self, region: &Region, x: &[[f64; 2]], y: &[[f64; 2]]) -> f64 {
         let mut sum = 0.0;
         for (node, k) in &region.elements {
             let local = |v: &[[f64; 2]]| [v[*node][0], v[*node][1], v[node + 1][0], v[node + 1][1]];

@@ -127,7 +127,7 @@ pub fn hermite(s: f64, length_m: f64) -> [f64; 4] {
 }
 
 /// Slope of the deflection that [`hermite`] reads, d/dz: coefficients of (w₁, ψ₁, w₂, ψ₂).
-pub fn hermite_slope(s: f64, length_m: f64) -> [f64; 4] {
+pub(crate) fn hermite_slope(s: f64, length_m: f64) -> [f64; 4] {
     let s2 = s * s;
     let across = 6.0 * (s - s2) / length_m;
     [
@@ -139,7 +139,7 @@ pub fn hermite_slope(s: f64, length_m: f64) -> [f64; 4] {
 }
 
 /// Curvature of the deflection that [`hermite`] reads, d²/dz²: coefficients of (w₁, ψ₁, w₂, ψ₂).
-pub fn hermite_curvature(s: f64, length_m: f64) -> [f64; 4] {
+pub(crate) fn hermite_curvature(s: f64, length_m: f64) -> [f64; 4] {
     let across = (6.0 - 12.0 * s) / (length_m * length_m);
     let turning = |at: f64| (6.0 * s - at) / length_m;
     [-across, turning(4.0), across, turning(2.0)]

@@ -26,7 +26,7 @@ use thiserror::Error;
 
 /// Most elements of a shaft. The eigenvalue problems are dense: time grows with the cube, and at this number the modes
 /// at one speed take about a minute. Elements of a tenth of the shortest wavelength of interest are ample.
-pub const MOST_ELEMENTS: usize = 300;
+pub(crate) const MOST_ELEMENTS: usize = 300;
 
 /// What can be wrong with a shaft.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -117,7 +117,7 @@ impl Section {
     ///
     /// # Errors
     /// [`RotorError::Element`] with the first rule that is broken.
-    pub fn validate(&self, index: usize) -> Result<(), RotorError> {
+    pub(crate) fn validate(&self, index: usize) -> Result<(), RotorError> {
         let broken = |field, value: f64, rule: String| {
             Err(RotorError::Element {
                 index,
@@ -179,7 +179,7 @@ impl Section {
     }
 
     /// Shear coefficient κ; `None` for a section that does not shear.
-    pub fn shear_coefficient(&self) -> Option<f64> {
+    pub(crate) fn shear_coefficient(&self) -> Option<f64> {
         let mean = |d: [f64; 2]| 0.5 * (d[0] + d[1]);
         let nu = self.material.poisson_ratio;
         let m2 = (mean(self.inner_diameter_m) / mean(self.outer_diameter_m)).powi(2);
@@ -218,7 +218,7 @@ impl Disc {
     ///
     /// # Errors
     /// [`RotorError::Disc`] with the first rule that is broken.
-    pub fn validate(&self, index: usize) -> Result<(), RotorError> {
+    pub(crate) fn validate(&self, index: usize) -> Result<(), RotorError> {
         let values = [
             ("mass_kg", self.mass_kg),
             ("polar_inertia_kg_m2", self.polar_inertia_kg_m2),

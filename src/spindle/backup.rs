@@ -41,7 +41,7 @@ pub struct BackupContact {
 
 impl BackupBearings {
     /// True when the file leaves everything open.
-    pub fn is_open(&self) -> bool {
+    pub(crate) fn is_open(&self) -> bool {
         *self == Self::default()
     }
 

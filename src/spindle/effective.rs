@@ -85,7 +85,7 @@ pub struct Effective {
 
 impl Effective {
     /// Positions of the actuators, front and rear, then of the sensors, m.
-    pub fn planes_m(&self) -> [f64; 4] {
+    pub(crate) fn planes_m(&self) -> [f64; 4] {
         let [front, rear] = &self.bearings;
         [
             front.actuator_m,

@@ -20,7 +20,7 @@ pub enum Side {
 
 impl Side {
     /// Front, rear.
-    pub const BOTH: [Self; 2] = [Self::Front, Self::Rear];
+    pub(crate) const BOTH: [Self; 2] = [Self::Front, Self::Rear];
 
     /// The name in files.
     pub fn name(self) -> &'static str {
@@ -170,7 +170,7 @@ impl Tool {
     ///
     /// # Errors
     /// [`SpindleError`] with the key path of the first rule that is broken.
-    pub fn validate(&self) -> Result<(), SpindleError> {
+    pub(crate) fn validate(&self) -> Result<(), SpindleError> {
         // In list order first, so that an error names the element of the file.
         Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Tool)?;
         let length = self.length_m();
@@ -306,7 +306,7 @@ impl Machine {
     }
 
     /// Effects of one kind, in file order.
-    pub fn of_kind(&self, kind: EffectKind) -> impl Iterator<Item = &Effect> {
+    pub(crate) fn of_kind(&self, kind: EffectKind) -> impl Iterator<Item = &Effect> {
         self.spindle.effects.iter().filter(move |e| e.kind == kind)
     }
 

@@ -50,7 +50,7 @@ const RIGID_FLOOR_RAD_S: f64 = 0.1;
 
 /// The shaft on its magnets at one speed, one complex plane.
 #[derive(Clone, Debug)]
-pub struct Mechanics {
+pub(crate) struct Mechanics {
     omega_rad_s: Vec<f64>,
     /// Flexible modes that are true modes of the free-free shaft.
     flexible: usize,
@@ -66,7 +66,7 @@ pub struct Mechanics {
 
 /// The shaft as complex second-order matrices between its named ports, feedback closed.
 #[derive(Clone, Debug)]
-pub struct ClosedMatrices {
+pub(crate) struct ClosedMatrices {
     /// Stiffness with magnets, n×n.
     pub k: Mat<c64>,
     /// Damping with gyroscopics, n×n.
@@ -84,7 +84,7 @@ impl Mechanics {
     ///
     /// # Errors
     /// [`SpindleError`] when a part breaks a rule or an eigenvalue iteration fails.
-    pub fn new(
+    pub(crate) fn new(
         machine: &Machine,
         effective: &Effective,
         speed_rad_s: f64,
@@ -168,19 +168,19 @@ impl Mechanics {
     }
 
     /// Angular frequencies of all coordinates, rad/s: two rigid, true flexible modes, pseudo-modes, housing.
-    pub fn omega_rad_s(&self) -> &[f64] {
+    pub(crate) fn omega_rad_s(&self) -> &[f64] {
         &self.omega_rad_s
     }
 
     /// Number of true flexible modes, which follow the two rigid ones.
-    pub fn flexible(&self) -> usize {
+    pub(crate) fn flexible(&self) -> usize {
         self.flexible
     }
 
     /// The same shaft with one more port for each of the first `modes` coordinates behind the two rigid ones, in their
     /// order: a force on η̈ of the mode, read as its η.
     #[must_use]
-    pub fn with_modal_ports(&self, modes: usize) -> Self {
+    pub(crate) fn with_modal_ports(&self, modes: usize) -> Self {
         let (p, n) = (self.ports.nrows(), self.omega_rad_s.len());
         let m = modes.min(self.flexible);
         let old = |i: usize, j: usize| i < p && j < p;
@@ -204,7 +204,7 @@ impl Mechanics {
     /// The same shaft with the natural frequencies of the first flexible modes multiplied by these factors: their modal
     /// stiffness changes by the square, masses, shapes and dampers stay.
     #[must_use]
-    pub fn with_scaled_modes(&self, factors: &[f64]) -> Self {
+    pub(crate) fn with_scaled_modes(&self, factors: &[f64]) -> Self {
         let mut scaled = self.clone();
         scaled.whirl = OnceLock::new();
         let flexible = scaled.omega_rad_s.iter_mut().skip(RIGID);
@@ -215,14 +215,14 @@ impl Mechanics {
     }
 
     /// True when the two planes do not couple, so that the response at −ω is the conjugate of that at ω.
-    pub fn planes_are_decoupled(&self) -> bool {
+    pub(crate) fn planes_are_decoupled(&self) -> bool {
         self.gyroscopic.is_none()
             && self.damping.circulatory.iter().all(|c| *c == 0.0)
             && self.feedback.iter().all(|f| f.law != Law::Circulatory)
     }
 
     /// Complex receptance between all ports at a signed angular frequency (ω < 0: backward), magnets closed, P×P.
-    pub fn receptance(&self, omega_rad_s: f64) -> Mat<c64> {
+    pub(crate) fn receptance(&self, omega_rad_s: f64) -> Mat<c64> {
         let (p, n) = (self.ports.nrows(), self.omega_rad_s.len());
         let w = if omega_rad_s.abs() < RIGID_FLOOR_RAD_S {
             RIGID_FLOOR_RAD_S.copysign(omega_rad_s)
@@ -287,7 +287,7 @@ impl Mechanics {
     }
 
     /// Second-order matrices with the feedback closed, for a realisation.
-    pub fn closed(&self) -> ClosedMatrices {
+    pub(crate) fn closed(&self) -> ClosedMatrices {
         let (n, m) = (self.omega_rad_s.len(), self.feedback.len());
         let f = &self.feedback;
         let real = |x: f64| c64::new(x, 0.0);

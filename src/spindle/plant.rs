@@ -20,35 +20,10 @@ use crate::lti::Response;
 
 /// Number of commanded currents and of sensor signals.
 pub const AXES: usize = 4;
-/// Number of inputs and of outputs of a plant.
+/// Number of inputs and of outputs of a plant. Inputs: currents front x, front y, rear x, rear y, force at the tool x, y,
+/// forces at the actuators front x, front y, rear x, rear y. Outputs: signals in the order of the currents, displacements
+/// of the tool x, y, and at the actuators in the order of the forces.
 pub const CHANNELS: usize = 10;
-/// Names of the inputs.
-pub const INPUT_NAMES: [&str; CHANNELS] = [
-    "front_x",
-    "front_y",
-    "rear_x",
-    "rear_y",
-    "tool_force_x",
-    "tool_force_y",
-    "front_actuator_force_x",
-    "front_actuator_force_y",
-    "rear_actuator_force_x",
-    "rear_actuator_force_y",
-];
-/// Names of the outputs.
-pub const OUTPUT_NAMES: [&str; CHANNELS] = [
-    "front_x",
-    "front_y",
-    "rear_x",
-    "rear_y",
-    "tool_x",
-    "tool_y",
-    "front_actuator_x",
-    "front_actuator_y",
-    "rear_actuator_x",
-    "rear_actuator_y",
-];
-
 /// The open-loop plant of a machine at a speed.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -132,7 +107,7 @@ impl Plant {
     }
 
     /// The shaft.
-    pub fn mechanics(&self) -> &Mechanics {
+    pub(crate) fn mechanics(&self) -> &Mechanics {
         &self.mechanics
     }
 

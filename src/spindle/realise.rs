@@ -64,7 +64,7 @@ impl Plant {
     ///
     /// # Errors
     /// As [`Plant::sampled`].
-    pub fn sampled_with_modal_ports(
+    pub(crate) fn sampled_with_modal_ports(
         &self,
         modes: usize,
     ) -> Result<StateSpace<Discrete>, SpindleError> {

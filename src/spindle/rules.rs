@@ -9,7 +9,7 @@ impl Spindle {
     ///
     /// # Errors
     /// [`SpindleError`] with the key path of the first rule that is broken.
-    pub fn validate(&self) -> Result<(), SpindleError> {
+    pub(crate) fn validate(&self) -> Result<(), SpindleError> {
         let rotor =
             Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
         for side in Side::BOTH {

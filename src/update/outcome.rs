@@ -63,7 +63,7 @@ pub struct PeakError {
 
 impl PeakError {
     /// Model minus measurement, Hz.
-    pub fn error_hz(&self) -> Option<f64> {
+    pub(crate) fn error_hz(&self) -> Option<f64> {
         self.after_hz.map(|f| f - self.measured_hz)
     }
 

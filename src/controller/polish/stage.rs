@@ -267,7 +267,7 @@ impl<'a> Polisher<'a> {
     }
 
     /// Moves the limit on μ to where the loop is, if it exceeds it.
-    pub fn hold_mu(&mut self) {
+    pub(crate) fn hold_mu(&mut self) {
         let over = self.figures.over_limit[MU];
         if over > 1.0 {
             self.task.limits.mu *= over;
@@ -276,7 +276,7 @@ impl<'a> Polisher<'a> {
     }
 
     /// True when no limit is exceeded, as far as the lines show.
-    pub fn within_limits(&self) -> bool {
+    pub(crate) fn within_limits(&self) -> bool {
         excess(&self.figures) <= EXCEEDED.ln()
     }
 

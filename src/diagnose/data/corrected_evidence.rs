@@ -43,7 +43,12 @@ impl Evidence {
 
     /// With those lines of a sweep that are wanted, counted as in its record of so many lines.
     #[must_use]
-    pub fn with_lines(&self, sweep: usize, count: usize, wanted: impl Fn(usize) -> bool) -> Self {
+    pub(crate) fn with_lines(
+        &self,
+        sweep: usize,
+        count: usize,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Self {
         let mut right = self.clone();
         right.smooth = Known::default();
         if let Some(own) = right.sweeps.get_mut(sweep) {

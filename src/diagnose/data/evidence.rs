@@ -18,7 +18,7 @@ use crate::spindle::response::{SIDE, Square, ZERO};
 use std::f64::consts::TAU;
 
 /// Floor of the gap: re-levitation and amplitude dependence that repeats do not show.
-pub const GAP_FLOOR: f64 = 0.005;
+pub(crate) const GAP_FLOOR: f64 = 0.005;
 /// Lines on either side over which noise and magnitude are averaged.
 const POOL: usize = 10;
 /// Least standard deviation of an axis gain's mean: what calibration leaves between the axes of a rig, which no repeat
@@ -132,7 +132,7 @@ impl Gap {
     }
 
     /// Both together.
-    pub fn merge(self, other: Self) -> Self {
+    pub(crate) fn merge(self, other: Self) -> Self {
         Self {
             sum: self.sum + other.sum,
             count: self.count + other.count,
@@ -372,7 +372,12 @@ fn sweep(record: &SweepRecord) -> Result<SweepEvidence, DiagnoseError> {
 
 impl SweepEvidence {
     /// Lower Cholesky factors of the four rows' covariances with A model error, row-major.
-    pub fn whitening(&self, line: usize, model_error: f64, off_diagonal: bool) -> [[c64; 16]; 4] {
+    pub(crate) fn whitening(
+        &self,
+        line: usize,
+        model_error: f64,
+        off_diagonal: bool,
+    ) -> [[c64; 16]; 4] {
         std::array::from_fn(|i| {
             let mut c: [c64; 16] = self.spread[line].map(|x| x * self.noise[line][i]);
             for j in 0..4 {
@@ -489,7 +494,7 @@ fn cholesky(c: &mut [c64; 16]) {
 }
 
 /// Solves L w = d for a lower factor.
-pub fn whiten(l: &[c64; 16], d: &mut [c64; 4]) {
+pub(crate) fn whiten(l: &[c64; 16], d: &mut [c64; 4]) {
     for i in 0..4 {
         let mut sum = d[i];
         for j in 0..i {

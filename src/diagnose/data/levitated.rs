@@ -21,11 +21,11 @@ const DAMPING_RATIO: f64 = 0.7;
 
 /// A PD controller, the same in x and y: −(A/m, A s/m), front and rear.
 #[derive(Clone, Copy, Debug)]
-pub struct Levitation([[f64; 2]; 2]);
+pub(crate) struct Levitation([[f64; 2]; 2]);
 
 impl Levitation {
     /// That gives each bearing the stiffness of its magnets with the other sign, and damps half of the rotor there.
-    pub fn of(machine: &Machine, mass_kg: f64) -> Self {
+    pub(crate) fn of(machine: &Machine, mass_kg: f64) -> Self {
         let bearings = [&machine.spindle.front, &machine.spindle.rear];
         Self(bearings.map(|b| {
             let mass = 0.5 * mass_kg;

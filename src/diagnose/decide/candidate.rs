@@ -11,7 +11,7 @@ use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::Point;
 
 /// Relative model errors of successive fits, decreasing.
-pub const MODEL_ERRORS: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_MODEL_ERROR];
+pub(crate) const MODEL_ERRORS: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_MODEL_ERROR];
 /// Iterations at each model error.
 const ITERATIONS: usize = 4;
 /// Iterations at the last one.
@@ -24,7 +24,7 @@ const HOPELESS_CHI2: f64 = 10.0;
 
 /// χ² per residual above which this many of them are not explained: four standard deviations of its scatter by chance
 /// above [`FAILING_CHI2`].
-pub fn failing_chi2(residuals: usize) -> f64 {
+pub(crate) fn failing_chi2(residuals: usize) -> f64 {
     FAILING_CHI2 + 4.0 * (2.0 / residuals.max(1) as f64).sqrt()
 }
 
@@ -68,7 +68,7 @@ pub struct Standing {
 impl Standing {
     /// Whether this set brings the data closer within reach than another: a lower model error, or a fifth less χ² at
     /// the same one.
-    pub fn nearer_than(&self, other: &Self) -> bool {
+    pub(crate) fn nearer_than(&self, other: &Self) -> bool {
         self.working_error < other.working_error
             || self.working_error == other.working_error && self.failure < 0.8 * other.failure
     }
@@ -92,7 +92,7 @@ impl Case<'_> {
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub fn fit_until(
+    pub(crate) fn fit_until(
         &self,
         effects: &[Hypothesis],
         from: &Point,
@@ -168,7 +168,7 @@ impl Case<'_> {
 }
 
 /// The model error after this one.
-pub fn next_model_error(model_error: f64) -> f64 {
+pub(crate) fn next_model_error(model_error: f64) -> f64 {
     MODEL_ERRORS
         .into_iter()
         .find(|f| *f < model_error)

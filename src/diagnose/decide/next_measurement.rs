@@ -23,7 +23,7 @@ const STRIDE: usize = 4;
 /// Standard deviation of an axis gain of a new record: levitated anew.
 const AXIS_GAIN_SD: f64 = 1e-3;
 /// Separation below which two members stay tied (odds of 1 to 20).
-pub const SEPARATED: f64 = 6.0;
+pub(crate) const SEPARATED: f64 = 6.0;
 /// Mass that is put on the tip of the tool, kg.
 const TIP_MASS_KG: f64 = 0.005;
 

@@ -45,7 +45,7 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn downhill(
+    pub(crate) fn downhill(
         &self,
         from: &Point,
         to: &Point,

@@ -93,7 +93,7 @@ impl Hypothesis {
     }
 
     /// Whether two hypotheses name the same effect at the same place; positions count as one place, as they are fitted.
-    pub fn same_name(&self, other: &Self) -> bool {
+    pub(crate) fn same_name(&self, other: &Self) -> bool {
         self.kind == other.kind
             && (self.place == other.place
                 || matches!(
@@ -103,7 +103,7 @@ impl Hypothesis {
     }
 
     /// Whether the effect has one place only and few starts, so that its fit is always affordable.
-    pub fn sole(&self) -> bool {
+    pub(crate) fn sole(&self) -> bool {
         self.place == Location::None && self.kind != EffectKind::HousingMode
     }
 

@@ -47,14 +47,14 @@ impl Jacobian {
     }
 
     /// Jᵀ times the derivatives of the same residuals to other parameters.
-    pub fn transpose_times_columns(&self, other: &Self) -> Mat<f64> {
+    pub(crate) fn transpose_times_columns(&self, other: &Self) -> Mat<f64> {
         let both = self.blocks.par_iter().zip(&other.blocks);
         let parts = both.map(|(a, b)| a.transpose() * b);
         self.sum(parts.collect(), other.columns)
     }
 
     /// Jᵀ times a matrix of as many rows.
-    pub fn transpose_times(&self, right: &Mat<f64>) -> Mat<f64> {
+    pub(crate) fn transpose_times(&self, right: &Mat<f64>) -> Mat<f64> {
         let mut first = 0;
         let firsts: Vec<usize> = self
             .blocks

@@ -70,7 +70,7 @@ impl Model {
     }
 
     /// A nuisance parameter in words.
-    pub fn name_of(&self, k: usize) -> String {
+    pub(crate) fn name_of(&self, k: usize) -> String {
         let layout = &self.layout;
         let machine = &layout.machine;
         for (at, words) in [

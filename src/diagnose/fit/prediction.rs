@@ -96,7 +96,7 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::residual`].
-    pub fn predicted_beside(
+    pub(crate) fn predicted_beside(
         &self,
         base: &Linear,
         from: &Point,

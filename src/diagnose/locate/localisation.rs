@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Model model error of the comparison: what an independent simulation or a good test rig leaves, relative.
-pub const MODEL_ERROR: f64 = 2e-3;
+pub(crate) const MODEL_ERROR: f64 = 2e-3;
 /// Floors with steps, and which lines are looked at (every n-th at least), of the three rounds: all places, the better
 /// half, the best few.
 type Round = (&'static [(f64, usize)], usize);
@@ -100,7 +100,7 @@ impl Localisation {
 
     /// The one place that explains everything while no other comes near. What is missing is then there, in the
     /// catalogue or not.
-    pub fn sole(&self) -> Option<&Place> {
+    pub(crate) fn sole(&self) -> Option<&Place> {
         let (best, others) = self.ports.split_first()?;
         let alone = others
             .iter()

@@ -94,7 +94,7 @@ impl Place {
     }
 
     /// Whether an effect of this kind may be what is missing here.
-    pub fn hosts(&self, kind: EffectKind, location: &Location) -> bool {
+    pub(crate) fn hosts(&self, kind: EffectKind, location: &Location) -> bool {
         let entry = kind.entry();
         let at = |b: usize| match location {
             Location::Bearing(which) => which.includes(b),
@@ -129,7 +129,7 @@ impl Place {
     }
 
     /// The same elsewhere on the shaft.
-    pub fn moved_to(&self, z: f64) -> Self {
+    pub(crate) fn moved_to(&self, z: f64) -> Self {
         match self {
             Self::Station(_) => Self::Station(z),
             Self::Apart(_) => Self::Apart(z),

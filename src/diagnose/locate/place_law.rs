@@ -47,17 +47,17 @@ impl PlaceResponse<'_> {
     }
 
     /// Δ from X, entry by entry; unlike X it does not contain the shaft, and is smooth over frequency.
-    pub fn free(&self, x: &[c64]) -> Vec<c64> {
+    pub(crate) fn free(&self, x: &[c64]) -> Vec<c64> {
         self.signs(x, 1.0)
     }
 
     /// X from Δ.
-    pub fn bound(&self, free: &[c64]) -> Vec<c64> {
+    pub(crate) fn bound(&self, free: &[c64]) -> Vec<c64> {
         self.signs(free, -1.0)
     }
 
     /// X of a joint with flexibility across (m/N) and in turning (rad/(N m)) and none between the two.
-    pub fn jointed(&self, flexibility: [c64; 2]) -> Vec<c64> {
+    pub(crate) fn jointed(&self, flexibility: [c64; 2]) -> Vec<c64> {
         let law = |i: usize| {
             let rigid = STIFFEST_JOINT[i];
             c64::new(rigid, 0.0) - (flexibility[i] + 1.0 / rigid).inv()
@@ -66,7 +66,7 @@ impl PlaceResponse<'_> {
     }
 
     /// The laws that X means, in the order of [`Place::laws`]; stiffness positive for a spring.
-    pub fn laws(&self, x: &[c64]) -> Vec<c64> {
+    pub(crate) fn laws(&self, x: &[c64]) -> Vec<c64> {
         let place = self.scene.place;
         let free = self.free(x);
         let half = free.len() / 2;

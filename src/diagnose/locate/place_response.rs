@@ -20,7 +20,7 @@ use crate::spindle::{Effect, EffectKind, Location};
 pub(super) const ONE: c64 = c64::new(1.0, 0.0);
 
 /// A machine with open ports for a place, at one speed.
-pub struct OpenedPlace<'a> {
+pub(crate) struct OpenedPlace<'a> {
     pub(super) place: &'a Place,
     assembled: Assembled,
     extra: Vec<usize>,
@@ -29,7 +29,7 @@ pub struct OpenedPlace<'a> {
 }
 
 /// One line of an opened place.
-pub struct PlaceResponse<'a> {
+pub(crate) struct PlaceResponse<'a> {
     pub(super) scene: &'a OpenedPlace<'a>,
     electronics: ElectronicsLine,
     pub(super) plus: Ported,
@@ -53,7 +53,7 @@ impl Place {
     ///
     /// # Errors
     /// [`DiagnoseError`] when the machine cannot be assembled.
-    pub fn scene<'a>(
+    pub(crate) fn scene<'a>(
         &'a self,
         model: &Model,
         p: &[f64],
@@ -98,13 +98,8 @@ impl Place {
 }
 
 impl OpenedPlace<'_> {
-    /// Whether forwards and backwards have laws of their own.
-    pub fn split(&self) -> bool {
-        self.split
-    }
-
     /// One line; with derivatives when there is a layout.
-    pub fn view(&self, omega_rad_s: f64, layout: Option<&Layout>) -> PlaceResponse<'_> {
+    pub(crate) fn view(&self, omega_rad_s: f64, layout: Option<&Layout>) -> PlaceResponse<'_> {
         let a = &self.assembled;
         let parameters = layout.map(|l| &l.machine);
         let electronics = a.electronics_line(omega_rad_s);
@@ -201,12 +196,12 @@ pub(super) fn product(a: &[c64], b: &[c64], rows: usize, inner: usize, columns: 
 
 impl PlaceResponse<'_> {
     /// The place.
-    pub fn place(&self) -> &Place {
+    pub(crate) fn place(&self) -> &Place {
         self.scene.place
     }
 
     /// Whether forwards and backwards have laws of their own.
-    pub fn split(&self) -> bool {
+    pub(crate) fn split(&self) -> bool {
         self.scene.split
     }
 
@@ -336,7 +331,7 @@ impl PlaceResponse<'_> {
     }
 
     /// F with X, and its derivatives to the nuisance parameters (without axis gains), the law held.
-    pub fn moved(&self, x: &[c64], layout: &Layout) -> (Square, Vec<Square>) {
+    pub(crate) fn moved(&self, x: &[c64], layout: &Layout) -> (Square, Vec<Square>) {
         let mut f = self.response;
         for (d, x) in self.directions.iter().zip(x) {
             for (f, d) in f.iter_mut().zip(d) {

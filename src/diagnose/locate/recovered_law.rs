@@ -147,7 +147,7 @@ impl Law {
     }
 
     /// Name of the shape in files.
-    pub fn name_of_shape(&self) -> &'static str {
+    pub(crate) fn name_of_shape(&self) -> &'static str {
         match self.shape {
             Shape::Nothing => "nothing",
             Shape::Constant(_) => "constant",

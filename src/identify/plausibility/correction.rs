@@ -68,7 +68,7 @@ impl RecordFault {
 
     /// The hammer test without this fault; one that concerns other records, or that nothing undoes, leaves it as it is.
     #[must_use]
-    pub fn corrected_hammer(&self, frf: &HammerFrf) -> HammerFrf {
+    pub(crate) fn corrected_hammer(&self, frf: &HammerFrf) -> HammerFrf {
         let mut right = frf.clone();
         let by = |factor: f64, right: &mut HammerFrf| {
             right.compliance.iter_mut().for_each(|h| *h *= factor);

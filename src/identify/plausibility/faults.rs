@@ -260,7 +260,7 @@ impl RecordFault {
     }
 
     /// What to do about it, as an imperative clause.
-    pub fn remedy(&self) -> String {
+    pub(crate) fn remedy(&self) -> String {
         let columns = |signal: Signal, channel: Option<usize>| match (signal, channel) {
             (Signal::Compliance, _) => "h_re and h_im".to_owned(),
             (_, Some(k)) => format!("{0}{1}_re and {0}{1}_im", signal.name(), k + 1),

@@ -85,7 +85,7 @@ pub fn channel(
 
 /// Localisation map of what remains: dark is unexplained, light is explained. Rows from the top, the machine without a
 /// law first.
-pub fn localisation_left(
+pub(crate) fn localisation_left(
     title: &str,
     ports: &[String],
     frequency_hz: &[f64],

@@ -67,7 +67,7 @@ impl Axis {
     }
 
     /// The same axis with a fixed range.
-    pub fn with_range(self, low: f64, high: f64) -> Self {
+    pub(crate) fn with_range(self, low: f64, high: f64) -> Self {
         Self {
             range: Some([low, high]),
             ..self
@@ -75,7 +75,7 @@ impl Axis {
     }
 
     /// The same axis with a fixed tick distance.
-    pub fn with_step(self, step: f64) -> Self {
+    pub(crate) fn with_step(self, step: f64) -> Self {
         Self {
             tick_step: Some(step),
             ..self
@@ -83,7 +83,7 @@ impl Axis {
     }
 
     /// The same axis without numbers and label.
-    pub fn unlabelled(self) -> Self {
+    pub(crate) fn unlabelled(self) -> Self {
         Self {
             labelled: false,
             ..self
@@ -159,12 +159,12 @@ impl Series {
     }
 
     /// The same series with another shape.
-    pub fn shaped(self, shape: Shape) -> Self {
+    pub(crate) fn shaped(self, shape: Shape) -> Self {
         Self { shape, ..self }
     }
 
     /// The same series, left out of the legend.
-    pub fn unlisted(self) -> Self {
+    pub(crate) fn unlisted(self) -> Self {
         Self {
             in_legend: false,
             ..self

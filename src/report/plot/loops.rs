@@ -1,8 +1,8 @@
 //! Pictures of frequency responses and loops: Bode, dynamic stiffness, sensitivity, Nyquist.
 
+use super::Curve;
 use super::figure::{Axis, Figure, Level, Mark, Panel, Series};
 use super::style::{Color, Dash, Look, Marker, Role};
-use super::{Curve, figure::Shape};
 use crate::linalg::c64;
 
 /// One transfer function over frequency.
@@ -238,12 +238,4 @@ pub fn nyquist(title: &str, loops: &[ResponseCurve], largest_sensitivity: f64) -
         "Open loops in the complex plane near the critical point.",
         vec![panel],
     )
-}
-
-/// Worst case and nominal as a band with its edges (stiffness over the uncertainty), N/m over Hz, drawn in N/µm.
-pub fn stiffness_band(name: &str, frequency_hz: &[f64], nominal: &[f64], worst: &[f64]) -> Series {
-    let micro = |v: &[f64]| v.iter().map(|y| 1e-6 * y).collect::<Vec<f64>>();
-    Series::curve(name, frequency_hz, &micro(nominal), Role::WorstCase.look()).shaped(Shape::Band {
-        lower: micro(worst),
-    })
 }

@@ -27,7 +27,7 @@ pub enum Color {
 
 impl Color {
     /// Red, green, blue.
-    pub fn rgb(self) -> (u8, u8, u8) {
+    pub(crate) fn rgb(self) -> (u8, u8, u8) {
         match self {
             Self::Blue => (0, 114, 178),
             Self::Vermillion => (213, 94, 0),
@@ -106,7 +106,7 @@ impl Look {
     }
 
     /// The same look with markers.
-    pub fn with_marker(self, marker: Marker) -> Self {
+    pub(crate) fn with_marker(self, marker: Marker) -> Self {
         Self {
             marker: Some(marker),
             ..self
@@ -114,7 +114,7 @@ impl Look {
     }
 
     /// The same look with another line width.
-    pub fn with_width(self, width_px: f64) -> Self {
+    pub(crate) fn with_width(self, width_px: f64) -> Self {
         Self { width_px, ..self }
     }
 }

@@ -76,7 +76,7 @@ impl Factors {
     }
 
     /// Whether another function has factors of the same kinds in the same order.
-    pub fn orders_match(&self, other: &Self) -> bool {
+    pub(crate) fn orders_match(&self, other: &Self) -> bool {
         let kinds = |list: &[Factor]| list.iter().map(Factor::degree).collect::<Vec<_>>();
         kinds(&self.zeros) == kinds(&other.zeros) && kinds(&self.poles) == kinds(&other.poles)
     }
@@ -91,14 +91,14 @@ impl Factors {
     }
 
     /// ln|d(jω)|.
-    pub fn ln_magnitude(&self, omega_rad_s: f64) -> f64 {
+    pub(crate) fn ln_magnitude(&self, omega_rad_s: f64) -> f64 {
         let sum =
             |list: &[Factor]| -> f64 { list.iter().map(|f| f.log_magnitude(omega_rad_s).0).sum() };
         self.ln_gain + sum(&self.zeros) - sum(&self.poles)
     }
 
     /// ln|d(jω)| with its derivatives in the order of [`Self::parameters`].
-    pub fn ln_magnitude_with_gradient(&self, omega_rad_s: f64) -> (f64, Vec<f64>) {
+    pub(crate) fn ln_magnitude_with_gradient(&self, omega_rad_s: f64) -> (f64, Vec<f64>) {
         let (mut value, mut gradient) = (self.ln_gain, vec![1.0]);
         for (list, sign) in [(&self.zeros, 1.0), (&self.poles, -1.0)] {
             for factor in list {
@@ -124,7 +124,7 @@ impl Factors {
     }
 
     /// The function of the same kinds with other parameters, clamped to the limits.
-    pub fn with_parameters(&self, values: &[f64], limits: &Limits) -> Self {
+    pub(crate) fn with_parameters(&self, values: &[f64], limits: &Limits) -> Self {
         let mut next = self.clone();
         let mut source = values.iter().copied();
         next.ln_gain = source.next().unwrap_or(self.ln_gain);
@@ -142,7 +142,7 @@ impl Factors {
     }
 
     /// The function with one more first-order pole and zero; two first-order factors are joined to a second-order one.
-    pub fn extended(&self, ln_zero: f64, ln_pole: f64) -> Self {
+    pub(crate) fn extended(&self, ln_zero: f64, ln_pole: f64) -> Self {
         let mut next = self.clone();
         let join = |list: &mut Vec<Factor>, ln_omega: f64| {
             let single = list.iter().position(|f| f.ln_damping.is_none());

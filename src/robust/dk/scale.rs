@@ -93,7 +93,7 @@ impl DScales {
     ///
     /// # Errors
     /// [`NumericError`] when a scale cannot be realised.
-    pub fn scaled_plant(
+    pub(crate) fn scaled_plant(
         &self,
         plant: &GeneralizedPlant,
         structure: &Structure,

@@ -74,7 +74,7 @@ pub struct HinfSolution {
 ///
 /// # Errors
 /// As [`synthesise`].
-pub fn optimal_level(
+pub(crate) fn optimal_level(
     plant: &GeneralizedPlant,
     settings: &HinfSettings,
 ) -> Result<f64, SynthesisError> {

@@ -25,7 +25,7 @@ pub struct DiagonalScale {
 }
 
 /// D-scale that balances the Frobenius norms of the blocks of M (Osborne 1960), last entry 1.
-pub fn osborne(m: &Mat<c64>, structure: &Structure) -> Vec<f64> {
+pub(crate) fn osborne(m: &Mat<c64>, structure: &Structure) -> Vec<f64> {
     let spans = &structure.spans;
     let n = spans.len();
     let size = Mat::from_fn(n, n, |a, b| {

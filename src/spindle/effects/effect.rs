@@ -41,19 +41,11 @@ impl Effect {
         self.values.get(i).copied()
     }
 
-    /// The same effect with other numbers.
-    pub fn with_values(&self, values: &[f64]) -> Self {
-        Self {
-            values: values.to_vec(),
-            ..self.clone()
-        }
-    }
-
     /// Checks location and numbers against the kind.
     ///
     /// # Errors
     /// As [`Effect::new`].
-    pub fn validate(&self) -> Result<(), SpindleError> {
+    pub(crate) fn validate(&self) -> Result<(), SpindleError> {
         let matches = matches!(
             (self.kind.location(), &self.location),
             (LocationKind::None, Location::None)

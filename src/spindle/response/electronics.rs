@@ -58,7 +58,7 @@ impl ElectronicsLine {
 
     /// From displacements and forces to signals and currents in place: a square row-major response whose first four
     /// rows and columns are the axes.
-    pub fn surround(&self, f: &mut [c64], side: usize) {
+    pub(crate) fn surround(&self, f: &mut [c64], side: usize) {
         for (i, m) in self.force.iter().enumerate() {
             let (x, y) = (2 * i, 2 * i + 1);
             // Without coupling across a bearing, the usual case, both axes are only scaled.
@@ -108,14 +108,14 @@ fn sensor(bearing: &EffectiveBearing, bandwidth_hz: f64, s: c64) -> c64 {
 
 impl EffectiveBearing {
     /// Forces (x, y) per currents (x, y) behind the amplifiers, N/A.
-    pub fn force_matrix(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn force_matrix(&self) -> [[f64; 2]; 2] {
         let (direct, cross) = (self.ki_n_per_a, self.ki_n_per_a * self.coupling_ratio);
         let [x, y] = self.force_factors;
         [[direct * x, cross * y], [cross * x, direct * y]]
     }
 
     /// Sensor axes (x', y') from displacements (x, y).
-    pub fn axes_matrix(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn axes_matrix(&self) -> [[f64; 2]; 2] {
         let (sin, cos) = self.sensor_angle_rad.sin_cos();
         let [x, y] = self.signal_factors;
         [[x * cos, x * sin], [-y * sin, y * cos]]

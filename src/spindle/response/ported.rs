@@ -24,7 +24,7 @@ pub struct Ported {
 
 impl Assembled {
     /// The electronics at a line.
-    pub fn electronics_line(&self, omega_rad_s: f64) -> ElectronicsLine {
+    pub(crate) fn electronics_line(&self, omega_rad_s: f64) -> ElectronicsLine {
         ElectronicsLine::new(&self.effective, omega_rad_s)
     }
 
@@ -39,7 +39,7 @@ impl Assembled {
     }
 
     /// Receptance at a signed frequency with the further ports `extra`; with derivatives when there are parameters.
-    pub fn ported(
+    pub(crate) fn ported(
         &self,
         w: f64,
         extra: &[usize],

@@ -84,7 +84,7 @@ impl ReducedMachine {
     }
 
     /// Modulus groups that a region has.
-    pub fn groups_of(&self, region: &str) -> Vec<usize> {
+    pub(crate) fn groups_of(&self, region: &str) -> Vec<usize> {
         let tool = self.machine.tool.sections.iter().rev();
         let sections = tool.chain(&self.machine.spindle.sections);
         let mut groups: Vec<usize> = sections

@@ -167,7 +167,7 @@ impl ReducedShaft {
     ///
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
-    pub fn curvature_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
+    pub(crate) fn curvature_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         Ok(self.reduced(&self.rotor.curvature_at("port", position_m)?))
     }
 
@@ -179,7 +179,7 @@ impl ReducedShaft {
     ///
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
-    pub fn misread(&self, position_m: f64) -> Result<Option<Vec<f64>>, SpindleError> {
+    pub(crate) fn misread(&self, position_m: f64) -> Result<Option<Vec<f64>>, SpindleError> {
         let (element, s) = self.rotor.element_at("port", position_m)?;
         let Some(section) = self.rotor.sections().get(element) else {
             return Ok(None);

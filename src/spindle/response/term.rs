@@ -30,7 +30,7 @@ pub enum Term {
 
 impl Term {
     /// A plane, actuators front and rear, then sensors, reads or acts at a probe, too.
-    pub fn of_plane(plane: usize, probe: usize) -> Self {
+    pub(crate) fn of_plane(plane: usize, probe: usize) -> Self {
         match plane {
             0 | 1 => Self::Magnet(plane, probe),
             _ => Self::Signal(plane - 2, probe),
