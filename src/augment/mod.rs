@@ -2,6 +2,7 @@
 
 pub mod assembly;
 pub mod channels;
+pub(crate) mod exposure;
 pub mod generalized;
 pub mod hardware;
 mod machine_defaults;

@@ -100,7 +100,8 @@ impl ProblemKind {
         }
     }
 
-    fn title(self) -> &'static str {
+    /// What it is, in words.
+    pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Care => "Riccati equation A'X + XA − XGX + Q = 0",
             Self::Hinfnorm => "H∞ norm of a stable system",

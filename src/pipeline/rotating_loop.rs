@@ -11,8 +11,9 @@
 use super::PipelineError;
 use crate::augment::Block;
 use crate::augment::assembly::{SIGNAL_SCALE_M, UncertainMode, input_weights, output_weights};
-use crate::augment::channels::{Channel, Wiring, channels, problem_blocks};
-use crate::augment::plane::{LOADS, LOOPS};
+use crate::augment::channels::{Channel, channels, problem_blocks};
+use crate::augment::exposure::Exposure;
+use crate::augment::plane::LOOPS;
 use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64, solve_complex};
@@ -61,6 +62,7 @@ impl RotatingLoop {
             .chain([4, 6, 8, 0, 2])
             .collect();
         let y = x.iter().map(|k| k + 1).collect();
+        let channels = channels(weights).map_err(numeric())?;
         let part = |rows: [usize; 2]| FrequencyResponder::new(&law.select(&rows, &[0, 2]));
         Ok(Self {
             late_s: (0.5 * plant.sample_period_s() - plant.delay_s()).max(0.0),
@@ -69,8 +71,12 @@ impl RotatingLoop {
             law: [part([0, 2]), part([1, 3])],
             frame: Frame {
                 modes: modes.len(),
-                channels: channels(weights).map_err(numeric())?,
-                integral: weights.integral_corner_hz.is_some(),
+                exposure: Exposure::new(
+                    modes.len(),
+                    &channels,
+                    weights.integral_corner_hz.is_some(),
+                ),
+                channels,
                 input: input_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
                 output: output_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
             },
@@ -111,7 +117,7 @@ impl RotatingLoop {
 struct Frame {
     modes: usize,
     channels: Vec<Channel>,
-    integral: bool,
+    exposure: Exposure,
     input: StateSpace<Continuous>,
     output: StateSpace<Continuous>,
 }
@@ -124,43 +130,19 @@ impl Frame {
         plane: &Mat<c64>,
         controller: &Mat<c64>,
     ) -> (Mat<c64>, Vec<Block>) {
-        let nv = self.modes;
-        let errors = nv + LOADS;
-        let (zero, one) = (c64::new(0.0, 0.0), c64::new(1.0, 0.0));
-        // Column of `plane` that an input (v, loads, noise, u) of the frame is.
-        let column = |j: usize| match j {
-            j if j < errors => Some(j),
-            j if j < errors + LOOPS => None,
-            j => Some(j - LOOPS),
-        };
-        let unit = |here: bool| if here { one } else { zero };
-        let signal = |k: usize, j: usize| match column(j) {
-            Some(c) => plane[(errors + k, c)],
-            None => unit(j == errors + k),
-        };
-        let regulated = if self.integral { LOOPS } else { 0 };
-        let rows = errors + LOOPS + regulated + LOOPS;
-        let wiring = Wiring::new(nv, rows, &self.channels);
-        let exposed = wiring.matrix(&zero, |i, j| {
-            if i < errors {
-                column(j).map_or(zero, |c| plane[(i, c)])
-            } else if i < errors + LOOPS {
-                unit(j == errors + LOOPS + (i - errors))
-            } else {
-                signal((i - errors) % LOOPS, j)
-            }
-        });
+        let exposed = self.exposure.matrix(|i, j| plane[(i, j)]);
         let weighted = self.output.at(omega) * exposed * self.input.at(omega);
-        let uncertain = nv + self.channels.len();
-        let (nz, nw) = (wiring.rows.len() - LOOPS, wiring.columns.len() - LOOPS);
+        let uncertain = self.modes + self.channels.len();
+        let exposure = &self.exposure;
+        let (nz, nw) = (exposure.error_rows(), exposure.disturbance_columns());
         let part = |r, c, h, w| weighted.submatrix(r, c, h, w).to_owned();
         let k = Mat::from_fn(LOOPS, LOOPS, |i, j| controller[(i, j)] * SIGNAL_SCALE_M);
         let loop_gain = part(nz, nw, LOOPS, LOOPS) * &k;
-        let difference = Mat::from_fn(LOOPS, LOOPS, |i, j| unit(i == j) - loop_gain[(i, j)]);
+        let difference = Mat::<c64>::identity(LOOPS, LOOPS) - loop_gain;
         let inner = solve_complex(&difference, &part(nz, 0, LOOPS, nw));
         let closed = part(0, 0, nz, nw) + part(0, nw, nz, LOOPS) * (&k * inner);
         let performance = (nw - uncertain, nz - uncertain);
-        let blocks = problem_blocks(nv, &self.channels, performance);
+        let blocks = problem_blocks(self.modes, &self.channels, performance);
         (closed, blocks)
     }
 }

@@ -15,7 +15,9 @@ mod reduce;
 use super::console::{Console, Shown};
 use super::{Failure, Outcome};
 use crate::input::problem::Problem;
+use crate::input::problem_schema::ProblemKind;
 use answer::Answer;
+use clap::builder::PossibleValue;
 use std::path::PathBuf;
 
 /// Arguments of `muspin solve`.
@@ -23,46 +25,34 @@ use std::path::PathBuf;
 pub(super) struct Arguments {
     /// What to solve
     #[arg(value_enum)]
-    kind: Kind,
+    kind: ProblemKind,
     /// JSON file with the problem, in `data` or at the top level
     file: PathBuf,
 }
 
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Kind {
-    /// Stabilising solution of A'X + XA − XGX + Q = 0
-    Care,
-    /// L∞ norm of a stable system
-    Hinfnorm,
-    /// H∞ controller with optimal γ
-    Hinfsyn,
-    /// Structured singular value of a complex matrix
-    Mu,
-    /// Peak of μ over all frequencies of a stable system
-    Musys,
-    /// Stable minimum-phase fit of magnitudes
-    Dfit,
-    /// D-K iteration
-    Dksyn,
-    /// Model reduction
-    Reduce,
-    /// Discretisation by hold and by Tustin's rule
-    Discretise,
+impl clap::ValueEnum for ProblemKind {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(self.title()))
+    }
 }
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let problem = Problem::read(&arguments.file)?;
     let answer: Answer = match arguments.kind {
-        Kind::Care => care::solve(&problem),
-        Kind::Hinfnorm => hinfnorm::solve(&problem),
-        Kind::Hinfsyn => hinfsyn::solve(&problem),
-        Kind::Mu => mu::solve(&problem),
-        Kind::Musys => musys::solve(&problem),
-        Kind::Dfit => dfit::solve(&problem),
-        Kind::Dksyn => dksyn::solve(&problem),
-        Kind::Reduce => reduce::solve(&problem),
-        Kind::Discretise => discretise::solve(&problem),
+        ProblemKind::Care => care::solve(&problem),
+        ProblemKind::Hinfnorm => hinfnorm::solve(&problem),
+        ProblemKind::Hinfsyn => hinfsyn::solve(&problem),
+        ProblemKind::Mu => mu::solve(&problem),
+        ProblemKind::Musys => musys::solve(&problem),
+        ProblemKind::Dfit => dfit::solve(&problem),
+        ProblemKind::Dksyn => dksyn::solve(&problem),
+        ProblemKind::Reduce => reduce::solve(&problem),
+        ProblemKind::Discretise => discretise::solve(&problem),
     }?;
     let text = answer.text();
     console.json(&text, || {

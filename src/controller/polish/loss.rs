@@ -33,17 +33,19 @@ pub(crate) enum Group {
 /// Number of limits.
 pub(crate) const LIMITS: usize = 5;
 
+/// The limits in their order.
+pub(super) const LIMIT_GROUPS: [Group; LIMITS] = [
+    Group::Sensitivity,
+    Group::HighGain,
+    Group::NoiseCurrent,
+    Group::Specification,
+    Group::Margin,
+];
+
 impl Group {
     /// Number of the limit; `None` for the objective.
     pub(crate) fn limit(self) -> Option<usize> {
-        match self {
-            Self::Compliance => None,
-            Self::Sensitivity => Some(0),
-            Self::HighGain => Some(1),
-            Self::NoiseCurrent => Some(2),
-            Self::Specification => Some(3),
-            Self::Margin => Some(4),
-        }
+        LIMIT_GROUPS.iter().position(|group| *group == self)
     }
 }
 
@@ -85,14 +87,7 @@ impl Evaluation {
 
     /// Objective plus penalty times what exceeds the limits.
     pub(crate) fn merit(&self, penalty: f64) -> f64 {
-        let limits = [
-            Group::Sensitivity,
-            Group::HighGain,
-            Group::NoiseCurrent,
-            Group::Specification,
-            Group::Margin,
-        ];
-        let over: f64 = limits.iter().map(|g| self.largest(*g).max(0.0)).sum();
+        let over: f64 = LIMIT_GROUPS.iter().map(|g| self.largest(*g).max(0.0)).sum();
         let compliance = self.largest(Group::Compliance);
         // Without a band of stiffness the limits are all there is.
         penalty * over

@@ -10,7 +10,8 @@ use super::limits::WEAKEST_BELOW;
 use super::matrix2::{Matrix2, ZERO};
 use super::structure::Line;
 use crate::augment::assembly::{UncertainMode, input_weights, output_weights};
-use crate::augment::channels::{Channel, Wiring, channels};
+use crate::augment::channels::channels;
+use crate::augment::exposure::Exposure;
 use crate::augment::plane::{LOADS, LOOPS, isotropic};
 use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
@@ -223,8 +224,11 @@ impl Plants {
             ..weights.clone()
         };
         let frame = Frame {
-            channels: channels(&weights)?,
-            modes: modes.len(),
+            exposure: Exposure::new(
+                modes.len(),
+                &channels(&weights)?,
+                weights.integral_corner_hz.is_some(),
+            ),
             input: input_weights(modes, &weights, WeightPlane::Laplace)?,
             output: output_weights(modes, &weights, WeightPlane::Laplace)?,
             ports: modes
@@ -232,7 +236,6 @@ impl Plants {
                 .map(|m| CHANNELS + 2 * m.number)
                 .chain((0..LOADS).map(|k| 4 + 2 * k))
                 .collect(),
-            regulated: weights.integral_corner_hz.is_some(),
         };
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
         let mut loops = vec![];
@@ -308,13 +311,11 @@ fn whirl(plant: &Plant, omega: f64, period_s: f64) -> [LoopResponse; 2] {
 
 /// Weights and ports of the specification.
 struct Frame {
-    channels: Vec<Channel>,
-    modes: usize,
+    exposure: Exposure,
     input: StateSpace<Continuous>,
     output: StateSpace<Continuous>,
     /// Channels of the plant, x axis: modal ports and loads.
     ports: Vec<usize>,
-    regulated: bool,
 }
 
 impl Frame {
@@ -325,28 +326,17 @@ impl Frame {
         let gain = hold_magnitude(omega, plant.sample_period_s());
         let ports = &self.ports;
         let n = ports.len();
-        let extra = if self.regulated { LOOPS } else { 0 };
-        let wiring = Wiring::new(self.modes, n + LOOPS + extra + LOOPS, &self.channels);
-        let (rows, columns) = (wiring.rows.len() - LOOPS, wiring.columns.len() - LOOPS);
-        let unit = |here: bool| if here { c64::new(1.0, 0.0) } else { ZERO };
+        let exposure = &self.exposure;
+        let (rows, columns) = (exposure.error_rows(), exposure.disturbance_columns());
         let of_sign = |sign: &f64| {
             let at = |row: usize, column: usize| {
                 h[(row, column)] + c64::new(0.0, *sign) * h[(row + 1, column)]
             };
-            // Column of an input (v, loads, noise, currents) of the loop that is open; currents are held.
-            let open = |row: usize, j: usize| match j {
-                j if j < n => at(row, ports[j]),
-                j if j < n + LOOPS => ZERO,
-                j => gain * at(row, 2 * (j - n - LOOPS)),
-            };
-            // Rows (q, displacements), currents, [signals y + n], signals y + n.
-            let exposed = wiring.matrix(&ZERO, |i, j| match i {
-                i if i < n => open(ports[i], j),
-                i if i < n + LOOPS => unit(j == i + LOOPS),
-                i => {
-                    let k = (i - n) % LOOPS;
-                    open(2 * k, j) + unit(j == n + k)
-                }
+            // Ports, then signals and currents; currents are held.
+            let row = |i: usize| if i < n { ports[i] } else { 2 * (i - n) };
+            let exposed = exposure.matrix(|i, j| match j {
+                j if j < n => at(row(i), ports[j]),
+                j => gain * at(row(i), 2 * (j - n)),
             });
             SpecificationLine {
                 direct: Mat::from_fn(rows, columns, |i, j| {

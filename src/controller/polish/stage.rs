@@ -6,7 +6,7 @@
 use super::descent::{Effort, FIRST_WEIGHT, PENALTY, descend};
 use super::limits::WEAK_MAGNETS;
 use super::lines::sharp_lines;
-use super::loss::{Evaluation, Group, LIMITS, Loss};
+use super::loss::{Evaluation, Group, LIMIT_GROUPS, LIMITS, Loss};
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, infeasible, loss_on};
 use super::responses::{Plants, Role, shifts};
@@ -35,8 +35,6 @@ pub struct PolishRound {
     pub over_limit: [f64; LIMITS],
 }
 
-/// Place of μ among the limits of [`PolishRound::over_limit`].
-const MU: usize = 3;
 /// A mode that splits by more than this share of its frequency changes its shape as well: a shifted rotor at rest no
 /// longer stands for the speeds between.
 const LARGE_SPLIT: f64 = 0.05;
@@ -268,7 +266,9 @@ impl<'a> Polisher<'a> {
 
     /// Moves the limit on μ to where the loop is, if it exceeds it.
     pub(crate) fn hold_mu(&mut self) {
-        let over = self.figures.over_limit[MU];
+        let numbered = LIMIT_GROUPS.iter().zip(self.figures.over_limit);
+        let of_mu = numbered.filter(|(group, _)| **group == Group::Specification);
+        let over = of_mu.map(|(_, over)| over).fold(0.0, f64::max);
         if over > 1.0 {
             self.task.limits.mu *= over;
             self.stale = true;
@@ -334,18 +334,11 @@ fn excess(round: &PolishRound) -> f64 {
 }
 
 fn figures(loss: &Loss, found: &Evaluation) -> PolishRound {
-    let groups = [
-        Group::Sensitivity,
-        Group::HighGain,
-        Group::NoiseCurrent,
-        Group::Specification,
-        Group::Margin,
-    ];
     PolishRound {
         steps: 0,
         lines: loss.lines.len(),
         stiffness_n_per_m: 1e6 * (-found.largest(Group::Compliance)).exp(),
-        over_limit: groups.map(|g| found.largest(g).exp()),
+        over_limit: LIMIT_GROUPS.map(|g| found.largest(g).exp()),
     }
 }
 

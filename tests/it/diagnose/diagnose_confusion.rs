@@ -9,6 +9,7 @@
 //! `results/diagnosis/sets.csv` and `results/diagnosis/confusion.csv`; `tuning_half` and `second_tuning_half` print the
 //! same of the others. `MUSPIN_ONLY=alias,s09` restricts each to labels and spindles, and writes nothing.
 
+use crate::diagnose::generator::site::drawn_site;
 use crate::diagnose::generator::{Draw, Outside, simulate};
 use muspin::controller::Controller;
 use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
@@ -18,7 +19,7 @@ use muspin::identify::{HammerFrf, SweepRecord};
 use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64, solve_complex};
 use muspin::pid::parameters::{pid_controller, textbook_gains};
-use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine};
+use muspin::spindle::{Effect, EffectKind, Location, Machine};
 use ndarray::Axis as Dimension;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -153,29 +154,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::CrossCoupling => vec![sign * stiff * between(draw, 2e5, 5e5)],
         EffectKind::Gyroscopic => vec![1.0],
     };
-    let location = match kind {
-        EffectKind::CrossCoupling
-        | EffectKind::AddedMass
-        | EffectKind::AddedStiffness
-        | EffectKind::TiltingStiffness => Location::Position(length * draw.uniform(0.15, 0.8)),
-        EffectKind::ModalDamping => Location::Mode(1 + draw.uniform(0.0, 1.999) as usize),
-        EffectKind::RegionStiffness => {
-            let regions = machine.regions();
-            let pick = draw.uniform(0.0, regions.len() as f64 - 1e-9) as usize;
-            Location::Region(regions[pick].clone())
-        }
-        EffectKind::LoopDelay
-        | EffectKind::Gyroscopic
-        | EffectKind::InternalDamping
-        | EffectKind::ToolJoint
-        | EffectKind::ToolMass
-        | EffectKind::HousingMode => Location::None,
-        _ => Location::Bearing(match draw.uniform(0.0, 3.0) as usize {
-            0 => Bearings::Front,
-            1 => Bearings::Rear,
-            _ => Bearings::Both,
-        }),
-    };
+    let location = drawn_site(kind, machine, draw, (0.15 * length, 0.8 * length), 2);
     Effect::new(kind, location, values).expect("drawn effect")
 }
 

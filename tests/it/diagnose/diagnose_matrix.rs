@@ -4,10 +4,11 @@
 //! `target/diagnosis-matrix.csv`; `MUSPIN_ONLY=tool_mass,null,6003` restricts it to kinds and seeds.
 
 use crate::diagnose::diagnose_folder::read;
+use crate::diagnose::generator::site::drawn_site;
 use crate::diagnose::generator::{Draw, Outside, simulate};
 use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
 use muspin::diagnose::{Diagnosis, NamedEffect, Verdict, diagnose};
-use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine};
+use muspin::spindle::{Effect, EffectKind, Location, Machine};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
@@ -59,29 +60,7 @@ fn drawn(kind: EffectKind, machine: &Machine, draw: &mut Draw) -> Effect {
         EffectKind::AddedStiffness => vec![sign * between(draw, 2e5, 1e6)],
         EffectKind::TiltingStiffness => vec![sign * between(draw, 2e4, 2e5)],
     };
-    let location = match kind {
-        EffectKind::CrossCoupling
-        | EffectKind::AddedMass
-        | EffectKind::AddedStiffness
-        | EffectKind::TiltingStiffness => Location::Position(draw.uniform(0.05, 0.35)),
-        EffectKind::ModalDamping => Location::Mode(1 + draw.uniform(0.0, 2.999) as usize),
-        EffectKind::RegionStiffness => {
-            let regions = machine.regions();
-            let pick = draw.uniform(0.0, regions.len() as f64 - 1e-9) as usize;
-            Location::Region(regions[pick].clone())
-        }
-        EffectKind::LoopDelay
-        | EffectKind::Gyroscopic
-        | EffectKind::InternalDamping
-        | EffectKind::ToolJoint
-        | EffectKind::ToolMass
-        | EffectKind::HousingMode => Location::None,
-        _ => Location::Bearing(match draw.uniform(0.0, 3.0) as usize {
-            0 => Bearings::Front,
-            1 => Bearings::Rear,
-            _ => Bearings::Both,
-        }),
-    };
+    let location = drawn_site(kind, machine, draw, (0.05, 0.35), 3);
     Effect::new(kind, location, values).expect("drawn effect")
 }
 

@@ -3,6 +3,8 @@
 //! seed.
 //! It shares with the program only the domain values of the machine and the dense eigensolver.
 
+pub mod site;
+
 use muspin::controller::Controller;
 use muspin::identify::{HammerFrf, SweepRecord};
 use muspin::linalg::{Mat, c64, definite_eigen, solve_complex};

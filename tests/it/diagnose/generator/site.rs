@@ -1,0 +1,39 @@
+//! Places of hidden effects.
+
+use super::Draw;
+use muspin::spindle::{Bearings, EffectKind, Location, Machine};
+
+/// A place for an effect of a kind: positions from a range, m, modes up to a number.
+pub fn drawn_site(
+    kind: EffectKind,
+    machine: &Machine,
+    draw: &mut Draw,
+    (from_m, to_m): (f64, f64),
+    modes: usize,
+) -> Location {
+    match kind {
+        EffectKind::CrossCoupling
+        | EffectKind::AddedMass
+        | EffectKind::AddedStiffness
+        | EffectKind::TiltingStiffness => Location::Position(draw.uniform(from_m, to_m)),
+        EffectKind::ModalDamping => {
+            Location::Mode(1 + draw.uniform(0.0, modes as f64 - 1e-3) as usize)
+        }
+        EffectKind::RegionStiffness => {
+            let regions = machine.regions();
+            let pick = draw.uniform(0.0, regions.len() as f64 - 1e-9) as usize;
+            Location::Region(regions[pick].clone())
+        }
+        EffectKind::LoopDelay
+        | EffectKind::Gyroscopic
+        | EffectKind::InternalDamping
+        | EffectKind::ToolJoint
+        | EffectKind::ToolMass
+        | EffectKind::HousingMode => Location::None,
+        _ => Location::Bearing(match draw.uniform(0.0, 3.0) as usize {
+            0 => Bearings::Front,
+            1 => Bearings::Rear,
+            _ => Bearings::Both,
+        }),
+    }
+}
