@@ -371,19 +371,6 @@ impl Rotor {
         Ok(self.read_element(position_m, element::hermite_slope))
     }
 
-    /// Row that reads the curvature of the deflection at a position, on a node that of the element behind it.
-    ///
-    /// # Errors
-    /// [`RotorError::OffShaft`] beyond the ends.
-    pub(crate) fn curvature_at(
-        &self,
-        what: &str,
-        position_m: f64,
-    ) -> Result<Vec<(usize, f64)>, RotorError> {
-        self.check_position(what, position_m)?;
-        Ok(self.read_element(position_m, element::hermite_curvature))
-    }
-
     fn shape_at_unchecked(&self, position_m: f64) -> Vec<(usize, f64)> {
         self.read_element(position_m, element::hermite)
     }
@@ -418,7 +405,8 @@ impl Rotor {
         (element, s)
     }
 
-    fn element_dofs(&self, i: usize) -> [usize; 4] {
+    /// Freedoms (w₁, ψ₁, w₂, ψ₂) of element `i`.
+    pub(crate) fn element_dofs(&self, i: usize) -> [usize; 4] {
         let [a, b] = self.element_nodes[i];
         [2 * a, 2 * a + 1, 2 * b, 2 * b + 1]
     }

@@ -372,16 +372,22 @@ fn port_rows(
         magnet(Port::RearControl, rear.ks_n_per_m),
     ];
     for (attachment, law, value) in attached(effective) {
+        let z = attachment.position_m;
+        let (row, value) = match attachment.motion {
+            Motion::Displacement => (at("attachment", z)?, value),
+            Motion::Slope => {
+                let tilt = rotor.tilt_at("attachment", z)?;
+                let dofs = rotor.element_dofs(tilt.element);
+                let row: Vec<(usize, f64)> = dofs.into_iter().zip(tilt.row).collect();
+                (modes.amplitudes(&row), tilt.seen(value))
+            }
+        };
         feedback.push(Feedback {
             port: rows.len(),
             law,
             value,
         });
-        let z = attachment.position_m;
-        rows.push(match attachment.motion {
-            Motion::Displacement => at("attachment", z)?,
-            Motion::Slope => modes.amplitudes(&rotor.slope_at("attachment", z)?),
-        });
+        rows.push(row);
     }
     for ([a, b], joint) in rotor.joints() {
         if joint.damping_n_m_s_per_rad != 0.0 {

@@ -29,7 +29,10 @@ const ORDER: [&str; 20] = [
 /// Package as it is named in paths, and where it may be named.
 const HOMES: [(&str, &[&str]); 10] = [
     ("faer", &["linalg/"]),
-    ("nalgebra", &["linalg/", "rotor/element.rs"]),
+    (
+        "nalgebra",
+        &["linalg/", "rotor/element.rs", "rotor/tilt.rs"],
+    ),
     ("clarabel", &["robust/mu/lmi.rs"]),
     ("plotters", &["report/plot/"]),
     ("serde_yaml", &["input/", "report/"]),

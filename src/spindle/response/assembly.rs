@@ -159,15 +159,16 @@ impl ReducedMachine {
         let mut feedback: Vec<Feedback> = [1, 2].into_iter().enumerate().map(magnet).collect();
         for (attachment, law, value) in attached(effective) {
             let z = attachment.position_m;
+            let (row, value) = match attachment.motion {
+                Motion::Displacement => (shaft.row(z)?, value),
+                Motion::Slope => (shaft.tilt_row(z)?, shaft.tilt(z)?.seen(value)),
+            };
             feedback.push(Feedback {
                 port: rows.len(),
                 law,
                 value,
             });
-            rows.push(match attachment.motion {
-                Motion::Displacement => shaft.row(z)?,
-                Motion::Slope => shaft.slope_row(z)?,
-            });
+            rows.push(row);
         }
         Ok(Ports { rows, feedback })
     }

@@ -74,8 +74,18 @@ impl ReducedMachine {
                 placed(&mut probe, across(*z), Law::Spring)
             }
             (EffectKind::TiltingStiffness, Location::Position(z)) => {
-                let ports = [Probe::Slope(*z), Probe::Curvature(*z)];
-                placed(&mut probe, ports, Law::Spring)
+                // A position off the shaft has no flexibility; assembly refuses it.
+                let tilt = self.rigid.tilt(*z).ok();
+                let (at, along) = (probe(Probe::Tilt(*z)), probe(Probe::TiltAlong(*z)));
+                let (by_value, by_place) = tilt.map_or((1.0, 0.0), |t| t.seen_derivatives(value));
+                let seen = tilt.map_or(value, |t| t.seen(value));
+                vec![
+                    vec![(by_value, Term::Bond(at, Law::Spring))],
+                    vec![
+                        (seen, Term::Shift(at, along, Law::Spring)),
+                        (by_place, Term::Bond(at, Law::Spring)),
+                    ],
+                ]
             }
             (EffectKind::CrossCoupling, Location::Position(z)) => {
                 placed(&mut probe, across(*z), Law::Circulatory)

@@ -13,6 +13,7 @@ use super::ritz_basis::{
 };
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
+use crate::rotor::tilt::Tilt;
 use crate::rotor::{PlanarModes, Rotor, Section};
 use crate::spindle::{Machine, SpindleError};
 use std::ops::Range;
@@ -40,7 +41,11 @@ const JOINT_START: [f64; 3] = [2e8, 1e5, 0.0];
 #[derive(Clone, Debug)]
 pub struct ReducedShaft {
     rotor: Rotor,
+    /// The same with the elements of the file.
+    file: Rotor,
     shapes: Mat<f64>,
+    /// Flexibility that the coordinates leave out, over the freedoms of the shaft.
+    left_out: Mat<f64>,
     /// Stiffness with every modulus factor 1 and without the movable joint, n×n.
     pub stiffness: Mat<f64>,
     /// Stiffness of each element group, n×n.
@@ -73,10 +78,12 @@ impl ReducedShaft {
         movable_joint: bool,
     ) -> Result<Self, SpindleError> {
         let fine = refined(machine);
-        let machine = match movable_joint {
-            true => jointed(&fine, JOINT_START)?,
-            false => fine.clone(),
+        let with_joint = |machine: &Machine| match movable_joint {
+            true => jointed(machine, JOINT_START),
+            false => Ok(machine.clone()),
         };
+        let file = with_joint(machine)?.rotor()?;
+        let machine = with_joint(&fine)?;
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
         let (k, m) = (&modes.matrices.stiffness, &modes.matrices.mass);
@@ -107,6 +114,7 @@ impl ReducedShaft {
         let weight = |i: usize| if ports.first(i) { PORT_WEIGHT } else { 1.0 };
         let extra = independent_part(&modal, &statics, m, weight, directions)?;
         let shapes = beside(&modal, &extra);
+        let left_out = left_out(&shifted, &shapes)?;
         let groups = group_stiffness(&rotor, &shapes, group_of_element, count);
         let finer = refined(&machine).rotor()?;
         let mesh = mesh_correction::flexibility(&rotor, &finer, &shapes)?;
@@ -123,7 +131,9 @@ impl ReducedShaft {
             gyroscopic: reduce(&modes.matrices.gyroscopic),
             flexible_rad_s: modes.omega_rad_s[RIGID..].to_vec(),
             rotor,
+            file,
             shapes,
+            left_out,
             stiffness,
             groups,
             strains,
@@ -163,12 +173,52 @@ impl ReducedShaft {
         Ok(self.reduced(&self.rotor.slope_at("port", position_m)?))
     }
 
-    /// The derivative of [`Self::slope_row`] to the position.
+    /// What a moment at a position acts on, with the flexibility that the coordinates do not show.
     ///
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
-    pub(crate) fn curvature_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
-        Ok(self.reduced(&self.rotor.curvature_at("port", position_m)?))
+    pub(crate) fn tilt(&self, position_m: f64) -> Result<Tilt, SpindleError> {
+        let tilt = self.file.tilt_at("port", position_m)?;
+        let dofs = self.ends(tilt.element);
+        let form = |a: &[f64; 4], b: &[f64; 4]| -> f64 {
+            let own = |i: usize, j: usize| a[i] * self.left_out[(dofs[i], dofs[j])] * b[j];
+            (0..4).flat_map(|i| (0..4).map(move |j| own(i, j))).sum()
+        };
+        let more = (
+            form(&tilt.row, &tilt.row),
+            2.0 * form(&tilt.along, &tilt.row),
+        );
+        Ok(tilt.softer(more))
+    }
+
+    /// What a moment at a position acts on, over the coordinates.
+    ///
+    /// # Errors
+    /// [`SpindleError`] for a position off the shaft.
+    pub(crate) fn tilt_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
+        let tilt = self.file.tilt_at("port", position_m)?;
+        Ok(self.over_ends(tilt.element, tilt.row))
+    }
+
+    /// The derivative of [`Self::tilt_row`] to the position.
+    ///
+    /// # Errors
+    /// [`SpindleError`] for a position off the shaft.
+    pub(crate) fn tilt_along_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
+        let tilt = self.file.tilt_at("port", position_m)?;
+        Ok(self.over_ends(tilt.element, tilt.along))
+    }
+
+    /// Freedoms of the ends of an element of the file, of which there are two here.
+    fn ends(&self, element: usize) -> [usize; 4] {
+        let [w1, psi1, _, _] = self.rotor.element_dofs(2 * element);
+        let [_, _, w2, psi2] = self.rotor.element_dofs(2 * element + 1);
+        [w1, psi1, w2, psi2]
+    }
+
+    fn over_ends(&self, element: usize, row: [f64; 4]) -> Vec<f64> {
+        let pairs: Vec<(usize, f64)> = self.ends(element).into_iter().zip(row).collect();
+        self.reduced(&pairs)
     }
 
     /// What another mesh may read more or less at a position between the nodes of the file, one unit; none on a node.
@@ -232,6 +282,17 @@ fn strains(
     }
     let matrix = Mat::from_fn(n, columns.len(), |i, j| columns[j][i]);
     Ok((matrix, ranges))
+}
+
+/// Flexibility of `matrix` less that within the span of `shapes`: what loads move that the shapes do not follow.
+fn left_out(matrix: &Mat<f64>, shapes: &Mat<f64>) -> Result<Mat<f64>, SpindleError> {
+    let n = matrix.nrows();
+    let all = solve(matrix, &Mat::identity(n, n))?;
+    let within = solve(
+        &(shapes.transpose() * (matrix * shapes)),
+        &shapes.transpose().to_owned(),
+    )?;
+    Ok(all - shapes * within)
 }
 
 /// The same machine with every element cut in two.

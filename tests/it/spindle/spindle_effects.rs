@@ -1,9 +1,11 @@
 //! Every effect of the catalogue changes the plant as its closed form says.
 
 use crate::spindle::spindle_plant::{block_error, catalogue, krpm, reference};
+use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64, solve};
 use muspin::lti::Response;
-use muspin::rotor::PlanarModes;
+
+use muspin::rotor::{PlanarModes, Section};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
@@ -152,54 +154,91 @@ fn geometry_and_stiffness_effects_equal_a_changed_file() {
     same(&pull, &softer, 1e-6);
 }
 
-#[test]
-fn a_tilting_stiffness_acts_against_the_slope_of_the_whole_finite_element_model() {
-    let mut machine = reference();
-    machine.spindle.damping_ratio = vec![0.0];
-    let (z, k) = (0.23, 4e4);
-    let effect = Effect::new(EffectKind::TiltingStiffness, Location::Position(z), vec![k]);
-    let tilting = machine.with_effect(effect.unwrap());
-    let rotor = machine.rotor().unwrap();
-    let matrices = PlanarModes::new(&rotor).unwrap().matrices;
-    let n = rotor.dofs();
-    let row = |z: f64| {
-        let mut row = Mat::<f64>::zeros(n, 1);
-        for (dof, a) in rotor.shape_at("test", z).unwrap() {
-            row[(dof, 0)] += a;
+/// The section cut in three.
+fn thirds(section: &Section) -> [Section; 3] {
+    let at = |d: [f64; 2], k: usize| d[0] + k as f64 / 3.0 * (d[1] - d[0]);
+    [0, 1, 2].map(|k| {
+        let cut = |d: [f64; 2]| [at(d, k), at(d, k + 1)];
+        Section {
+            length_m: section.length_m / 3.0,
+            outer_diameter_m: cut(section.outer_diameter_m),
+            inner_diameter_m: cut(section.inner_diameter_m),
+            mass_outer_diameter_m: cut(section.mass_outer_diameter_m),
+            mass_inner_diameter_m: cut(section.mass_inner_diameter_m),
+            ..section.clone()
         }
-        row
+    })
+}
+
+#[test]
+fn a_tilting_stiffness_acts_against_the_slope_that_a_mesh_three_times_as_fine_reads() {
+    let own = |name: &str, tool: &str| {
+        let root = env!("CARGO_MANIFEST_DIR");
+        let path = format!("{root}/tests/data/spindles/{name}.yaml");
+        load_machine(&path, tool).unwrap()
     };
-    let slope = (row(z + 1e-5) - row(z - 1e-5)) * (0.5e5);
-    let planes = &machine.spindle.planes;
-    let magnets = [
-        (
-            row(planes.front_actuator_m),
-            machine.spindle.front.ks_n_per_m,
-        ),
-        (row(planes.rear_actuator_m), machine.spindle.rear.ks_n_per_m),
+    let machines = [
+        (reference(), 0.23, 4e4),
+        (reference(), 0.2312, -6e4),
+        (own("s12-big-discs", "test-arbor"), 0.11, -5e4),
+        (own("s09-four-modes", "endmill-16"), 0.3, 3e5),
     ];
-    let tool = row(machine.tool_plane_m());
-    for hz in [30.0, 700.0, 1300.0, 2500.0] {
-        let w = TAU * hz;
-        let tool_compliance = |k: f64| {
-            let mut z = &matrices.stiffness - &matrices.mass * (w * w);
-            for (row, ks) in &magnets {
-                z -= row * row.transpose() * *ks;
+    for (mut machine, z, k) in machines {
+        machine.spindle.damping_ratio = vec![0.0];
+        let effect = Effect::new(EffectKind::TiltingStiffness, Location::Position(z), vec![k]);
+        let tilting = machine.with_effect(effect.unwrap());
+        // The element of the place alone is cut, so that nothing else is finer than in the plant.
+        let mut finer = machine.clone();
+        let mut left = 0.0;
+        let place = finer.spindle.sections.iter().position(|s| {
+            left += s.length_m;
+            z < left
+        });
+        let place = place.unwrap();
+        let parts = thirds(&finer.spindle.sections[place]);
+        finer.spindle.sections.splice(place..=place, parts);
+        let rotor = finer.rotor().unwrap();
+        let matrices = PlanarModes::new(&rotor).unwrap().matrices;
+        let n = rotor.dofs();
+        let row = |z: f64| {
+            let mut row = Mat::<f64>::zeros(n, 1);
+            for (dof, a) in rotor.shape_at("test", z).unwrap() {
+                row[(dof, 0)] += a;
             }
-            z += &slope * slope.transpose() * k;
-            (tool.transpose() * solve(&z, &tool).unwrap())[(0, 0)]
+            row
         };
-        let expected = tool_compliance(k);
-        let found = plant(&tilting, 0.0).at(w)[(4, 4)];
-        // The plant's modes above 24 kHz are static: 1e-5 at these frequencies.
-        assert!(
-            (found - c64::new(expected, 0.0)).norm() < 1e-4 * expected.abs(),
-            "{hz} Hz: {found} against {expected}"
-        );
-        assert!(
-            (tool_compliance(0.0) - expected).abs() > 1e-3 * expected.abs(),
-            "{hz} Hz: the effect is not seen"
-        );
+        let slope = (row(z + 1e-6) - row(z - 1e-6)) * 0.5e6;
+        let planes = &machine.spindle.planes;
+        let magnets = [
+            (
+                row(planes.front_actuator_m),
+                machine.spindle.front.ks_n_per_m,
+            ),
+            (row(planes.rear_actuator_m), machine.spindle.rear.ks_n_per_m),
+        ];
+        let tool = row(machine.tool_plane_m());
+        for hz in [30.0, 150.0, 310.0, 2500.0] {
+            let w = TAU * hz;
+            let tool_compliance = |k: f64| {
+                let mut z = &matrices.stiffness - &matrices.mass * (w * w);
+                for (row, ks) in &magnets {
+                    z -= row * row.transpose() * *ks;
+                }
+                z += &slope * slope.transpose() * k;
+                (tool.transpose() * solve(&z, &tool).unwrap())[(0, 0)]
+            };
+            let (with, without) = (tool_compliance(k), tool_compliance(0.0));
+            let expected = with - without;
+            let [one, other] = [&tilting, &machine].map(|m| plant(m, 0.0).at(w)[(4, 4)]);
+            let found = one - other;
+            // The inertia of the nodes between, and the plant's modes above 24 kHz, which are static.
+            assert!(
+                (found - c64::new(expected, 0.0)).norm()
+                    < 5e-3 * expected.abs() + 1e-6 * with.abs(),
+                "{} {hz} Hz: {found} against {expected}",
+                machine.spindle.name
+            );
+        }
     }
 }
 
