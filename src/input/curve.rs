@@ -153,6 +153,8 @@ const CLOSE: f64 = 0.02;
 const FAR: f64 = 0.35;
 /// Lines of the fit between the points, a decade.
 const LINES_PER_DECADE: f64 = 40.0;
+/// Lines between those of the fit at which it is raised.
+const BETWEEN: usize = 10;
 /// Most points, and most coefficients of a transfer function.
 const MOST_POINTS: usize = 1000;
 const MOST_COEFFICIENTS: usize = 9;
@@ -211,7 +213,13 @@ fn through(points: &[[f64; 2]], sense: Sense) -> Result<Shape, Refused> {
     let fits = fit_up_to(&data, HIGHEST_ORDER).map_err(|e| failed(e.to_string()))?;
     let close = fits.iter().position(|fit| fit.max_abs_ln_error <= CLOSE);
     let fit = &fits[close.unwrap_or(fits.len() - 1)];
-    let error = fit.max_abs_ln_error;
+    // The fit bends between its lines by a little more than at them.
+    let finely =
+        (0..=BETWEEN * count).map(|k| from + (to - from) * k as f64 / (BETWEEN * count) as f64);
+    let error = finely.fold(fit.max_abs_ln_error, |error, l| {
+        let own = fit.factors.ln_magnitude(TAU * l.exp());
+        error.max((own - between(&ln_hz, &ln_value, l)).abs())
+    });
     if error > FAR {
         let rule = format!(
             "a weight of order {HIGHEST_ORDER} misses the points by a factor of {:.2}",

@@ -11,6 +11,7 @@ use super::certificates::{PeakFigures, certified};
 use super::comparison::BAND_HZ;
 use super::delivery::{Delivery, deliver, scaled_plane};
 use super::judged::Judged;
+use super::loop_stability::growth_rate_at;
 use super::overspeed::OVERSPEED;
 use super::problems::Problems;
 use super::settings::PolishEffort;
@@ -21,6 +22,7 @@ use crate::augment::weights::Weights;
 use crate::controller::amplifier_demand::high_frequency_hz;
 use crate::controller::polish::limits::WEAK_SENSITIVITY;
 use crate::controller::polish::{LoopLimits, PolishRound, PolishTask, Polisher};
+use crate::controller::{ControlLaw, Controller};
 use crate::lti::{Discrete, StateSpace};
 use crate::predict::closed_loop::both_planes;
 use crate::spindle::Machine;
@@ -130,6 +132,59 @@ fn gained(rounds: &[PolishRound]) -> bool {
     }
 }
 
+/// Shares of the top speed at which a start that is not stable at all of them is polished on its way.
+const SPEED_SHARES: [f64; 9] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25, 0.1];
+
+/// What a polish of the machine at lower and then higher top speeds makes of `plane`, which is not stable up to the
+/// overspeed: a loop that is unstable does not count in a polish, so that nothing would stabilise it. Ends where a round
+/// gains no speed.
+fn up_to_speed(
+    machine: &Machine,
+    task: PolishTask<'_>,
+    (plane, effort): (&StateSpace<Discrete>, PolishEffort),
+) -> Result<StateSpace<Discrete>, PipelineError> {
+    let slower = |share: f64| {
+        let mut slower = machine.clone();
+        slower.spindle.max_rpm *= share;
+        slower
+    };
+    let stable = |plane: &StateSpace<Discrete>, share: f64| -> Result<bool, PipelineError> {
+        let controller = Controller {
+            name: "polish".to_owned(),
+            law: ControlLaw::Discrete(both_planes(plane)),
+        };
+        for speed in [1.0, OVERSPEED] {
+            let rpm = share * speed * machine.spindle.max_rpm;
+            if growth_rate_at(machine, &controller, rpm)? >= 0.0 {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    };
+    let mut plane = plane.clone();
+    let mut reached = 0.0;
+    loop {
+        let mut next = None;
+        for share in SPEED_SHARES.into_iter().filter(|s| *s > reached) {
+            if stable(&plane, share)? {
+                next = Some(share);
+                break;
+            }
+        }
+        match next {
+            // Stable everywhere, or no further: the polish says what it can do with it.
+            Some(1.0) | None => return Ok(plane),
+            Some(share) => {
+                reached = share;
+                let machine = slower(share);
+                let mut polisher = Polisher::new(&machine, task, &plane, OVERSPEED)?;
+                polisher.round(effort.steps)?;
+                plane = polisher.plane()?;
+            }
+        }
+    }
+}
+
 /// A polish that came to its end.
 pub(super) struct Polished {
     /// The controller of one plane, m to A.
@@ -153,6 +208,10 @@ fn descend(
         limits,
     };
     let mut polisher = Polisher::new(machine, task, plane, OVERSPEED)?;
+    if !polisher.is_stable() {
+        let brought = up_to_speed(machine, task, (plane, effort))?;
+        polisher = Polisher::new(machine, task, &brought, OVERSPEED)?;
+    }
     // Where the specification is far out of reach, the μ of the start is held, not bought with stiffness.
     if !goal.widening.is_none() {
         polisher.hold_mu();

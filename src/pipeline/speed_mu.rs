@@ -36,6 +36,8 @@ const STRIDE: usize = 6;
 /// Rounds of so many lines round the largest value.
 const ROUNDS: usize = 4;
 const FINER: usize = 8;
+/// Last frequency as a share of Nyquist.
+const LAST: f64 = 0.9995;
 /// Lines of the plain grid and on each side of a pole: three to each half-power width.
 const LINES: usize = 160;
 const LINES_A_SIDE: usize = 3;
@@ -93,7 +95,8 @@ pub fn mu_at_speed(
     let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES)
         .refine_round_poles(&poles, LINES_A_SIDE);
     let rotating = RotatingLoop::new(&plant, weights, modes, law)?;
-    let (mu, omega) = PeakSearch::new(&rotating, grid.omega_rad_s())?.peak()?;
+    let last = LAST * TAU * nyquist_hz;
+    let (mu, omega) = PeakSearch::new(&rotating, grid.omega_rad_s())?.peak(last)?;
     Ok(SpeedMu {
         speed_rpm,
         mu,
@@ -134,8 +137,9 @@ impl<'a> PeakSearch<'a> {
         })
     }
 
-    /// The largest bound and its signed frequency, rad/s.
-    fn peak(&self) -> Result<(f64, f64), PipelineError> {
+    /// The largest bound and its signed frequency, rad/s, sought up to `last`: beyond Nyquist the loop of a sampled
+    /// controller is not that of the response at one frequency.
+    fn peak(&self, last: f64) -> Result<(f64, f64), PipelineError> {
         let mut peak = (0.0, f64::NAN);
         let take = |peak: &mut (f64, f64), value: (f64, f64)| {
             if value.0 > peak.0 {
@@ -158,7 +162,7 @@ impl<'a> PeakSearch<'a> {
                 lines.iter().copied().filter(|w| side(w)).fold(from, pick)
             };
             let below = near(0.9 * top, f64::max, &|w| *w < top);
-            let above = near(1.1 * top, f64::min, &|w| *w > top);
+            let above = near(last.min(1.1 * top), f64::min, &|w| *w > top);
             lines = (0..FINER)
                 .map(|k| below + (above - below) * (k as f64 + 0.5) / FINER as f64)
                 .collect();

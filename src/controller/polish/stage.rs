@@ -275,6 +275,11 @@ impl<'a> Polisher<'a> {
         }
     }
 
+    /// True when the loop is stable at rest, at top speed and beyond.
+    pub fn is_stable(&self) -> bool {
+        self.stable.iter().all(|stable| *stable)
+    }
+
     /// True when no limit is exceeded, as far as the lines show.
     pub(crate) fn within_limits(&self) -> bool {
         excess(&self.figures) <= EXCEEDED.ln()

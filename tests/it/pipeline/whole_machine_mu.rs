@@ -9,10 +9,13 @@ use muspin::augment::warp::inverse_hold;
 use muspin::augment::weight_plane::{WeightPlane, fit_errors};
 use muspin::augment::weighting::Section;
 use muspin::augment::weights::Weights;
+use muspin::controller::ControlLaw;
 use muspin::input::{load_machine, load_weights};
 use muspin::linalg::{Mat, c64};
 use muspin::lti::sample::tustin;
 use muspin::lti::{Continuous, Discrete, Response, StateSpace};
+use muspin::pid::settings::TuneSettings;
+use muspin::pid::tune::textbook;
 use muspin::pipeline::certificates::peak;
 use muspin::pipeline::problems::whole_machine;
 use muspin::pipeline::speed_mu::mu_at_speed;
@@ -300,4 +303,36 @@ fn an_unstable_loop_has_no_mu() {
     let none = StateSpace::gain(Mat::zeros(4, 4), Discrete { period_s });
     let found = mu_at_speed(&machine, &weights, &modes, &none, 0.0).unwrap();
     assert!(found.mu.is_infinite() && found.frequency_hz.is_nan());
+}
+
+#[test]
+fn mu_is_sought_up_to_nyquist_and_not_beyond() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    for (spindle, tool) in [
+        ("reference".to_owned(), "paper-tool"),
+        (
+            format!("{root}/tests/data/spindles/s12-big-discs.yaml"),
+            "endmill-16",
+        ),
+        (
+            format!("{root}/tests/data/spindles/s04-noncollocated.yaml"),
+            "paper-tool",
+        ),
+    ] {
+        let machine = load_machine(&spindle, tool).unwrap();
+        // A current that must not be: its row rises up to Nyquist, and so does μ.
+        let weights = Weights {
+            current_limit_a: 1e-6,
+            ..load_weights("benchmark").unwrap()
+        };
+        let found = textbook(&machine, &TuneSettings::quick()).unwrap();
+        let law = match found.controller.law {
+            ControlLaw::Discrete(law) => law,
+            ControlLaw::Continuous(law) => tustin(&law, whole_period(&machine)).unwrap(),
+        };
+        let found = mu_at_speed(&machine, &weights, &[], &law, 0.0).unwrap();
+        let nyquist_hz = 0.5 / whole_period(&machine);
+        let share = found.frequency_hz.abs() / nyquist_hz;
+        assert!(share <= 1.0, "{spindle} {share}");
+    }
 }
