@@ -5,8 +5,8 @@ use super::channels::{Channel, Wiring};
 use super::plane::{LOADS, LOOPS};
 use crate::linalg::{Mat, c64};
 
-/// Rows (q of the modes, channels, displacements, currents, [signals y + n], signals y + n) and columns (v of the modes,
-/// channels, loads, noise, currents) of a plane (v, loads, currents) → (q, displacements, signals).
+/// Rows (q of the modes, channels, displacements, currents, [signals y + n], signals y + n) and columns (v of the
+/// modes, channels, loads, noise, currents) of a plane (v, loads, currents) → (q, displacements, signals).
 pub(crate) struct Exposure {
     /// Modes and loads: rows of the plane above its signals, and its columns left of its currents.
     errors: usize,

@@ -2,7 +2,8 @@
 
 use super::error::InputError;
 use super::key::{Key, Range, open};
-use crate::augment::shape::{Root, Shape};
+use crate::augment::root::Root;
+use crate::augment::shape::Shape;
 use crate::augment::weights::Curves;
 use crate::linalg::{Mat, eigenvalues};
 use crate::robust::dfit::factors::Factor;
@@ -56,7 +57,7 @@ pub(super) struct CurveFile {
     /// Frequency in Hz and value, ascending in frequency; straight lines between them on logarithmic axes, constant
     /// beyond the first and the last.
     points: Option<Vec<[f64; 2]>>,
-    /// Coefficients of falling powers of s in rad/s; only the magnitude counts, so all zeros lie in the left half plane.
+    /// Coefficients of falling powers of s in rad/s; only the magnitude counts, so roots lie in the left half plane.
     numerator: Option<Vec<f64>>,
     /// The same of the poles.
     denominator: Option<Vec<f64>>,

@@ -136,8 +136,8 @@ fn gained(rounds: &[PolishRound]) -> bool {
 const SPEED_SHARES: [f64; 9] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25, 0.1];
 
 /// What a polish of the machine at lower and then higher top speeds makes of `plane`, which is not stable up to the
-/// overspeed: a loop that is unstable does not count in a polish, so that nothing would stabilise it. Ends where a round
-/// gains no speed.
+/// overspeed: a loop that is unstable does not count in a polish, so that nothing would stabilise it. Ends where a
+/// round gains no speed.
 fn up_to_speed(
     machine: &Machine,
     task: PolishTask<'_>,

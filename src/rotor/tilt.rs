@@ -14,7 +14,7 @@ use crate::linalg::NumericError;
 use nalgebra::{Matrix4, SMatrix, Vector4};
 
 /// Parts of an element.
-const PARTS: usize = 3;
+pub(crate) const PARTS: usize = 3;
 /// Freedoms of its ends and of the two nodes between.
 const FREEDOMS: usize = 2 * (PARTS + 1);
 

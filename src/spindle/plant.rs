@@ -20,9 +20,9 @@ use crate::lti::Response;
 
 /// Number of commanded currents and of sensor signals.
 pub const AXES: usize = 4;
-/// Number of inputs and of outputs of a plant. Inputs: currents front x, front y, rear x, rear y, force at the tool x, y,
-/// forces at the actuators front x, front y, rear x, rear y. Outputs: signals in the order of the currents, displacements
-/// of the tool x, y, and at the actuators in the order of the forces.
+/// Number of inputs and of outputs of a plant. Inputs: currents front x, front y, rear x, rear y, force at the tool x,
+/// y, forces at the actuators front x, front y, rear x, rear y. Outputs: signals in the order of the currents,
+/// displacements of the tool x, y, and at the actuators in the order of the forces.
 pub const CHANNELS: usize = 10;
 /// The open-loop plant of a machine at a speed.
 #[derive(Clone, Debug)]

@@ -9,6 +9,7 @@
 
 use super::super::DiagnoseError;
 use super::common_error::Known;
+use super::covariance::cholesky;
 use super::measurement::{Axis, Measurement};
 use crate::identify::{MeasuredFrf, SweepRecord, open_loop};
 use crate::linalg::c64;
@@ -470,36 +471,5 @@ impl TapEvidence {
     pub fn gap(&self, line: usize, f: &Square, gap: &mut Gap) {
         let (h, ..) = self.close(line, f);
         gap.add((self.compliance[line] - h).norm() / self.gap_sigma[line]);
-    }
-}
-
-/// Lower Cholesky factor of a Hermitian 4×4 in place; a vanishing pivot is lifted to the rounding level.
-fn cholesky(c: &mut [c64; 16]) {
-    for j in 0..4 {
-        let mut pivot = c[5 * j].re;
-        let own = pivot;
-        for l in 0..j {
-            pivot -= c[4 * j + l].norm_sqr();
-        }
-        let pivot = pivot.max(own * 1e-14).max(f64::MIN_POSITIVE).sqrt();
-        c[5 * j] = c64::new(pivot, 0.0);
-        for i in j + 1..4 {
-            let mut sum = c[4 * i + j];
-            for l in 0..j {
-                sum -= c[4 * i + l] * c[4 * j + l].conj();
-            }
-            c[4 * i + j] = sum / pivot;
-        }
-    }
-}
-
-/// Solves L w = d for a lower factor.
-pub(crate) fn whiten(l: &[c64; 16], d: &mut [c64; 4]) {
-    for i in 0..4 {
-        let mut sum = d[i];
-        for j in 0..i {
-            sum -= l[4 * i + j] * d[j];
-        }
-        d[i] = sum * l[5 * i].re.recip();
     }
 }

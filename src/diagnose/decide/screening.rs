@@ -14,7 +14,7 @@ use super::super::fit::case::Case;
 use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::linearise::assembled_with_size;
-use super::super::fit::problem::Point;
+use super::super::fit::problem::{Point, Problem};
 use super::candidate::{Candidate, Standing, failing_chi2, fails, next_model_error};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
@@ -225,9 +225,40 @@ impl Case<'_> {
             let with = with(h);
             let problem = self.problem(&with, self.thin());
             let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
-            Some((h.clone(), problem.fit(&start, stages).ok()?))
+            let found = problem.fit(&start, stages).ok()?;
+            let found = match h.kind {
+                EffectKind::TiltingStiffness if fails(&found) => {
+                    self.relocated(&problem, h, found, stages)
+                }
+                _ => found,
+            };
+            Some((h.clone(), found))
         });
         Ok(fits.collect())
+    }
+
+    /// A fit, or a better one from another place with the numbers that it found: where the row of an effect goes up and
+    /// down along the shaft, a fit stays between two nodes.
+    fn relocated(&self, problem: &Problem, h: &Hypothesis, found: Fit, stages: &[Stage]) -> Fit {
+        let once: Vec<Stage> = stages.last().map(|(w, _)| (*w, 2)).into_iter().collect();
+        let elsewhere = self.catalogue.iter().filter(|o| o.same_name(h));
+        let mut tried: Vec<Fit> = elsewhere
+            .filter_map(|other| {
+                let mut at = found.at.clone();
+                let (theta, place) = (at.theta.last_mut()?, other.start.last()?);
+                *theta.last_mut()? = *place;
+                problem.fit(&at, &once).ok()
+            })
+            .collect();
+        tried.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+        tried.truncate(STARTS);
+        let refined = tried
+            .into_iter()
+            .filter_map(|fit| problem.fit(&fit.at, stages).ok());
+        refined.fold(found, |best, next| match next.chi2 < best.chi2 {
+            true => next,
+            false => best,
+        })
     }
 
     /// Two starts of every name, where there are more: those with the smallest χ² after the step; and the one with the

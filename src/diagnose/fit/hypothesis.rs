@@ -4,6 +4,7 @@
 //! flexibility, the housing as 1/m, factors as logarithms. A fit can then start at the machine as it is.
 
 use super::super::DiagnoseError;
+use crate::rotor::tilt::PARTS;
 use crate::spindle::effects::LocationKind;
 use crate::spindle::effects::entry::{Nominal, Parameter, Starts};
 use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};
@@ -160,7 +161,10 @@ pub fn catalogue(
         };
         let starts = starts(entry.starts, nominal, scope);
         let axes = (0..4).filter(|_| entry.one_axis).map(Location::Axis);
-        let places = places(machine, entry.location, span_m, flexible_rad_s, scope);
+        let places = match kind {
+            EffectKind::TiltingStiffness => tilting_places(machine),
+            _ => places(machine, entry.location, span_m, flexible_rad_s, scope),
+        };
         for place in places.into_iter().chain(axes) {
             for start in &starts {
                 let mut start = start.clone();
@@ -205,6 +209,20 @@ fn starts(starts: Starts, nominal: f64, scope: Scope) -> Vec<Vec<f64>> {
             .map(|hz: f64| vec![first, hz.ln(), damping_ratio.ln()])
             .collect(),
     }
+}
+
+/// Places of a moment: the middle of every part of an element of the spindle on which a slope is read. From part to
+/// part the row goes from the rotation of the section at the ends to the slope with the shear in the middle and back,
+/// so that a fit does not leave its part.
+fn tilting_places(machine: &Machine) -> Vec<Location> {
+    let (mut left_m, mut all) = (0.0, vec![]);
+    for section in &machine.spindle.sections {
+        let part_m = section.length_m / PARTS as f64;
+        let middles = (0..PARTS).map(|k| left_m + (k as f64 + 0.5) * part_m);
+        all.extend(middles.map(Location::Position));
+        left_m += section.length_m;
+    }
+    all
 }
 
 fn places(

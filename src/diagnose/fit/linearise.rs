@@ -3,7 +3,7 @@
 //! Lines do not depend on each other: they are computed in parallel and joined in order.
 
 use super::super::DiagnoseError;
-use super::super::data::evidence::whiten;
+use super::super::data::covariance::whiten;
 use super::hypothesis::{self, Hypothesis};
 use super::jacobian::Jacobian;
 use super::nuisance::Layout;

@@ -11,7 +11,7 @@ use super::linearise::Record;
 use super::problem::Problem;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::data::common_error::{Group, LARGEST, Smooth};
-use crate::diagnose::data::evidence::whiten;
+use crate::diagnose::data::covariance::whiten;
 use crate::linalg::{Mat, c64, symmetric_eigen};
 use rayon::prelude::*;
 use std::collections::BTreeMap;

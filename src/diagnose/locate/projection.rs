@@ -5,7 +5,8 @@
 //! relinearised while the model error falls.
 
 use super::super::DiagnoseError;
-use super::super::data::evidence::{Subset, SweepEvidence, whiten};
+use super::super::data::covariance::whiten;
+use super::super::data::evidence::{Subset, SweepEvidence};
 use super::super::fit::case::Case;
 use super::place::Place;
 use super::place_response::{OpenedPlace, PlaceResponse};

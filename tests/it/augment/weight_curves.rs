@@ -3,7 +3,8 @@
 
 use muspin::augment::assembly::generalized_plane;
 use muspin::augment::plane::{Route, design_plane};
-use muspin::augment::shape::{Root, Shape, Stage};
+use muspin::augment::root::Root;
+use muspin::augment::shape::{Shape, Stage};
 use muspin::augment::weight_plane::{WeightPlane, fit_errors};
 use muspin::augment::weights::Weights;
 use muspin::input::{load_machine, read_weights};

@@ -63,6 +63,15 @@ fn broken(schema: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
             found.push(format!("{at}: {good} of {key} fit"));
         }
     }
+    let length = value.as_array().map(Vec::len);
+    for (key, short) in [("minItems", true), ("maxItems", false)] {
+        if let (Some(limit), Some(length)) = (schema[key].as_u64(), length)
+            && (length < limit as usize) == short
+            && length != limit as usize
+        {
+            found.push(format!("{at}: has {length} entries"));
+        }
+    }
     if let (Some(items), Some(list)) = (schema.get("items"), value.as_array()) {
         for (k, item) in list.iter().enumerate() {
             broken(items, item, &format!("{at}[{k}]"), found);
@@ -97,7 +106,7 @@ fn valid(schema: &Value, value: &Value) -> bool {
 /// Keywords that [`broken`] knows, and those that only describe.
 #[test]
 fn the_schemas_have_no_keyword_that_these_tests_pass_over() {
-    const KNOWN: [&str; 19] = [
+    const KNOWN: [&str; 21] = [
         "type",
         "minimum",
         "maximum",
@@ -106,6 +115,8 @@ fn the_schemas_have_no_keyword_that_these_tests_pass_over() {
         "oneOf",
         "anyOf",
         "items",
+        "minItems",
+        "maxItems",
         "required",
         "properties",
         "additionalProperties",
