@@ -298,3 +298,20 @@ fn limits_out_of_reach_are_widened_no_further_than_needed() {
     let (problems, _, gamma) = pose(&machine, &weights, &fixed).unwrap();
     assert!(problems.widening.is_none() && gamma > settings.gamma_target);
 }
+
+#[test]
+#[ignore = "a design takes half a minute; run with: cargo test --release --test it brought_up_to_speed -- --ignored"]
+fn a_start_that_is_unstable_at_speed_is_brought_up_to_speed() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let spindle = format!("{root}/tests/data/spindles/s04-noncollocated.yaml");
+    let machine = load_machine(&spindle, "endmill-20-short").unwrap();
+    let weights = load_weights("benchmark").unwrap();
+    let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
+    let polish = found.polish.as_ref().unwrap();
+    assert!(polish.dk.stiffness_n_per_m[1].is_nan());
+    assert!(found.is_stable() && found.delivery.speed_proof.is_complete());
+    assert!(found.largest_mu() <= 1.0);
+    let delivered = polish.attempts[polish.delivered.unwrap()].judged.as_ref();
+    let stiffness = delivered.unwrap().stiffness_n_per_m;
+    assert!(stiffness[0] > polish.dk.stiffness_n_per_m[0] && stiffness[1] > 0.0);
+}
