@@ -52,16 +52,85 @@ const LARGEST: f64 = 1e5;
 const WIDTH: f64 = 4e-3;
 /// What a limit is loosened by to see whether it binds.
 const LOOSER: f64 = 1.1;
-/// Rows of the specification, in words.
-const ROWS: [&str; 6] = [
-    "the displacement of the tool",
-    "the displacement at the front bearing",
-    "the displacement at the rear bearing",
-    "the control current",
-    "the natural-frequency uncertainty",
-    // Where the specification has some.
-    "the uncertainty of actuators, sensors and delay",
-];
+/// A row of the specification.
+#[derive(Clone, Copy)]
+enum Row {
+    /// Displacement at a place: 0 tool, 1 front, 2 rear.
+    Displacement(usize),
+    Current,
+    NaturalFrequencies,
+    /// Actuators, sensors and delay.
+    Hardware,
+}
+
+impl Row {
+    /// The rows that a specification has.
+    fn all(weights: &Weights) -> Vec<Self> {
+        let mut rows = [0, 1, 2].map(Self::Displacement).to_vec();
+        rows.extend([Self::Current, Self::NaturalFrequencies]);
+        if !weights.uncertainty.is_none() {
+            rows.push(Self::Hardware);
+        }
+        rows
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Displacement(0) => "the displacement of the tool",
+            Self::Displacement(1) => "the displacement at the front bearing",
+            Self::Displacement(_) => "the displacement at the rear bearing",
+            Self::Current => "the control current",
+            Self::NaturalFrequencies => "the natural-frequency uncertainty",
+            Self::Hardware => "the uncertainty of actuators, sensors and delay",
+        }
+    }
+
+    /// The key that relaxes it: of a displacement the level that acts at the frequency, or its curve.
+    fn key(self, weights: &Weights, frequency_hz: f64) -> &'static str {
+        const LEVELS: [[&str; 2]; 3] = [
+            ["tool.max_dc_displacement_m", "tool.max_hf_displacement_m"],
+            ["front.max_dc_displacement_m", "front.max_hf_displacement_m"],
+            ["rear.max_dc_displacement_m", "rear.max_hf_displacement_m"],
+        ];
+        const CURVES: [&str; 3] = [
+            "over_frequency.tool_displacement_m",
+            "over_frequency.front_displacement_m",
+            "over_frequency.rear_displacement_m",
+        ];
+        match self {
+            Self::Displacement(place) if weights.curves.displacement[place].is_some() => {
+                CURVES[place]
+            }
+            Self::Displacement(place) => {
+                let above = frequency_hz > weights.displacement_crossover_hz[place];
+                LEVELS[place][usize::from(above)]
+            }
+            Self::Current if weights.curves.current.is_some() => "over_frequency.current_a",
+            Self::Current => "current_limit_a",
+            Self::NaturalFrequencies => "mode_uncertainty",
+            Self::Hardware => "uncertainty",
+        }
+    }
+
+    /// Specification and modes, widened by a factor, with this row wider still.
+    fn loosened(
+        self,
+        factor: f64,
+        (weights, modes): (&Weights, &[UncertainMode]),
+    ) -> (Weights, Vec<UncertainMode>) {
+        let mut wider = Widening::all(factor);
+        let (mut modes, mut looser) = (modes.to_vec(), weights.clone());
+        match self {
+            Self::Displacement(0) => wider.tool *= LOOSER,
+            Self::Displacement(1) => wider.front *= LOOSER,
+            Self::Displacement(_) => wider.rear *= LOOSER,
+            Self::Current => wider.current *= LOOSER,
+            Self::NaturalFrequencies => modes.iter_mut().for_each(|m| m.relative /= LOOSER),
+            Self::Hardware => looser.uncertainty = looser.uncertainty.times(LOOSER.recip()),
+        }
+        (wider.apply(&looser), modes)
+    }
+}
 
 /// The scale of a four-axis law whose μ over speed is `over_speed`; none when it meets the specification or is unstable
 /// at a speed.
@@ -123,58 +192,24 @@ pub(crate) fn specification_scale(
         factor = high;
     }
     let used = factor.min(LARGEST);
-    let rows = ROWS.len() - usize::from(weights.uncertainty.is_none());
-    let loosened: Result<Vec<f64>, PipelineError> = (0..rows)
-        .into_par_iter()
+    let rows = Row::all(weights);
+    let loosened: Result<Vec<f64>, PipelineError> = rows
+        .par_iter()
         .map(|row| {
-            let mut wider = Widening::all(used);
-            let (mut modes, mut looser) = (modes.to_vec(), weights.clone());
-            match row {
-                0 => wider.tool *= LOOSER,
-                1 => wider.front *= LOOSER,
-                2 => wider.rear *= LOOSER,
-                3 => wider.current *= LOOSER,
-                4 => modes.iter_mut().for_each(|m| m.relative /= LOOSER),
-                _ => looser.uncertainty = looser.uncertainty.times(LOOSER.recip()),
-            }
-            let specification = wider.apply(&looser);
+            let (specification, modes) = row.loosened(used, (weights, modes));
             Ok(mu_at_speed(machine, &specification, &modes, law, binding.speed_rpm)?.mu)
         })
         .collect();
-    let softest = loosened?.into_iter().enumerate();
+    let softest = rows.into_iter().zip(loosened?);
     let row = softest
         .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map_or(0, |(row, _)| row);
+        .map_or(Row::Displacement(0), |(row, _)| row);
     let frequency_hz = binding.frequency_hz.abs();
     Ok(Some(SpecificationScale {
         factor,
-        binds: ROWS[row],
-        key: key(row, weights, frequency_hz),
+        binds: row.words(),
+        key: row.key(weights, frequency_hz),
         speed_rpm: binding.speed_rpm,
         frequency_hz,
     }))
-}
-
-/// The key of a row of [`ROWS`]: the level of the displacement limit that acts at the frequency, or its curve.
-fn key(row: usize, weights: &Weights, frequency_hz: f64) -> &'static str {
-    const LEVELS: [[&str; 2]; 3] = [
-        ["tool.max_dc_displacement_m", "tool.max_hf_displacement_m"],
-        ["front.max_dc_displacement_m", "front.max_hf_displacement_m"],
-        ["rear.max_dc_displacement_m", "rear.max_hf_displacement_m"],
-    ];
-    const CURVES: [&str; 3] = [
-        "over_frequency.tool_displacement_m",
-        "over_frequency.front_displacement_m",
-        "over_frequency.rear_displacement_m",
-    ];
-    match LEVELS.get(row) {
-        Some(_) if weights.curves.displacement[row].is_some() => CURVES[row],
-        Some(keys) => keys[usize::from(frequency_hz > weights.displacement_crossover_hz[row])],
-        None if row == LEVELS.len() && weights.curves.current.is_some() => {
-            "over_frequency.current_a"
-        }
-        None if row == LEVELS.len() => "current_limit_a",
-        None if row == LEVELS.len() + 1 => "mode_uncertainty",
-        None => "uncertainty",
-    }
 }
