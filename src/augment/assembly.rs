@@ -108,10 +108,14 @@ pub fn input_weights(
         let load = weights.load_weight(place)?;
         all = append(&all, &plane.unheld(&plane.realise(&load)?.system, None)?);
     }
-    let noise = Mat::from_fn(LOOPS, LOOPS, |i, j| {
-        if i == j { weights.sensor_noise_m } else { 0.0 }
-    });
-    all = append(&all, &StateSpace::gain(noise, Continuous));
+    let noise = match &weights.curves.noise {
+        Some(curve) => {
+            let one = plane.realise(curve)?.system;
+            append(&one, &one)
+        }
+        None => StateSpace::gain(diagonal(weights.sensor_noise_m), Continuous),
+    };
+    all = append(&all, &noise);
     Ok(append(
         &all,
         &StateSpace::gain(Mat::identity(LOOPS, LOOPS), Continuous),

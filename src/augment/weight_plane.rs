@@ -144,6 +144,7 @@ pub fn fit_errors(weights: &Weights, period_s: f64) -> Result<FitErrors, Numeric
         all.push(weights.load_weight(place)?);
         all.push(weights.displacement_weight(place)?);
     }
+    all.extend(weights.curves.noise.clone());
     if let Some(corner) = weights.integral_corner_hz {
         let allowed = weights.front.max_dc_displacement_m;
         all.push(Shape::section(integral_section(allowed, corner)?));

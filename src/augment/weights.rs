@@ -83,6 +83,8 @@ pub struct Curves {
     pub displacement: [Option<Shape>; 3],
     /// One over the control current allowed, 1/A.
     pub current: Option<Shape>,
+    /// Sensor noise, m.
+    pub noise: Option<Shape>,
 }
 
 impl Weights {

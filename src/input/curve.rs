@@ -44,6 +44,9 @@ pub(super) struct CurvesFile {
     rear_displacement_m: Option<CurveFile>,
     /// Control current allowed, A, in the place of limit and roll-off.
     current_a: Option<CurveFile>,
+    /// Sensor noise that the design assumes, m; the bound on the complementary sensitivity is tighter by as much as it
+    /// is above the key `sensor_noise_m`.
+    sensor_noise_m: Option<CurveFile>,
     /// Relative error of the actuators.
     actuator: Option<CurveFile>,
     /// Error of the signals, m per A of the bearing's current.
@@ -101,6 +104,7 @@ impl CurvesFile {
                 )?,
             ],
             current: of("current_a", &self.current_a, Sense::Inverse)?,
+            noise: of("sensor_noise_m", &self.sensor_noise_m, Sense::Direct)?,
         })
     }
 

@@ -406,6 +406,7 @@ pub const WEIGHTS: &[Group] = &[
     group("over_frequency.front_displacement_m", curve::KEYS),
     group("over_frequency.rear_displacement_m", curve::KEYS),
     group("over_frequency.current_a", curve::KEYS),
+    group("over_frequency.sensor_noise_m", curve::KEYS),
     group("over_frequency.actuator", curve::KEYS),
     group("over_frequency.sensor_m_per_a", curve::KEYS),
 ];

@@ -63,6 +63,7 @@ impl Widening {
         };
         Curves {
             load: curves.load.clone(),
+            noise: curves.noise.clone(),
             displacement: [0, 1, 2].map(divided),
             current: curves
                 .current

@@ -81,6 +81,7 @@ fn levels_written_as_transfer_functions_are_the_same_problem() {
     let lines = format!(
         "  tool_load_n: {{numerator: {load:?}, denominator: {over_load:?}}}
   rear_displacement_m: {{numerator: {allowed:?}, denominator: {over_allowed:?}}}
+  sensor_noise_m: {{numerator: [2.0e-7, 2.0e-4], denominator: [1, 1000]}}
   current_a: {{numerator: {current:?}, denominator: {:?}}}\n",
         square(near)
     );
