@@ -4,8 +4,9 @@
 usage: benches/spindles_tools.py [--muspin PROGRAM] [--work DIR] [--tools A,B] [SPINDLE ...]
 
 Default: the five spindles of tests/data/spindles that are not the reference one, and the ten tools of spindles/tools.
-The paper's tool is designed from nothing, the others start from its design (`muspin batch --from`). Writes results/bench/spindles_tools.csv after every row. A folder that an earlier call finished in DIR is not
-computed again, and its times are those of reading it; without --work every design is computed in a temporary folder.
+The paper's tool is designed from nothing, the others start from its design (`muspin batch --from`). Writes
+results/bench/spindles_tools.csv after every row. A folder that an earlier call finished in DIR is not computed again, and
+its times are those of reading it; without --work every design is computed in a temporary folder.
 """
 
 import argparse

@@ -77,7 +77,7 @@ impl Shape {
     /// The shape with value `gain` at zero frequency and these roots.
     ///
     /// # Errors
-    /// [`NumericError::NotFinite`] when there are more zeros than poles, or none at all.
+    /// [`NumericError::NotFinite`] when there are more zeros than poles.
     pub fn from_roots(gain: f64, zeros: &[Root], poles: &[Root]) -> Result<Self, NumericError> {
         let degree = |list: &[Root]| list.iter().map(Root::degree).sum::<usize>();
         if degree(zeros) > degree(poles) {
@@ -105,7 +105,7 @@ impl Shape {
             }));
         }
         if stages.is_empty() {
-            // A constant: zero and pole coincide.
+            // No roots: a constant.
             stages.push(Stage::First(Section {
                 b0: 1.0,
                 b1: 1.0,

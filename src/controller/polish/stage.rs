@@ -266,10 +266,10 @@ impl<'a> Polisher<'a> {
 
     /// Moves the limit on μ to where the loop is, if it exceeds it.
     pub(crate) fn hold_mu(&mut self) {
-        let numbered = LIMIT_GROUPS.iter().zip(self.figures.over_limit);
-        let of_mu = numbered.filter(|(group, _)| **group == Group::Specification);
-        let over = of_mu.map(|(_, over)| over).fold(0.0, f64::max);
-        if over > 1.0 {
+        let over = Group::Specification
+            .limit()
+            .map(|k| self.figures.over_limit[k]);
+        if let Some(over) = over.filter(|over| *over > 1.0) {
             self.task.limits.mu *= over;
             self.stale = true;
         }
