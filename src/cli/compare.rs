@@ -7,6 +7,7 @@ use super::design_progress::run_design;
 use super::machine::Remarks;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
+use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
@@ -66,6 +67,8 @@ pub(super) struct Arguments {
     /// Folder for summary, pictures and report
     #[arg(long, default_value = "results/compare")]
     out: String,
+    #[command(flatten)]
+    timings: Timings,
 }
 
 /// Runs the command.
@@ -105,7 +108,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
     let mut list: Vec<(Role, Compared)> = vec![];
     for (name, (role, controller)) in keys(&controllers).iter().zip(&controllers) {
-        progress.stage(format!("predictions for {name}"));
+        progress.timed(format!("predictions for {name}"));
         list.push((*role, compared(&ground, name, controller)?));
     }
     let met = met && list.iter().all(|(role, c)| is_acceptable(*role, c));
@@ -125,7 +128,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         }
     };
     report.verdict(met, sentence);
+    progress.timed("report");
     console.writing(|| report.write(&arguments.out))?;
+    arguments.timings.print(&progress);
     drop(progress);
     for (_, each) in &list {
         if let Some((growth, rpm)) = each.unstable() {
@@ -156,7 +161,7 @@ fn own(
     progress: &Progress,
 ) -> Result<(Vec<(Role, Controller)>, bool), Failure> {
     let found = run_design(machine, weights, progress)?;
-    progress.stage("PID");
+    progress.timed("PID");
     let effort = arguments.pid.settings(PidEffort::Thorough);
     let Rivals {
         tuned,
