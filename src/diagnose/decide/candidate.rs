@@ -131,7 +131,7 @@ impl Case<'_> {
     }
 
     /// Fits at every model error from `top` down to the final one, or until χ² per residual exceeds the limit beyond
-    /// which no fit comes closer.
+    /// which no fit comes closer. Some of the lines lead down; all of `usage` count at the end.
     ///
     /// # Errors
     /// As [`Self::fit_down`].
@@ -142,13 +142,13 @@ impl Case<'_> {
         top: f64,
         usage: Subset,
     ) -> Result<Candidate, DiagnoseError> {
-        let problem = self.problem(effects, usage);
+        let whole = self.problem(effects, usage);
+        let leading = self.problem(effects, self.leading(usage));
         let (mut at, mut last) = (from.clone(), None);
         for model_error in MODEL_ERRORS.into_iter().filter(|f| *f <= top) {
-            let iterations = if model_error == FINAL_MODEL_ERROR {
-                FINAL_ITERATIONS
-            } else {
-                ITERATIONS
+            let (problem, iterations) = match model_error == FINAL_MODEL_ERROR {
+                true => (&whole, FINAL_ITERATIONS),
+                false => (&leading, ITERATIONS),
             };
             let fit = problem.fit(&at, &[(model_error, iterations)])?;
             let hopeless = fit.data_chi2 > HOPELESS_CHI2 * fit.residuals as f64;
@@ -158,7 +158,10 @@ impl Case<'_> {
                 break;
             }
         }
-        let (fit, model_error) = last.ok_or(DiagnoseError::NoSweep)?;
+        let (mut fit, model_error) = last.ok_or(DiagnoseError::NoSweep)?;
+        if model_error != FINAL_MODEL_ERROR && self.leading(usage) != usage {
+            fit = whole.fit(&at, &[(model_error, 0)])?;
+        }
         Ok(Candidate {
             effects: effects.to_vec(),
             fit,

@@ -38,8 +38,16 @@ const STARTS: usize = 2;
 /// as many are fitted to all lines.
 const PAIR_SEEDS: usize = 2;
 
+/// Places of one name at which the machine is evaluated, those with the smallest predicted χ².
+const PLACES: usize = 12;
+
+/// Further places of an effect from which a fit that failed is begun again.
+const RELOCATED: usize = 8;
+
 /// Lines that rank hypotheses, at least every third.
 const LINES: usize = 60;
+/// Lines that lead the finalists to the final model error, where all lines count.
+const FINALIST_LINES: usize = 160;
 
 /// The present effects and one more.
 fn beside_present(present: &[Hypothesis], h: &Hypothesis) -> Vec<Hypothesis> {
@@ -121,8 +129,8 @@ impl Case<'_> {
         let third: Vec<(Hypothesis, Fit)> = second
             .into_par_iter()
             .filter_map(|(h, f)| {
-                let all = fit(&h, &f.at, Subset::ALL, &[(lower, 4)]).ok()?;
-                Some((h, all))
+                let further = fit(&h, &f.at, self.leading(Subset::ALL), &[(lower, 4)]).ok()?;
+                Some((h, further))
             })
             .collect();
         let limits = Limits {
@@ -156,6 +164,15 @@ impl Case<'_> {
         Subset {
             stride: (self.evidence.lines() / LINES).max(3),
             ..Subset::ALL
+        }
+    }
+
+    /// The lines of `usage` that lead fits to the final model error.
+    pub(super) fn leading(&self, usage: Subset) -> Subset {
+        let stride = (self.evidence.lines() / FINALIST_LINES).max(1);
+        Subset {
+            stride: stride * usage.stride,
+            ..usage
         }
     }
 
@@ -196,7 +213,7 @@ impl Case<'_> {
         let problem = self.problem(present, screen);
         let base = problem.linear(origin, w)?;
         let enough = standing.candidate.fit.chi2 - 0.5 * FURTHER_EFFECT_BIC_GAIN;
-        let sized = |h: &Hypothesis| !settled || assembled_with_size(h.kind);
+        let sized = |h: &Hypothesis| assembled_with_size(h.kind) || h.start != h.nothing();
         let (with_size, without): (Vec<_>, Vec<_>) = free.into_iter().partition(sized);
         // What has no size yet shares one linearisation.
         let steps = match without.is_empty() {
@@ -226,39 +243,78 @@ impl Case<'_> {
             let problem = self.problem(&with, self.thin());
             let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
             let found = problem.fit(&start, stages).ok()?;
-            let found = match h.kind {
-                EffectKind::TiltingStiffness if fails(&found) => {
-                    self.relocated(&problem, h, found, stages)
-                }
-                _ => found,
-            };
             Some((h.clone(), found))
         });
-        Ok(fits.collect())
+        let mut fits: Vec<(Hypothesis, Fit)> = fits.collect();
+        // Where another effect explains the data, no better place is needed.
+        if fits.iter().all(|(_, found)| fails(found)) {
+            for (h, found) in &mut fits {
+                if h.kind == EffectKind::TiltingStiffness {
+                    let with = with(h);
+                    let problem = self.problem(&with, self.thin());
+                    *found = self.relocated(&problem, h, found.clone(), stages)?;
+                }
+            }
+        }
+        Ok(fits)
     }
 
-    /// A fit, or a better one from another place with the numbers that it found: where the row of an effect goes up and
-    /// down along the shaft, a fit stays between two nodes.
-    fn relocated(&self, problem: &Problem, h: &Hypothesis, found: Fit, stages: &[Stage]) -> Fit {
-        let once: Vec<Stage> = stages.last().map(|(w, _)| (*w, 2)).into_iter().collect();
-        let elsewhere = self.catalogue.iter().filter(|o| o.same_name(h));
-        let mut tried: Vec<Fit> = elsewhere
+    /// A fit, or a better one from another place: where the row of an effect goes up and down along the shaft, a fit
+    /// stays between two nodes. Nuisance parameters held, the residual r is taken as linear in the size, from none to
+    /// what was found; the places with the smallest χ² are fitted.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a model cannot be assembled.
+    fn relocated(
+        &self,
+        problem: &Problem,
+        h: &Hypothesis,
+        found: Fit,
+        stages: &[Stage],
+    ) -> Result<Fit, DiagnoseError> {
+        let Some((w, _)) = stages.last().copied() else {
+            return Ok(found);
+        };
+        let sized = |share: f64, place: Option<&f64>| {
+            let mut at = found.at.clone();
+            if let Some(theta) = at.theta.last_mut() {
+                theta.iter_mut().take(1).for_each(|size| *size *= share);
+                if let (Some(z), Some(place)) = (theta.last_mut(), place) {
+                    *z = *place;
+                }
+            }
+            at
+        };
+        let without = problem.residual(&sized(0.0, None), w)?;
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let places = self.catalogue.par_iter().filter(|o| o.same_name(h));
+        let mut ahead: Vec<(f64, Point)> = places
             .filter_map(|other| {
-                let mut at = found.at.clone();
-                let (theta, place) = (at.theta.last_mut()?, other.start.last()?);
-                *theta.last_mut()? = *place;
-                problem.fit(&at, &once).ok()
+                let place = other.start.last();
+                let with = problem.residual(&sized(1.0, place), w).ok()?;
+                let change: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+                let share = -dot(&without, &change) / dot(&change, &change);
+                let fall = share * dot(&without, &change);
+                share.is_finite().then(|| (fall, sized(share, place)))
             })
+            .collect();
+        ahead.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ahead.truncate(RELOCATED);
+        let tried = ahead.par_iter();
+        let mut tried: Vec<Fit> = tried
+            .filter_map(|(_, at)| problem.fit(at, &[(w, 2)]).ok())
             .collect();
         tried.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
         tried.truncate(STARTS);
         let refined = tried
             .into_iter()
             .filter_map(|fit| problem.fit(&fit.at, stages).ok());
-        refined.fold(found, |best, next| match next.chi2 < best.chi2 {
-            true => next,
-            false => best,
-        })
+        Ok(
+            refined.fold(found, |best, next| match next.chi2 < best.chi2 {
+                true => next,
+                false => best,
+            }),
+        )
     }
 
     /// Two starts of every name, where there are more: those with the smallest χ² after the step; and the one with the
@@ -274,9 +330,14 @@ impl Case<'_> {
         let twins = |h: &Hypothesis| all.iter().filter(|o| o.0.same_name(h)).count();
         let reached: Vec<f64> = all
             .par_iter()
-            .map(|(h, at, _)| {
+            .map(|(h, at, chi2)| {
+                let before = all.iter().filter(|o| o.0.same_name(h) && o.2 < *chi2);
+                let behind = before.count() >= PLACES;
                 if twins(h) <= STARTS {
                     return 0.0;
+                }
+                if behind {
+                    return f64::INFINITY;
                 }
                 let with = with(h);
                 let problem = self.problem(&with, self.thin());

@@ -170,7 +170,8 @@ pub fn diagnose_with(
         progress("a machine that is further off than usual");
         return conclude(&wide.trial, &wide.null, (gross, MOST_EFFECTS), progress);
     }
-    if plain.verdict != Verdict::Unexplained {
+    // A free law at one place explains what the catalogue does not: what is there is outside of it.
+    if plain.verdict != Verdict::Unexplained || plain.localisation.sole().is_some() {
         return Ok(plain);
     }
     // From far away either comparison may miss what the other one finds.
