@@ -23,6 +23,7 @@ pub mod schema;
 pub mod shipped;
 pub mod spindle;
 pub mod sweep;
+mod table;
 pub mod tool;
 pub mod uff;
 pub mod uff_frf;
