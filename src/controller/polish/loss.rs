@@ -33,14 +33,21 @@ pub(crate) enum Group {
 /// Number of limits.
 pub(crate) const LIMITS: usize = 5;
 
-/// The limits in their order.
-pub(super) const LIMIT_GROUPS: [Group; LIMITS] = [
+/// The objective and the limits in their order.
+pub(super) const GROUPS: [Group; LIMITS + 1] = [
+    Group::Compliance,
     Group::Sensitivity,
     Group::HighGain,
     Group::NoiseCurrent,
     Group::Specification,
     Group::Margin,
 ];
+
+/// The limits in their order.
+pub(super) const LIMIT_GROUPS: [Group; LIMITS] = {
+    let [_, limits @ ..] = GROUPS;
+    limits
+};
 
 impl Group {
     /// Number of the limit; `None` for the objective.
