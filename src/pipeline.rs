@@ -29,6 +29,7 @@ pub mod settings;
 pub mod specification_scale;
 pub mod speed_mu;
 pub mod stable;
+pub(crate) mod study;
 pub mod synthesis;
 pub mod tightening;
 pub mod variation;

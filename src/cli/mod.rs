@@ -15,7 +15,6 @@ mod controlled_machine;
 mod design;
 mod design_arguments;
 mod design_progress;
-mod design_variants;
 mod diagnose;
 mod earlier;
 #[cfg(feature = "python")]

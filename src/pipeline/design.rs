@@ -123,6 +123,27 @@ impl Design {
     }
 }
 
+/// The whole design, and for the listener what the polish and the scale of the specification have come to.
+///
+/// # Errors
+/// As [`design`].
+pub(crate) fn design_in_words(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    progress: &mut Listener,
+) -> Result<Design, PipelineError> {
+    progress(Event::Begins("design"));
+    let found = design(machine, weights, settings, progress)?;
+    if let Some(polish) = &found.polish {
+        progress(Event::Found(&polish.sentence));
+    }
+    if let Some(scale) = &found.specification_scale {
+        progress(Event::Found(&scale.sentence()));
+    }
+    Ok(found)
+}
+
 /// The whole design.
 ///
 /// # Errors

