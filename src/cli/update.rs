@@ -7,18 +7,17 @@ use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::named;
 use super::{Failure, Outcome};
-use crate::identify::{Identification, Reading, identify};
+use crate::identify::{Identification, identify};
 use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::{finite, json};
-use crate::report::tables::Table;
-use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures};
+use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures, shape_table};
 use crate::spindle::Machine;
 use crate::update::{
-    FrfTargets, Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine,
-    front_and_rear, gauss_newton, nelder_mead, tool_error_db,
+    Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear,
+    gauss_newton, identified_targets, nelder_mead, tool_error_db,
 };
 use clap::ValueEnum;
 use serde::Serialize;
@@ -246,27 +245,7 @@ pub(super) fn targets(
     let mut identification = None;
     let mut targets = if let Some((frf, _)) = records.standstill() {
         let found = identify(frf, machine).map_err(|e| named(e, &record_at_rest(measurement)))?;
-        let list = |readings: &[Reading]| readings.iter().map(target).collect();
-        let mut targets = front_and_rear(
-            machine,
-            list(&found.resonances),
-            list(&found.front),
-            list(&found.rear),
-        );
-        let [f, r] = machine.effective().bearings;
-        let crossed = [
-            ("13", f.sensor_m, r.actuator_m, &found.front_over_rear),
-            ("31", r.sensor_m, f.actuator_m, &found.rear_over_front),
-        ];
-        for (name, output_m, input_m, readings) in crossed {
-            targets.antiresonances.push(FrfTargets {
-                name: name.to_owned(),
-                output_m,
-                input_m,
-                antiresonances: list(readings),
-                held_out: true,
-            });
-        }
+        let targets = identified_targets(machine, &found);
         identification = Some(found);
         targets
     } else if let Some(read) = measurement.frequencies.first() {
@@ -336,13 +315,6 @@ fn hammer_errors(
     Ok(list)
 }
 
-fn target(reading: &Reading) -> Option<Target> {
-    Some(Target {
-        frequency_hz: reading.frequency_hz()?,
-        standard_deviation_hz: reading.standard_deviation_hz(),
-    })
-}
-
 fn write_all(
     out: &str,
     before: &Machine,
@@ -359,12 +331,7 @@ fn write_all(
         folder.add("tool.yaml", tool_yaml(tool))?;
     }
     if !delivered.fit.shapes.is_empty() {
-        let mut table = Table::with_columns(&["mode", "position_m", "measured_scaled", "model"]);
-        for shape in &delivered.fit.shapes {
-            for (z, measured, model) in &shape.points {
-                table.push_numbers(&[shape.mode as f64, *z, *measured, *model]);
-            }
-        }
+        let table = shape_table(&delivered.fit.shapes);
         folder.add_table("mode_shapes.csv", &table)?;
     }
     for (name, figure) in figures(before, models) {

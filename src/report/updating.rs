@@ -7,7 +7,7 @@ use super::plot::{Figure, Role};
 use super::summary::{Named, finite};
 use super::tables::Table;
 use crate::spindle::Machine;
-use crate::update::{PeakError, PeakKind, Updated};
+use crate::update::{PeakError, PeakKind, ShapeComparison, Updated};
 use serde::{Deserialize, Serialize};
 
 /// `updating`. Lists stand in the order of the measured lists; none where a peak was not measured or has no counterpart
@@ -230,6 +230,17 @@ pub(crate) fn error_table(models: &[(&str, &Updated)]) -> Table {
             row.push(cell(of.and_then(PeakError::error_percent)));
         }
         table.push(row);
+    }
+    table
+}
+
+/// Measured mode shapes beside those of the model.
+pub(crate) fn shape_table(shapes: &[ShapeComparison]) -> Table {
+    let mut table = Table::with_columns(&["mode", "position_m", "measured_scaled", "model"]);
+    for shape in shapes {
+        for (z, measured, model) in &shape.points {
+            table.push_numbers(&[shape.mode as f64, *z, *measured, *model]);
+        }
     }
     table
 }
