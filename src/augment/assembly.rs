@@ -25,7 +25,7 @@ use crate::lti::connect::{append, block2, series, stack_rows};
 use crate::lti::{Continuous, StateSpace};
 
 /// Displacement that counts as one at the controller input of the scaled problem, m: the size of the vibrations.
-pub const SIGNAL_SCALE_M: f64 = 1e-5;
+pub(crate) const SIGNAL_SCALE_M: f64 = 1e-5;
 
 /// A mode with a port in the plane model and its relative natural-frequency uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +85,7 @@ pub fn scale_controller<T: crate::lti::TimeBase>(physical: &StateSpace<T>) -> St
 ///
 /// # Errors
 /// [`NumericError`] when a weight is not positive.
-pub fn input_weights(
+pub(crate) fn input_weights(
     modes: &[UncertainMode],
     weights: &Weights,
     plane: WeightPlane,

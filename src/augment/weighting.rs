@@ -74,7 +74,7 @@ impl Section {
 
     /// The section times a positive factor.
     #[must_use]
-    pub fn times(&self, factor: f64) -> Self {
+    pub(crate) fn times(&self, factor: f64) -> Self {
         Self {
             b0: factor * self.b0,
             b1: factor * self.b1,

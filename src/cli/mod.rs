@@ -53,7 +53,7 @@ use std::process::ExitCode;
 
 /// How a command ended when it ended without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// Done, every target met.
     Done,
     /// Done, but a target is missed.

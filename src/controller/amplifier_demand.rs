@@ -74,7 +74,7 @@ pub fn high_frequency_gain(law: &StateSpace<Discrete>, from_hz: f64) -> Result<f
 ///
 /// # Errors
 /// [`VerificationError`] from the plant or the norms.
-pub fn amplifier_demand(
+pub(crate) fn amplifier_demand(
     machine: &Machine,
     law: &StateSpace<Discrete>,
 ) -> Result<AmplifierDemand, VerificationError> {

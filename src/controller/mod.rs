@@ -6,7 +6,7 @@ pub mod anti_windup;
 pub mod arithmetic;
 pub mod continuous;
 pub mod discretise;
-pub mod full_loop;
+pub(crate) mod full_loop;
 pub mod hand_over;
 pub mod law;
 pub mod modal;
@@ -18,7 +18,7 @@ pub mod speed_lift;
 pub mod speed_proof;
 pub mod stiffness_limit;
 pub mod verification;
-pub mod verification_error;
+pub(crate) mod verification_error;
 
 pub use law::{ControlLaw, Controller, MachineTag};
 pub use realise::Realisation;

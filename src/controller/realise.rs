@@ -20,7 +20,7 @@ pub enum Form {
 
 impl Form {
     /// Words for headers and reports.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Modal => "real modal form",
             Self::SecondOrderSections => "second-order sections, transposed direct form II",
@@ -140,7 +140,7 @@ impl Realisation {
     }
 
     /// All rows in the order of computation: signals, outputs, states.
-    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &Row> {
         self.signals.iter().chain(&self.outputs).chain(&self.states)
     }
 

@@ -69,7 +69,7 @@ impl SpeedProof {
     }
 
     /// True when every speed from rest to `rpm` is covered.
-    pub fn covers(&self, rpm: f64) -> bool {
+    pub(crate) fn covers(&self, rpm: f64) -> bool {
         // The ends of the pieces are sums of decimals: only their rounding is forgiven.
         !self.intervals.is_empty() && self.proven_to_rpm() * (1.0 + 1e-12) >= rpm
     }
@@ -80,13 +80,13 @@ impl SpeedProof {
     }
 
     /// The narrowest proven interval.
-    pub fn narrowest(&self) -> Option<&SpeedInterval> {
+    pub(crate) fn narrowest(&self) -> Option<&SpeedInterval> {
         self.proven()
             .min_by(|a, b| a.radius_rpm.total_cmp(&b.radius_rpm))
     }
 
     /// The least damped centre.
-    pub fn slowest(&self) -> Option<&SpeedInterval> {
+    pub(crate) fn slowest(&self) -> Option<&SpeedInterval> {
         self.intervals
             .iter()
             .max_by(|a, b| a.growth_rate_per_s.total_cmp(&b.growth_rate_per_s))

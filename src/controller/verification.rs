@@ -72,7 +72,7 @@ impl Verification {
 
     /// The first speed at which the loop is known to be unstable: of those checked, else of the centres of the proof up
     /// to the largest speed.
-    pub fn unstable(&self) -> Option<SpeedCheck> {
+    pub(crate) fn unstable(&self) -> Option<SpeedCheck> {
         let centres = self.proof.iter().flat_map(|proof| &proof.intervals);
         let below = centres
             .filter(|i| i.centre_rpm <= self.top_rpm && i.growth_rate_per_s >= 0.0)
@@ -127,7 +127,7 @@ pub fn growth_rate(
 ///
 /// # Errors
 /// [`VerificationError`] from the plant or the eigenvalue iteration.
-pub fn verify(
+pub(crate) fn verify(
     machine: &Machine,
     controller: &StateSpace<Discrete>,
     points: usize,

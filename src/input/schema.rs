@@ -43,7 +43,7 @@ impl SchemaKind {
     ];
 
     /// Its name on the command line and in file names.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Spindle => "spindle",
             Self::Tool => "tool",

@@ -4,8 +4,8 @@
 /// Sweeps over all states: twenty settle spreads of 1e10. Balancing is a help, not a condition.
 const SWEEPS: usize = 20;
 
-/// T of x = T x̃ for which the size of row i and that of column i are alike. `sizes` returns both under a scaling: the row
-/// falls and the column grows with tᵢ. A state without a row or a column keeps its scale.
+/// T of x = T x̃ for which the size of row i and that of column i are alike. `sizes` returns both under a scaling: the
+/// row falls and the column grows with tᵢ. A state without a row or a column keeps its scale.
 pub(crate) fn balanced(n: usize, sizes: impl Fn(&[f64], usize) -> (f64, f64)) -> Vec<f64> {
     let mut t = vec![1.0f64; n];
     for _ in 0..SWEEPS {

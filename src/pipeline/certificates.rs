@@ -49,7 +49,7 @@ impl PeakFigures {
     }
 
     /// The figure to three digits, or that there is none.
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         mu_words(self.upper)
     }
 }

@@ -52,7 +52,7 @@ pub struct Compared {
 impl Compared {
     /// Growth rate and speed of a loop that is unstable: at a speed that was asked for, else anywhere up to the top
     /// speed.
-    pub fn unstable(&self) -> Option<(f64, f64)> {
+    pub(crate) fn unstable(&self) -> Option<(f64, f64)> {
         let asked = self.predictions.iter().find(|p| !p.is_stable());
         let asked = asked.map(|p| (p.growth_rate_per_s, p.speed_rpm));
         let anywhere = self.verification.unstable();

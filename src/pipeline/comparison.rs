@@ -59,7 +59,7 @@ impl Prediction {
     }
 
     /// Zone of ISO 14839-3; none of an unstable loop.
-    pub fn zone(&self) -> Option<Zone> {
+    pub(crate) fn zone(&self) -> Option<Zone> {
         self.is_stable().then(|| self.sensitivity.zone())
     }
 
@@ -88,7 +88,7 @@ pub(crate) fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the norms fail.
-pub fn rival_settings(
+pub(crate) fn rival_settings(
     machine: &Machine,
     delivered: &Controller,
     settings: TuneSettings,

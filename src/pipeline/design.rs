@@ -110,7 +110,10 @@ impl Design {
     /// # Errors
     /// [`PipelineError`] when the delivered controller is unstable itself or does not levitate the machine, or the
     /// convex problem has no answer.
-    pub fn stiffness_limit(&self, machine: &Machine) -> Result<StiffnessLimit, PipelineError> {
+    pub(crate) fn stiffness_limit(
+        &self,
+        machine: &Machine,
+    ) -> Result<StiffnessLimit, PipelineError> {
         let limits = limits(machine, ZONE_A)?;
         let law = plane_of_law(machine, &self.delivery.controller)?;
         Ok(stiffness_limit(machine, &limits, &law, TAPS)?)

@@ -27,7 +27,7 @@ const STEP: usize = 2;
 
 /// A controller of one order.
 #[derive(Clone, Debug)]
-pub struct OrderPoint {
+pub(crate) struct OrderPoint {
     /// Order over both planes.
     pub order: usize,
     /// Its figures; none when the cut controller could not be polished.
@@ -40,7 +40,7 @@ pub struct OrderPoint {
 
 /// Tool stiffness against the order of the controller.
 #[derive(Clone, Debug)]
-pub struct OrderCurve {
+pub(crate) struct OrderCurve {
     /// Orders from that of the delivered controller down.
     pub points: Vec<OrderPoint>,
     /// Part of the stiffness that counts as kept.
@@ -49,7 +49,7 @@ pub struct OrderCurve {
 
 impl OrderCurve {
     /// The lowest order that keeps the stiffness.
-    pub fn lowest(&self) -> Option<&OrderPoint> {
+    pub(crate) fn lowest(&self) -> Option<&OrderPoint> {
         self.points
             .iter()
             .filter(|p| p.keeps)
@@ -63,7 +63,7 @@ impl OrderCurve {
 /// # Errors
 /// [`PipelineError`] when the delivered controller has no x plane in the w plane. A cut controller that cannot be
 /// polished ends the curve and says why.
-pub fn lowest_order(
+pub(crate) fn lowest_order(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,

@@ -30,7 +30,7 @@ pub struct SpecificationScale {
 
 impl SpecificationScale {
     /// The scale in a sentence.
-    pub fn sentence(&self) -> String {
+    pub(crate) fn sentence(&self) -> String {
         let place = format!(
             "{} at {:.0} Hz and {:.0} rpm binds (`{}` relaxes it)",
             self.binds, self.frequency_hz, self.speed_rpm, self.key

@@ -16,7 +16,7 @@ use crate::robust::prescale::scaled;
 use crate::robust::structure::Structure;
 
 /// Growth of μ that a stable controller may cost.
-pub const PRICE: f64 = 0.05;
+pub(crate) const PRICE: f64 = 0.05;
 /// Levels above the optimum at which the central controller is formed.
 const RELAXED: [f64; 5] = [0.003, 0.01, 0.02, 0.035, 0.05];
 /// Factors on the sensor noise.
@@ -53,7 +53,7 @@ impl OwnStability {
     }
 
     /// The stable alternative with the lowest μ.
-    pub fn cheapest(&self) -> Option<&Alternative> {
+    pub(crate) fn cheapest(&self) -> Option<&Alternative> {
         self.alternatives
             .iter()
             .filter(|a| a.growth_rate_per_s < 0.0 && a.mu.is_finite())

@@ -71,7 +71,7 @@ pub(crate) fn tightened(
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or every synthesis fails.
-pub fn covered_gamma(
+pub(crate) fn covered_gamma(
     machine: &Machine,
     weights: &Weights,
     tightening: f64,

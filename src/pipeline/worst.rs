@@ -37,7 +37,7 @@ impl WorstPrediction {
 
     /// Tool stiffness that no rotor within the uncertainty falls below at this speed, over both axes, N/m, and where,
     /// Hz.
-    pub fn least_stiffness(&self) -> Option<(f64, f64)> {
+    pub(crate) fn least_stiffness(&self) -> Option<(f64, f64)> {
         let peaks = self.worst.compliance.iter().filter_map(|c| c.peak());
         let least = peaks.map(|(hz, e)| (1.0 / e.upper, hz));
         least
@@ -47,7 +47,7 @@ impl WorstPrediction {
 }
 
 /// Speeds spread from rest to the top speed, or to where stability is proven: rest, quarters, the end.
-pub const SPREAD: usize = 5;
+pub(crate) const SPREAD: usize = 5;
 
 /// Points of the plain grid.
 const GRID_POINTS: usize = 240;
@@ -72,7 +72,7 @@ pub fn uncertainty(machine: &Machine, mode_uncertainty: &[f64]) -> ModeUncertain
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the loop cannot be built.
-pub fn worst_prediction(
+pub(crate) fn worst_prediction(
     machine: &Machine,
     controller: &Controller,
     (speed_rpm, asked): (f64, bool),

@@ -56,7 +56,7 @@ impl Recovery {
     }
 
     /// The sentence of a verdict.
-    pub fn sentence(self) -> String {
+    pub(crate) fn sentence(self) -> String {
         match self {
             Self::Clear => "the rotor stays clear of the backup bearings".to_owned(),
             Self::Recovered { after_s } => format!(

@@ -57,7 +57,7 @@ impl Axis {
     }
 
     /// A linear axis whose positions 0, 1, 2, … carry names.
-    pub fn categories(label: &str, names: Vec<String>) -> Self {
+    pub(crate) fn categories(label: &str, names: Vec<String>) -> Self {
         let last = names.len() as f64 - 0.5;
         Self {
             categories: names,
@@ -91,7 +91,7 @@ impl Axis {
     }
 
     /// Label with its unit, as printed beside the axis.
-    pub fn caption(&self) -> String {
+    pub(crate) fn caption(&self) -> String {
         if self.unit.is_empty() {
             self.label.clone()
         } else {
@@ -279,7 +279,7 @@ impl Figure {
     }
 
     /// The same figure with that many panels a row.
-    pub fn with_columns(self, columns: usize) -> Self {
+    pub(crate) fn with_columns(self, columns: usize) -> Self {
         Self {
             columns: columns.max(1),
             ..self

@@ -111,7 +111,7 @@ fn outlier_free(q: &ToolQuantity) -> Option<[f64; 2]> {
 }
 
 /// Dynamic stiffness of every tool (N/m over Hz, drawn in N/µm), one panel a controller: heading and curves.
-pub fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: f64) -> Figure {
+pub(crate) fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: f64) -> Figure {
     // One range for both, round the softest points of the tools: far above them, and far below the usual, nothing is
     // decided.
     let softest = panels.iter().flat_map(|(_, curves)| curves).map(|c| {
