@@ -287,8 +287,8 @@ impl From<&Identification> for IdentificationSummary {
     }
 }
 
-/// Files of the responses: name and text of `frf-<k>.csv` for each sweep, `hammer-<k>.csv` and `hammer-<k>.uff` for each
-/// hammer test.
+/// Files of the responses: name and text of `frf-<k>.csv` for each sweep, `hammer-<k>.csv` and `hammer-<k>.uff` for
+/// each hammer test.
 pub(crate) fn response_files(frfs: &[MeasuredFrf], hammers: &[Hammer]) -> Vec<(String, String)> {
     let sweeps = frfs.iter().enumerate();
     let mut files: Vec<(String, String)> = sweeps
