@@ -7,8 +7,9 @@ use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::named;
 use super::{Failure, Outcome};
+use crate::controller::Controller;
 use crate::identify::{Identification, identify};
-use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
+use crate::input::{Measurement, load_measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
 use crate::report::results::ResultsFolder;
@@ -133,12 +134,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         Some(only) => vec![("resonances_only", &only.fit), ("full", &full.fit)],
         None => vec![("updated", &full.fit)],
     };
-    let hammers = hammer_errors(&measurement, &machine, &delivered.machine)?;
+    let compared = [&machine, &delivered.machine];
+    let hammers = hammer_errors(&measurement, &records.controllers, compared)?;
     let only = resonances_only.is_some().then_some(&full.fit);
-    let mut updating = UpdatingSummary::from(&delivered.fit);
-    updating.resonances_only = Some(only.is_some());
-    updating.full_update = only.map(|full| Box::new(UpdatingSummary::from(full)));
-    updating.held_out_tool_frf = hammers;
+    let updating = UpdatingSummary::beside(&delivered.fit, only, hammers);
     let reports = &records.reports;
     let answer = Answer {
         identification: identification.as_ref().map(IdentificationSummary::from),
@@ -148,20 +147,25 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let text = format!("{:#}\n", json(&answer));
     console.writing(|| write_all(&arguments.out, &machine, delivered, &models, &text))?;
     let explanation = &delivered.fit.explanation;
+    let met = explanation.explained && records.plausible();
+    console.json(&text, || shown(arguments, met, &delivered.fit))?;
+    if !explanation.explained {
+        eprintln!("{}", explanation.statement);
+    }
+    Ok(match met {
+        true => Outcome::Done,
+        false => Outcome::TargetMissed,
+    })
+}
+
+fn shown(arguments: &Arguments, met: bool, fit: &Updated) -> Shown {
     let out = arguments.out.as_str();
-    console.json(&text, || {
-        Shown::met(
-            explanation.explained && records.plausible(),
-            explanation.statement.as_str(),
-        )
+    Shown::met(met, fit.explanation.statement.as_str())
         .row([
             "largest error of a frequency, %".to_owned(),
-            format!("{:.4}", delivered.fit.largest_error_percent()),
+            format!("{:.4}", fit.largest_error_percent()),
         ])
-        .row([
-            "evaluations".to_owned(),
-            delivered.fit.evaluations.to_string(),
-        ])
+        .row(["evaluations".to_owned(), fit.evaluations.to_string()])
         .file(format!("{out}/spindle.yaml"))
         .file(format!("{out}/tool.yaml"))
         .next(format!(
@@ -171,15 +175,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             "muspin diagnose --measurement {}",
             arguments.measurement
         ))
-    })?;
-    if !explanation.explained {
-        eprintln!("{}", explanation.statement);
-    }
-    Ok(if explanation.explained && records.plausible() {
-        Outcome::Done
-    } else {
-        Outcome::TargetMissed
-    })
 }
 
 /// The answer.
@@ -277,22 +272,20 @@ pub(super) fn targets(
 /// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.
 fn hammer_errors(
     measurement: &Measurement,
-    before: &Machine,
-    after: &Machine,
+    controllers: &[Controller],
+    [before, after]: [&Machine; 2],
 ) -> Result<Vec<HammerError>, Failure> {
     let mut list = vec![];
-    for hammer in &measurement.hammers {
-        let Some(path) = &hammer.controller else {
-            continue;
-        };
-        let controller = load_controller(path)?;
+    let levitated = measurement.hammers.iter();
+    let levitated = levitated.filter(|hammer| hammer.controller.is_some());
+    for (hammer, controller) in levitated.zip(controllers) {
         // A model whose loop is unstable predicts no compliance: the rotor was levitated, so the model is wrong there.
         let error = |machine: &Machine| -> Result<(Option<f64>, f64), Failure> {
-            let growth = growth_rate_at(machine, &controller, hammer.frf.speed_rpm)?;
+            let growth = growth_rate_at(machine, controller, hammer.frf.speed_rpm)?;
             if growth >= 0.0 {
                 return Ok((None, growth));
             }
-            let db = tool_error_db(machine, &hammer.frf, hammer.axis, &controller)?;
+            let db = tool_error_db(machine, &hammer.frf, hammer.axis, controller)?;
             Ok((finite(db), growth))
         };
         let ((before_db, before_growth), (after_db, after_growth)) =

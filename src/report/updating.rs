@@ -90,6 +90,18 @@ pub(crate) struct HammerError {
     pub(crate) after_growth_rate_per_s: Option<f64>,
 }
 
+impl UpdatingSummary {
+    /// Of the delivered fit, with the full one where that is to resonances only, and the errors at the tool.
+    pub(crate) fn beside(fit: &Updated, full: Option<&Updated>, tool: Vec<HammerError>) -> Self {
+        Self {
+            resonances_only: Some(full.is_some()),
+            full_update: full.map(|full| Box::new(Self::from(full))),
+            held_out_tool_frf: tool,
+            ..Self::from(fit)
+        }
+    }
+}
+
 impl From<&Updated> for UpdatingSummary {
     fn from(fit: &Updated) -> Self {
         let combinations = &fit.determined.combinations;
