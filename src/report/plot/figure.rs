@@ -198,6 +198,19 @@ pub struct Mark {
     pub legend: String,
 }
 
+impl Mark {
+    /// The top speed on an axis of speed or frequency.
+    pub(crate) fn top_speed(value: f64) -> Self {
+        Self {
+            value,
+            label: "top speed".to_owned(),
+            color: Color::Grey,
+            dash: Dash::Dotted,
+            legend: String::new(),
+        }
+    }
+}
+
 /// A map of values over a numeric x and named rows.
 #[derive(Clone, Debug)]
 pub struct HeatMap {
@@ -248,6 +261,15 @@ impl Panel {
             equal_aspect: false,
             height_px: 300,
         }
+    }
+
+    /// Adds a dashed reference line.
+    pub(crate) fn level(&mut self, value: f64, label: impl Into<String>) {
+        self.levels.push(Level {
+            value,
+            label: label.into(),
+            dash: Dash::Dashed,
+        });
     }
 }
 

@@ -127,13 +127,7 @@ pub(crate) fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_
         let y = range.map_or(y.clone(), |(low, high)| y.with_range(low, high));
         let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
         panel.series = curves.iter().map(|c| c.scaled(1e-6)).collect();
-        panel.marks = vec![super::figure::Mark {
-            value: marked_hz,
-            label: "top speed".to_owned(),
-            color: Color::Grey,
-            dash: Dash::Dotted,
-            legend: String::new(),
-        }];
+        panel.marks = vec![super::figure::Mark::top_speed(marked_hz)];
         panel.height_px = 330;
         panel
     });
