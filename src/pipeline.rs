@@ -1,4 +1,5 @@
-//! The story, pure: update the model, design the controller, predict what it does. No files, no printing, no clock.
+//! Updates the model, designs the controller and predicts what it does: pure functions without files, printing or
+//! clock.
 
 pub mod batch;
 pub mod bracket;

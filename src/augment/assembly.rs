@@ -1,17 +1,16 @@
 //! Plane + weights + modal uncertainty → generalized plant of one plane.
 //!
-//! w = (modal channels, loads through W_d at tool/front/rear, sensor noise front/rear, all normalised to one);
-//! z = (modal channels, displacements through W_p at tool/front/rear, currents through W_u, optional T channel,
-//! optional integral channel).
-//! Optional channels: T, the clean signals over (limit · noise), so that ‖T‖ ≤ limit where it reaches one; integral
-//! action, the measured signals y + n through W_i(s) = (1/x_dc)·ω_c/(s + ω_c/1000): what a load moves the shaft at the
-//! sensors falls below the corner ω_c as with an integrator, to a thousandth of the displacement allowed at DC. It asks
-//! it of the signals, since two bearings cannot hold the tool itself against loads at three places; noise takes part,
-//! since S n falls too.
-//! Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … − √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at
-//! 4 %). The weights are written over true frequency; [`WeightPlane`] says how they enter the plane of the plant.
-//! Further uncertainty, if there is any, comes after the modal channels ([`super::channels`]).
-//! Measurements and commands are scaled to order one: y/σ_y with σ_y = [`SIGNAL_SCALE_M`], u in A.
+//! w = (modal channels, loads through W_d at tool/front/rear, sensor noise front/rear, all normalised to one); z =
+//! (modal channels, displacements through W_p at tool/front/rear, currents through W_u, optional T channel, optional
+//! integral channel). Optional channels: T, the clean signals over (limit · noise), so that ‖T‖ ≤ limit where it
+//! reaches one; integral action, the measured signals y + n through W_i(s) = (1/x_dc)·ω_c/(s + ω_c/1000): what a load
+//! moves the shaft at the sensors falls below the corner ω_c as with an integrator, to a thousandth of the displacement
+//! allowed at DC. The signals are weighted and not the tool, because two bearings cannot hold the tool against loads at
+//! three places; noise is included, because S n falls too. Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … −
+//! √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at 4 %). The weights are written over true frequency;
+//! [`WeightPlane`] says how they enter the plane of the plant. Further uncertainty, if there is any, comes after the
+//! modal channels ([`super::channels`]). Measurements and commands are scaled to order one: y/σ_y with σ_y =
+//! [`SIGNAL_SCALE_M`], u in A.
 
 use super::channels::{Channel, ChannelKind, ChannelWeight, Wiring, problem_blocks};
 use super::generalized::GeneralizedPlant;

@@ -1,4 +1,4 @@
-//! What a specification says of the errors of actuators, sensors, magnets and delay.
+//! Errors of actuators, sensors, magnets and delay in a specification.
 
 use super::plane::LOOPS;
 use super::shape::Shape;

@@ -1,11 +1,11 @@
 //! The frequency plane of a generalized plant, and how weights of true frequency are realised in it.
 //!
-//! In the w plane of the sampled loop v = (2/T) tan(ωT/2). What a loop is judged on has every weight fitted to its
-//! magnitude over true frequency ([`super::warp`]). The synthesis takes the sections as written, with v in the place of
-//! ω: no state more, and a rising weight asks for more than is written as Nyquist is approached. The sampled plant
-//! holds every input. Modal uncertainty and loads act between the samples too: in analysis their inputs carry a fitted
-//! 1/sinc(ωT/2), so that their magnitude is that of the continuous response; in synthesis the modal inputs carry its
-//! value at their natural frequency.
+//! In the w plane of the sampled loop v = (2/T) tan(ωT/2). In the problems by which a loop is judged, every weight is
+//! fitted to its magnitude over true frequency ([`super::warp`]). The synthesis takes the sections as written with v in
+//! the place of ω: this needs no further state, and near Nyquist a rising weight asks for more than is written. The
+//! sampled plant holds every input. Modal uncertainty and loads act between the samples too: in analysis their inputs
+//! carry a fitted 1/sinc(ωT/2), so that their magnitude is that of the continuous response; in synthesis the modal
+//! inputs carry its value at their natural frequency.
 
 use super::shape::{Shape, Stage};
 use super::warp::{FittedWeight, fitted, inverse_hold};

@@ -1,8 +1,8 @@
-//! A continuous controller K(s) that stands for a sampled one: poles s = ln(z)/Tₛ, and the C and D with which K(jω)
+//! A continuous controller K(s) that approximates a sampled one: poles s = ln(z)/Tₛ, and the C and D with which K(jω)
 //! comes closest to K(e^{jωTₛ}) in the least-squares sense, each frequency weighted by 1/‖K‖. The hold is not part of
 //! it. Blocks whose poles have no useful logarithm (at and left of zero, repeated ones) are mapped by the bilinear rule
-//! instead. Near the Nyquist frequency no K(s) does what a sampled controller does: the error over frequency belongs to
-//! the result.
+//! instead. Near the Nyquist frequency no K(s) approximates a sampled controller well: the error over frequency is part
+//! of the result.
 
 use super::modal::block_diagonalise;
 use super::{ControllerError, in_step};

@@ -1,13 +1,13 @@
 //! Stability at every speed of a range, not at samples of it: intervals that overlap, each proven by a small gain.
 //!
-//! At its centre the sampled loop is computed (poles); [`super::speed_lift`] says how far the speed may move from
-//! there. What an interval leaves open is divided again until the range is covered up to the lowest unstable centre, or
+//! The poles of the sampled loop are computed at the centre of an interval; [`super::speed_lift`] bounds how far the
+//! speed may deviate from it. Gaps are divided again until the range is covered up to the lowest unstable centre, or
 //! intervals get shorter than `SHORTEST_RPM`.
 //!
 //! What is proven: the loop of the full plant (modes to 24 kHz and pseudo-modes for the rest, exact delay and hold,
 //! magnets linear) with the coefficients as rounded is stable at every constant speed of the covered range, and also
-//! while the speed wanders inside one interval, as far as the gyroscopic moment Ω G ẋ is concerned. What is not:
-//! nonlinearity, and plants other than this one; those are the business of μ.
+//! while the speed wanders inside one interval, as far as the gyroscopic moment Ω G ẋ is concerned. Not covered:
+//! nonlinearity, and deviations of the plant, for which there is μ.
 
 use super::ControllerError;
 use super::speed_lift::AffinePlant;

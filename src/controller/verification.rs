@@ -1,5 +1,5 @@
-//! What is known about the loop that an exported controller closes: stability of the sampled closed loop of the full
-//! plant over the speed range, with the coefficients as the firmware holds them.
+//! Verification of an exported controller: stability of the sampled closed loop of the full plant over the speed range,
+//! with the coefficients as the firmware holds them.
 
 use super::ControllerError;
 use super::speed_proof::{SpeedProof, prove};

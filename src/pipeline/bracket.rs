@@ -1,9 +1,9 @@
-//! A factor at which γ crosses its target, between one that is too small and one that is large enough.
+//! Search of the factor at which γ crosses its target, between one that is too small and one that is large enough.
 
 /// Logarithms of two factors between which γ crosses its target, with their γ.
 ///
-/// γ falls about as a power of the factor: the next one lies beside the crossing of the straight line in logarithms, on
-/// the side that the last one did not bound. Where that does not halve the bracket, bisection does.
+/// γ falls about as a power of the factor. The next factor lies beside the crossing of the straight line in logarithms,
+/// on the side that the last factor did not bound. A step that does not halve the bracket is followed by bisection.
 pub struct Bracket {
     short: (f64, Option<f64>),
     factor: (f64, f64),

@@ -63,7 +63,7 @@ pub(crate) fn mu_words(mu: f64) -> String {
     }
 }
 
-/// A controller on its way: order and μ of the three problems.
+/// A stage of the controller: order and μ of the three problems.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage {
     /// States of one plane's controller.

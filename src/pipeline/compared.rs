@@ -1,5 +1,5 @@
-//! Everything that a controller is compared by: its loop at each speed, the proof over all speeds, the worst case over
-//! uncertain modes, and the cut that it bears.
+//! Figures by which controllers are compared: predictions at each speed, stability over speed, worst case over
+//! uncertain modes, and the largest stable depth of cut.
 
 use super::PipelineError;
 use super::comparison::{Prediction, chatter_limit, discrete, predict};
@@ -19,7 +19,7 @@ use crate::spindle::Machine;
 /// Speeds checked for stability, evenly spaced from zero to the top speed.
 const SPEEDS: usize = 11;
 
-/// What controllers are compared on.
+/// Machine, speeds, uncertainty and cut on which controllers are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground<'a> {
     /// Spindle with tool.

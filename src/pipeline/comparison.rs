@@ -1,4 +1,4 @@
-//! What controllers do at the tool and at the sensors: dynamic stiffness and sensitivity, side by side.
+//! Predictions for a controller: dynamic stiffness at the tool and sensitivity at the sensors.
 
 use super::PipelineError;
 use super::loop_stability::{LoopPoles, loop_poles};

@@ -1,5 +1,5 @@
-//! How stiff a tool controllers of lower order hold: the polished controller is cut and polished again, order by order,
-//! each with every certificate.
+//! Tool stiffness against the order of the controller: the polished controller is truncated and polished again, order
+//! by order, each with every certificate.
 
 use super::PipelineError;
 use super::delivery::{Delivery, plane_of_law, scaled_plane};
@@ -19,7 +19,8 @@ use crate::spindle::Machine;
 
 /// Part of the smallest tool stiffness that a controller of lower order has to keep.
 const KEPT: f64 = 0.95;
-/// The curve ends where less than this part is left, or at the order of a PD controller with its filters.
+/// The curve ends where less than this part of the stiffness is left, or at the order of a PD controller with its
+/// filters.
 const SHOWN: f64 = 0.7;
 const LEAST_ORDER: usize = 4;
 /// States of one plane that one step takes away: a pair of poles.
@@ -32,7 +33,7 @@ pub(crate) struct OrderPoint {
     pub order: usize,
     /// Its figures; none when the cut controller could not be polished.
     pub judged: Option<Judged>,
-    /// Why it could not.
+    /// Why it could not be polished.
     pub failure: Option<String>,
     /// Whether it keeps the stiffness and meets every goal that the controller of full order meets.
     pub keeps: bool,

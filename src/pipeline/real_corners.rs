@@ -1,7 +1,7 @@
 //! μ of a problem with its real parameters at the ends of their ranges.
 //!
-//! Certificates take k_i and k_s as complex numbers. What that costs shows beside the largest μ over the corners of
-//! their box, each a problem with fewer blocks.
+//! Certificates take k_i and k_s as complex numbers. The largest μ over the corners of their box, each a problem with
+//! fewer blocks, shows how conservative that is.
 
 use super::PipelineError;
 use crate::augment::GeneralizedPlant;

@@ -1,6 +1,6 @@
 //! The whole chain for one tool, as in the paper: the moduli are moved until the model has the measured resonances and
 //! antiresonances; the μ controller is designed on the updated machine; a PID is tuned within the same amplifier
-//! limits; both loops are predicted on the full plant, and the rotor is thrown into its backup bearings.
+//! limits; both loops are predicted on the full plant, and contact with the backup bearings is simulated.
 
 use super::PipelineError;
 use super::certificates::mu_words;

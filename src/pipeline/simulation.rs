@@ -1,5 +1,5 @@
-//! A case of the levitated rotor in time, with the program that firmware runs: what became of the rotor, and what the
-//! steps of the sensors have to do with it.
+//! Time response of the levitated rotor to a case, with the program that firmware runs, and the influence of the
+//! sensors' quantisation on it.
 
 use crate::controller::arithmetic::Float32Program;
 use crate::controller::scaling::SignalLimits;
@@ -55,9 +55,9 @@ pub(crate) struct Simulated {
     pub limits: Limits,
     /// Whether the loop is stable at the speed.
     pub stable: bool,
-    /// What became of the rotor.
+    /// Recovery from contact with the backup bearings.
     pub recovery: Recovery,
-    /// What the steps of the sensors do.
+    /// Influence of the sensors' quantisation.
     pub steps: Quantisation,
     /// Whether the case went well.
     pub met: bool,
@@ -65,7 +65,7 @@ pub(crate) struct Simulated {
     pub end: String,
 }
 
-/// Simulates a case, and once more without the steps of the sensors.
+/// Simulates a case, and once more without the quantisation of the sensors.
 ///
 /// # Errors
 /// [`TimeError`] for settings out of range or a plant that cannot be built.

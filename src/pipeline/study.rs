@@ -1,5 +1,5 @@
-//! A design with what is asked beside it: a tightened specification, the other route, controllers of lower order, the
-//! limit of the stiffness.
+//! A design with the options of its command: a tightened specification, the other route, controllers of lower order,
+//! the limit of the stiffness.
 
 use super::PipelineError;
 use super::comparison::{Prediction, predict};

@@ -1,6 +1,6 @@
 //! Worst cases of a controller over the natural frequencies of the rotor within the specification's uncertainty: at
-//! each speed asked for, and at speeds spread from rest to the top speed, gyroscopic moments exact. A set of loops that
-//! holds an unstable one has no worst case.
+//! each speed asked for, and at speeds spread from rest to the top speed, gyroscopic moments exact. There is no worst
+//! case where a loop of the set is unstable.
 
 use super::PipelineError;
 use super::comparison::{BAND_HZ, LOW_HZ, LoopAtSpeed, below_nyquist, closed_loop, discrete};

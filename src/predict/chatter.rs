@@ -7,9 +7,9 @@
 //! Orthogonal cutting by Tlusty:  b_lim = −1 / (2 K_s Re G).
 //!
 //! x is the feed direction, the cutter turns from y towards x as in the source. The response may be that of a turning
-//! rotor (2×2, not symmetric); for one that changes with speed take a curve a speed. Zero order means: good for many
-//! teeth in the cut, optimistic or pessimistic for a few percent of immersion, where flip lobes appear that it does not
-//! know.
+//! rotor (2×2, not symmetric); for one that changes with speed take a curve a speed. The zero-order form is accurate
+//! for many teeth in the cut. At a few percent of immersion it may be too high or too low, because it lacks the flip
+//! lobes that appear there.
 
 use crate::linalg::{Mat, c64};
 use std::f64::consts::{PI, TAU};

@@ -1,4 +1,4 @@
-//! The derivatives of the loss held against central differences: what a new limit has to pass.
+//! Derivatives of the loss compared with central differences, a check that every new limit has to pass.
 
 use super::limits::WEAK_MAGNETS;
 use super::lines::lines;

@@ -1,4 +1,4 @@
-//! The values of a loop that a polish weighs against each other, over all rotors and lines, with exact derivatives.
+//! Objective and limits of a polish over all rotors and lines, with exact derivatives.
 //!
 //! With G the loop, K the controller, S = (I − G K)⁻¹, S_u = (I − K G)⁻¹: H = G_td + G_tu K S G_yd is the tool's
 //! compliance,
