@@ -84,10 +84,9 @@ fn the_margin_of_a_spring_with_uncertain_stiffness_is_its_closed_form() {
         let delta = found.bounds.delta[(0, 0)];
         let gain = delta * n.at(found.omega_rad_s)[(0, 0)];
         assert!((1.0 - gain).norm() < 1e-9 * (1.0 + gain.norm()), "{gain}");
-        let real = peak(Block::RealScalar { n: 1 });
-        if let Ok(real) = real {
-            let below = real.upper.recip();
-            assert!(below <= 1.0 + 1e-9, "{below}");
-        }
+        let real = peak(Block::RealScalar { n: 1 }).unwrap();
+        let [below, above] = [real.upper, real.bounds.lower].map(f64::recip);
+        assert!(below <= 1.0 + 1e-9 && below > 1.0 - 2e-4, "{below}");
+        assert!((above - 1.0).abs() < 1e-6, "{above}");
     }
 }
