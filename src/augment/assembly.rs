@@ -10,7 +10,7 @@
 //! √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at 4 %). The weights are written over true frequency;
 //! [`WeightPlane`] says how they enter the plane of the plant. Further uncertainty, if there is any, comes after the
 //! modal channels ([`super::channels`]). Measurements and commands are scaled to order one: y/σ_y with σ_y =
-//! [`SIGNAL_SCALE_M`], u in A.
+//! 1e-5 m, u in A.
 
 use super::channels::{Channel, ChannelKind, ChannelWeight, Wiring, problem_blocks};
 use super::generalized::GeneralizedPlant;

@@ -8,7 +8,7 @@ pub mod hardware;
 mod machine_defaults;
 pub mod plane;
 pub mod root;
-pub(crate) mod second_order;
+pub mod second_order;
 mod second_order_warp;
 pub mod shape;
 pub mod split;

@@ -40,7 +40,8 @@ impl ContinuousFit {
 /// Fits K(s) to a sampled controller.
 ///
 /// # Errors
-/// As [`block_diagonalise`]; [`ControllerError::Numeric`] when the fit is singular or a pole lies at z = −1.
+/// [`ControllerError::Numeric`] when an eigenvalue iteration fails, the fit is singular or a pole lies at z = −1;
+/// [`ControllerError::Inaccurate`] when no block form reproduces the transfer matrix.
 pub fn continuous_fit(law: &StateSpace<Discrete>) -> Result<ContinuousFit, ControllerError> {
     let named = in_step("continuous approximation");
     let modal = block_diagonalise(law)?;

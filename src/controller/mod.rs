@@ -18,7 +18,7 @@ pub mod speed_lift;
 pub mod speed_proof;
 pub mod stiffness_limit;
 pub mod verification;
-pub(crate) mod verification_error;
+pub mod verification_error;
 
 pub use law::{ControlLaw, Controller, MachineTag};
 pub use realise::Realisation;

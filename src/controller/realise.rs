@@ -66,7 +66,8 @@ pub struct Realisation {
 /// Real modal form of a sampled controller, states not yet scaled ([`super::scaling::scaled`] does that).
 ///
 /// # Errors
-/// As [`block_diagonalise`].
+/// [`ControllerError::Numeric`] when an eigenvalue iteration fails, [`ControllerError::Inaccurate`] when no block form
+/// reproduces the transfer matrix.
 pub fn modal_form(system: &StateSpace<Discrete>) -> Result<Realisation, ControllerError> {
     let modal = block_diagonalise(system)?;
     let merged: Vec<String> = modal.merged_blocks().map(|n| format!("{n}x{n}")).collect();

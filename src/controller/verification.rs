@@ -169,7 +169,7 @@ pub(crate) fn verify_with_proof(
 /// Checks the sampled loop of the full plant at the speeds given, rpm.
 ///
 /// # Errors
-/// As [`verify`].
+/// [`VerificationError`] from the plant or the eigenvalue iteration.
 pub fn verify_at(
     machine: &Machine,
     controller: &StateSpace<Discrete>,

@@ -151,7 +151,7 @@ impl Balancing {
     /// Balanced truncation to `order` states.
     ///
     /// # Errors
-    /// [`NumericError`] when `order` is below [`Self::kept`].
+    /// [`NumericError`] when `order` is below the number of poles that are not in the open left half plane.
     pub fn truncated(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
         Ok(append_outputs(
             &self.truncated_part(self.stable_order(order)?),

@@ -3,8 +3,8 @@
 //! The optimal controller of an unstable plant may have poles of its own in the right half plane: the loop is stable,
 //! but it does not survive a saturated actuator or a lost sensor, and lift-off needs another controller. The set of
 //! controllers of a level grows with the level, and its central member changes, so a few syntheses with the scales
-//! found are tried: a higher γ, more noise in the assumed sensors, a bound on T. The first stable one within [`PRICE`]
-//! of the μ found is delivered.
+//! found are tried: a higher γ, more noise in the assumed sensors, a bound on T. The first stable one whose μ is at
+//! most 5 % above the one found is delivered.
 
 use super::PipelineError;
 use super::certificates::attained;

@@ -5,7 +5,7 @@
 //! in the complex coordinate r = x + jy the equation of motion is  M r̈ + C ṙ − jΩG ṙ + K r = f.
 
 pub(crate) mod assembly;
-pub(crate) mod basis;
+pub mod basis;
 pub mod chain;
 pub mod chain_assembly;
 pub mod element;
