@@ -16,9 +16,10 @@ use crate::report::results::ResultsFolder;
 use crate::report::summary::{finite, json};
 use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures, shape_table};
 use crate::spindle::Machine;
+use crate::update::machine::identified_targets;
 use crate::update::{
     Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear,
-    gauss_newton, identified_targets, nelder_mead, tool_error_db,
+    gauss_newton, nelder_mead, tool_error_db,
 };
 use clap::ValueEnum;
 use serde::Serialize;

@@ -21,7 +21,6 @@ pub(crate) mod targets;
 pub use determine::{Combination, Determined};
 pub use gauss_newton::gauss_newton_rotor;
 pub use held_out::tool_error_db;
-pub(crate) use machine::identified_targets;
 pub use machine::{UpdatedMachine, front_and_rear, gauss_newton, nelder_mead};
 pub use nelder_mead::nelder_mead_rotor;
 pub use outcome::{Explanation, Factor, Method, PeakError, Updated};
