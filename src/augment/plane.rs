@@ -32,11 +32,11 @@ pub enum Route {
 }
 
 /// The machine with x and y alike and without couplings between the planes other than gyroscopics (bearing coupling,
-/// turned sensor axes, gains of one axis).
+/// turned sensor axes, gains of one axis, springs in one plane).
 pub(crate) fn isotropic(machine: &Machine) -> Machine {
     let mut isotropic = machine.clone();
     let effects = &mut isotropic.spindle.effects;
-    let of_one_axis = |e: &Effect| matches!(e.location, Location::Axis(_));
+    let of_one_axis = |e: &Effect| matches!(e.location, Location::Axis(_) | Location::InPlane(..));
     effects.retain(|e| !e.kind.entry().couples_planes && !of_one_axis(e));
     isotropic
 }
@@ -54,7 +54,7 @@ pub fn modes_below_nyquist(machine: &Machine) -> Result<Vec<f64>, SpindleError> 
 }
 
 /// One plane of the machine at rest with `flexible` modes, those numbered in `uncertain` (from 0) with modal ports.
-/// Couplings between the planes (bearing coupling, turned sensor axes) are left out here and come back in verification.
+/// What makes the planes differ or couples them ([`isotropic`]) is left out here and comes back in verification.
 ///
 /// # Errors
 /// [`SpindleError`] when the machine breaks a rule or a connection fails.

@@ -2,6 +2,7 @@
 
 use super::design_arguments::PidArguments;
 use super::earlier::EarlierArgument;
+use super::timings::Timings;
 
 /// Arguments of `muspin batch`.
 #[derive(clap::Args, Debug)]
@@ -48,4 +49,6 @@ pub(super) struct Arguments {
     /// Folder for the table and a folder per tool
     #[arg(long, default_value = "results/batch")]
     pub out: String,
+    #[command(flatten)]
+    pub timings: Timings,
 }

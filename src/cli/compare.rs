@@ -7,6 +7,7 @@ use super::design_progress::told;
 use super::machine::Remarks;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
+use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
@@ -14,6 +15,7 @@ use crate::input::{load_measurement, load_tagged_controller, load_weights};
 use crate::pipeline::compared::{Compared, Ground, compared, own_controllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
+use crate::pipeline::progress::Event;
 use crate::predict::chatter::{Engagement, Material};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
@@ -60,6 +62,8 @@ pub(super) struct Arguments {
     /// Folder for summary, pictures and report
     #[arg(long, default_value = "results/compare")]
     out: String,
+    #[command(flatten)]
+    timings: Timings,
 }
 
 /// Runs the command.
@@ -90,13 +94,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut met = true;
     if controllers.is_empty() {
         let pid = arguments.pid.settings(PidEffort::Thorough);
-        let own = own_controllers(&machine, &weights, pid, &mut |event| told(&progress, event))?;
+        let mut tell = |event: Event| match event {
+            Event::Begins("PID") => progress.timed("PID"),
+            other => told(&progress, other),
+        };
+        let own = own_controllers(&machine, &weights, pid, &mut tell)?;
         met = own.design.meets_targets();
         controllers = add_own(&mut report.summary, own);
     }
     let mut list: Vec<(Role, Compared)> = vec![];
     for (name, (role, controller)) in keys(&controllers).iter().zip(&controllers) {
-        progress.stage(format!("predictions for {name}"));
+        progress.timed(format!("predictions for {name}"));
         list.push((*role, compared(&ground, name, controller)?));
     }
     let met = met && list.iter().all(|(role, c)| is_acceptable(*role, c));
@@ -118,7 +126,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         }
     };
     report.verdict(met, sentence);
+    progress.timed("report");
     console.writing(|| report.write(&arguments.out))?;
+    arguments.timings.print(&progress);
     drop(progress);
     for (_, each) in &list {
         if let Some((growth, rpm)) = each.unstable() {

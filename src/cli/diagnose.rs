@@ -7,6 +7,7 @@ use super::output::{REPORT, claim};
 use super::plausibility::Records;
 use super::progress::Progress;
 use super::surroundings::Surroundings;
+use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::diagnose::data::measurement::{Axis, HammerTest, Measurement};
@@ -39,6 +40,8 @@ pub(super) struct Arguments {
     /// Folder for corrected files, summary and report
     #[arg(long, default_value = "results/diagnosis")]
     out: String,
+    #[command(flatten)]
+    timings: Timings,
 }
 
 impl From<DiagnoseError> for Failure {
@@ -85,7 +88,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let measurement = evidence(&loaded, &records.controllers);
     let progress = Progress::start(console);
     let alternatives = known.alternatives();
-    let said = |what: &str| progress.stage(what);
+    let said = |what: &str| progress.timed(what);
     let found = diagnose_with(&machine, &measurement, &alternatives, &said)
         .map_err(|error| failed(&arguments.measurement, error))?;
     let mut unstable = vec![];
@@ -97,6 +100,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             unstable.push(format!("{}: with the corrected model {words}", hammer.name));
         }
     }
+    arguments.timings.print(&progress);
     drop(progress);
     unstable.iter().for_each(|line| eprintln!("{line}"));
     let mut summary = Summary::new();

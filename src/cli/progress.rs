@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 pub(crate) struct Progress {
     bar: ProgressBar,
     watch: Mutex<Stopwatch>,
+    /// The stage that [`Progress::timed`] began.
+    timed: Mutex<Option<String>>,
     start: Instant,
     /// When the part of the command began that runs now.
     part: Mutex<Instant>,
@@ -36,12 +38,13 @@ impl Progress {
         Self {
             bar,
             watch: Mutex::new(Stopwatch::start()),
+            timed: Mutex::new(None),
             start: Instant::now(),
             part: Mutex::new(Instant::now()),
         }
     }
 
-    /// Times of the stages of a design.
+    /// Times of the stages.
     pub(crate) fn watch(&self) -> MutexGuard<'_, Stopwatch> {
         self.watch.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -49,6 +52,27 @@ impl Progress {
     /// What is being done now.
     pub(crate) fn stage(&self, what: impl Into<String>) {
         self.bar.set_message(what.into());
+    }
+
+    /// A stage begins whose time counts until the next one begins.
+    pub(crate) fn timed(&self, what: impl Into<String>) {
+        self.end_timed();
+        let what = what.into();
+        self.watch().skip();
+        self.stage(what.clone());
+        *self.timed.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
+    }
+
+    /// Ends the stage that [`Progress::timed`] began, if one runs.
+    pub(crate) fn end_timed(&self) {
+        let running = self
+            .timed
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take();
+        if let Some(stage) = running {
+            self.watch().lap(&stage);
+        }
     }
 
     /// A part of the command begins, such as a design.

@@ -1,30 +1,32 @@
-//! `--timings`: wall and processor time of each stage of a design, on standard error.
+//! `--timings`: wall and processor time of each stage of a long command, on standard error.
 
+use super::progress::Progress;
 use rustix::time::{ClockId, clock_gettime};
 use std::io::Write;
 use std::time::Instant;
 
-/// The option, for commands that design.
+/// The option, for commands that take seconds or longer.
 #[derive(clap::Args, Debug, Default, Clone, Copy)]
 pub(super) struct Timings {
-    /// Print wall and processor time of each stage of the design to standard error
+    /// Print wall and processor time of each stage to standard error
     #[arg(long)]
     timings: bool,
 }
 
 impl Timings {
     /// Prints a table when it was asked for.
-    pub(super) fn print(self, watch: &Stopwatch) {
+    pub(super) fn print(self, progress: &Progress) {
         if self.timings {
+            progress.end_timed();
             // Nobody reads a closed standard error.
-            let _ = std::io::stderr().write_all(watch.table().as_bytes());
+            let _ = std::io::stderr().write_all(progress.watch().table().as_bytes());
         }
     }
 }
 
 /// Time of one stage.
 struct Lap {
-    stage: &'static str,
+    stage: String,
     wall_s: f64,
     /// Of all threads of the process.
     processor_s: f64,
@@ -53,7 +55,7 @@ impl Stopwatch {
     }
 
     /// Ends a stage: the time since the last end belongs to it. Stages of one name are added.
-    pub(crate) fn lap(&mut self, stage: &'static str) {
+    pub(crate) fn lap(&mut self, stage: &str) {
         let wall_s = self.wall.elapsed().as_secs_f64();
         let own_s = processor_s() - self.processor_s;
         self.skip();
@@ -63,7 +65,7 @@ impl Stopwatch {
                 lap.processor_s += own_s;
             }
             None => self.laps.push(Lap {
-                stage,
+                stage: stage.to_owned(),
                 wall_s,
                 processor_s: own_s,
             }),
@@ -78,10 +80,10 @@ impl Stopwatch {
         let mut text = format!("{:<34}{:>11}{:>13}\n", "stage", "wall", "processor");
         let mut total = (0.0, 0.0);
         for lap in &self.laps {
-            text.push_str(&row(lap.stage, lap.wall_s, lap.processor_s));
+            text.push_str(&row(&lap.stage, lap.wall_s, lap.processor_s));
             total = (total.0 + lap.wall_s, total.1 + lap.processor_s);
         }
-        text.push_str(&row("design in all", total.0, total.1));
+        text.push_str(&row("in all", total.0, total.1));
         text
     }
 }

@@ -42,9 +42,7 @@ impl FullLoop {
         let across = |m: &Mat<c64>| {
             (0..16).any(|k| (k / 4 + k % 4) % 2 == 1 && m[(k / 4, k % 4)].norm() > 0.0)
         };
-        let apart = speed_rad_s == 0.0
-            && plant.mechanics().planes_are_decoupled()
-            && !across(&law.at(TAU * 100.0));
+        let apart = speed_rad_s == 0.0 && plant.planes_are_alike() && !across(&law.at(TAU * 100.0));
         let axes: &[usize] = if apart { &[0, 2] } else { &[0, 1, 2, 3] };
         let tool: Vec<usize> = [4].iter().chain(axes).copied().collect();
         let open = connected_part(&sampled.select(&tool, &tool));

@@ -4,7 +4,7 @@ use super::InputError;
 use super::error::nearest;
 use crate::spindle::effects::entry::Entry;
 use crate::spindle::effects::{AXIS_NAMES, LocationKind, table::TABLE};
-use crate::spindle::{Bearings, Effect, EffectKind, Location, SpindleError};
+use crate::spindle::{Bearings, Effect, EffectKind, Location, Plane, SpindleError};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use std::collections::BTreeMap;
@@ -69,9 +69,16 @@ fn of_entry(entry: &Entry, one_axis: bool) -> Schema {
         LocationKind::Mode => Some(serde_json::json!({ "type": "integer", "minimum": 1 })),
         LocationKind::Region => Some(serde_json::json!({ "type": "string" })),
     };
-    if one_axis {
+    let in_plane = one_axis && entry.location == LocationKind::Position;
+    if in_plane {
+        let names = Plane::ALL.map(Plane::name);
+        properties.insert("axis".into(), serde_json::json!({ "enum": names }));
+    } else if one_axis {
         properties.insert("axis".into(), serde_json::json!({ "enum": AXIS_NAMES }));
-    } else if let (Some(key), Some(place)) = (entry.location.key(), place) {
+    }
+    if let (Some(key), Some(place)) = (entry.location.key(), place)
+        && (in_plane || !one_axis)
+    {
         properties.insert(key.into(), place);
     }
     for parameter in entry.parameters {
@@ -146,15 +153,16 @@ impl EffectFile {
         };
         let names = kind.parameters().iter().map(|p| p.name);
         let one_axis = kind.entry().one_axis && self.axis.is_some();
-        let place = if one_axis {
-            Some("axis")
-        } else {
-            kind.location().key()
-        };
-        let takes: Vec<&str> = place.into_iter().chain(names).collect();
+        let in_plane = kind.location() == LocationKind::Position;
+        let place = kind.location().key().filter(|_| in_plane || !one_axis);
+        let axis = one_axis.then_some("axis");
+        let takes: Vec<&str> = place.into_iter().chain(axis).chain(names).collect();
         let mut allowed = format!("{} takes {}", kind.name(), takes.join(", "));
         if kind.entry().one_axis {
-            allowed += "; where one axis differs, axis stands in place of bearing";
+            allowed += match in_plane {
+                true => "; where it acts in one plane only, axis: x or y stands beside position_m",
+                false => "; where one axis differs, axis stands in place of bearing",
+            };
         }
         let fail = |rule: String| InputError::new(file, rule).with_hint(allowed.clone());
         let present = self.present();
@@ -166,7 +174,13 @@ impl EffectFile {
         if let Some(key) = takes.iter().find(|key| !present.contains(key)) {
             return Err(fail(format!("{path}.{key}: is missing")));
         }
-        let location = if one_axis {
+        let location = if one_axis && in_plane {
+            let name = self.axis.clone().unwrap_or_default();
+            let rule = format!("{path}.axis: {name:?} must be x or y");
+            let plane = Plane::from_name(&name).ok_or_else(|| fail(rule))?;
+            let position_m = self.numbers.get("position_m").copied();
+            Location::InPlane(position_m.unwrap_or_default(), plane)
+        } else if one_axis {
             let name = self.axis.clone().unwrap_or_default();
             let axis = AXIS_NAMES.iter().position(|known| *known == name);
             let rule = format!("{path}.axis: {name:?} must be {}", AXIS_NAMES.join(", "));

@@ -125,6 +125,13 @@ pub fn effect(effect: &Effect) -> String {
             parts.push(format!("axis: {name}"));
         }
         Location::Position(z) => parts.push(format!("position_m: {}", number(*z))),
+        Location::InPlane(z, plane) => {
+            parts.push(format!(
+                "position_m: {}, axis: {}",
+                number(*z),
+                plane.name()
+            ));
+        }
         Location::Mode(mode) => parts.push(format!("mode: {mode}")),
         Location::Region(region) => parts.push(format!("region: {}", text(region))),
     }

@@ -259,7 +259,7 @@ fn shifted_loops(
         .map(|((rpm, plant), factors)| {
             let sampled = plant.with_scaled_modes(factors).sampled()?;
             // At rest the planes are equal and apart: one of them has all the poles.
-            let rate = if *rpm == 0.0 && plant.mechanics().planes_are_decoupled() {
+            let rate = if *rpm == 0.0 && plant.planes_are_alike() {
                 let plane = x_plane(&sampled);
                 plane_growth_rate(&plane, &x_plane(law))
             } else {

@@ -174,6 +174,7 @@ fn spot(location: &Location) -> String {
         Location::Bearing(b) => b.name().into(),
         Location::Axis(axis) => AXES[*axis % 4].into(),
         Location::Position(z) => format!("at {:.0} mm", 1e3 * z),
+        Location::InPlane(z, plane) => format!("at {:.0} mm in {}", 1e3 * z, plane.name()),
         Location::Mode(m) => format!("mode {m}"),
         Location::Region(r) => r.clone(),
     }

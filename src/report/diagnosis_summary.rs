@@ -270,6 +270,10 @@ impl From<&Location> for PlaceSummary {
             Location::Bearing(b) => place.bearing = Some(b.name().to_owned()),
             Location::Axis(axis) => place.axis = Some(AXES[*axis % 4].to_owned()),
             Location::Position(z) => place.position_m = Some(*z),
+            Location::InPlane(z, plane) => {
+                place.position_m = Some(*z);
+                place.axis = Some(plane.name().to_owned());
+            }
             Location::Mode(mode) => place.mode = Some(*mode),
             Location::Region(region) => place.region = Some(region.clone()),
         }
@@ -307,7 +311,7 @@ impl From<&NamedEffect> for EffectSummary {
         if let Some(sd) = e.position_sd_m {
             deviations.0.push(("position_m".to_owned(), finite(sd)));
         }
-        if let (Some(sd), Location::Position(z)) = (e.position_sd_m, &e.effect.location) {
+        if let (Some(sd), Some(z)) = (e.position_sd_m, e.effect.location.position_m()) {
             let ends = [z - HALF_WIDTH_90 * sd, z + HALF_WIDTH_90 * sd];
             intervals
                 .0

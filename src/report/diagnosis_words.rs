@@ -194,6 +194,7 @@ fn place(location: &Location) -> String {
         },
         Location::Axis(axis) => AXIS_NAMES.get(*axis).copied().unwrap_or_default().into(),
         Location::Position(z) => format!("z = {:.0} mm", 1e3 * z),
+        Location::InPlane(z, plane) => format!("z = {:.0} mm in {}", 1e3 * z, plane.name()),
         Location::Mode(mode) => format!("flexible mode {mode}"),
         Location::Region(region) => format!("region {region}"),
         Location::None => String::new(),

@@ -1,6 +1,7 @@
 //! Bearings, electronics and what is attached to the shaft, after all effects: what the plant is built from besides the
 //! rotor.
 
+use super::effects::Plane;
 use crate::linalg::c64;
 
 /// A bearing with its chain after all effects.
@@ -32,6 +33,18 @@ pub struct EffectiveBearing {
     pub signal_factors: [f64; 2],
 }
 
+impl EffectiveBearing {
+    /// Whether x and y do not act on each other and have the same gains.
+    pub(crate) fn axes_are_alike(&self) -> bool {
+        let [force_x, force_y] = self.force_factors;
+        let [signal_x, signal_y] = self.signal_factors;
+        force_x == force_y
+            && signal_x == signal_y
+            && self.coupling_ratio == 0.0
+            && self.sensor_angle_rad == 0.0
+    }
+}
+
 /// Stator mass on its foundation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Housing {
@@ -60,8 +73,10 @@ pub struct Attachment {
     /// What it reads.
     pub motion: Motion,
     /// Force per displacement in r = x + jy, N/m, or moment per slope, N m/rad: a spring is negative, a circulatory law
-    /// imaginary.
+    /// imaginary. In one plane a law is real.
     pub gain: c64,
+    /// The plane in which it acts; none: in both.
+    pub plane: Option<Plane>,
 }
 
 /// Everything the plant needs besides the shaft, after all effects.

@@ -338,7 +338,7 @@ impl Machine {
                     ),
                 })
             }
-            Location::Position(z) => rule(
+            Location::Position(z) | Location::InPlane(z, _) => rule(
                 *z >= start - 1e-6 && *z <= end + 1e-6,
                 format!("effects[{i}].position_m"),
                 *z,

@@ -2,16 +2,16 @@
 //!
 //! η̈ + (C − jΩG) η̇ + (K − jK_c) η = Φᵀ f,  x_p = φ_p η + Σ_q R_pq f_q, with η the modal coordinates of [`Basis`] and
 //! one more for each housing mode. C is diagonal (2ζω, plus βω² of rotating damping), K = diag ω², K_c = Ωβ diag ω².
-//! Magnets, springs to ground and circulatory forces are feedback at ports: f_p = g_p x_p + d_p ẋ_p, g complex. Every
-//! effect of the catalogue keeps both planes alike here: what does not (cross terms of ki, turned sensors) acts on
-//! currents and signals, see [`super::plant`].
+//! Magnets, springs to ground and circulatory forces are feedback at ports: f_p = g_p x_p + d_p ẋ_p, g complex. What
+//! does not keep both planes alike acts on currents and signals (cross terms of ki, turned sensors), see
+//! [`super::plant`], or is a spring in one plane, whose port stands open here and is closed there.
 
 use super::SpindleError;
 use super::effective::{Effective, Motion};
 use super::machine::Machine;
 use super::model_detail::ModelDetail;
 use super::response::damping::ModalDamping;
-use super::response::feedback::{Feedback, Law, attached, close};
+use super::response::feedback::{Feedback, Law, PlaneSpring, attached, close, in_one_plane};
 use super::whirl_form::WhirlForm;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::basis::Cut;
@@ -60,22 +60,25 @@ pub(crate) struct Mechanics {
     ports: Mat<f64>,
     residual: Mat<f64>,
     feedback: Vec<Feedback>,
+    /// Springs in one plane, open here.
+    plane_springs: Vec<PlaneSpring>,
     /// Eigenvectors of the rotating shaft, made when a response is first asked for; `None` inside: not to be trusted.
     whirl: OnceLock<Option<WhirlForm>>,
 }
 
-/// The shaft as complex second-order matrices between its named ports, feedback closed.
+/// The shaft as complex second-order matrices between its named ports and those of springs in one plane, s in number;
+/// feedback closed, these springs open.
 #[derive(Clone, Debug)]
 pub(crate) struct ClosedMatrices {
     /// Stiffness with magnets, n×n.
     pub k: Mat<c64>,
     /// Damping with gyroscopics, n×n.
     pub c: Mat<c64>,
-    /// Forces (front control, rear control, tool, front and rear actuator) to η̈, n×5.
+    /// Forces (front control, rear control, tool, front and rear actuator, springs) to η̈, n×(5 + s).
     pub b: Mat<c64>,
-    /// η to displacements (front, rear sensor, tool, front and rear actuator), 5×n.
+    /// η to displacements (front, rear sensor, tool, front and rear actuator, springs), (5 + s)×n.
     pub c_out: Mat<c64>,
-    /// Feedthrough, 5×5.
+    /// Feedthrough, (5 + s)×(5 + s).
     pub d: Mat<c64>,
 }
 
@@ -92,7 +95,11 @@ impl Mechanics {
     ) -> Result<Self, SpindleError> {
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
-        let (rows, mut feedback) = port_rows(machine, effective, &rotor, &modes)?;
+        let Ports {
+            rows,
+            mut feedback,
+            plane_springs,
+        } = Ports::new(machine, effective, &rotor, &modes)?;
         let (flexible, cut) = match detail {
             ModelDetail::Full => {
                 let low = modes.flexible_hz();
@@ -163,6 +170,7 @@ impl Mechanics {
             ports,
             residual,
             feedback,
+            plane_springs,
             whirl: OnceLock::new(),
         })
     }
@@ -214,7 +222,13 @@ impl Mechanics {
         scaled
     }
 
-    /// True when the two planes do not couple, so that the response at −ω is the conjugate of that at ω.
+    /// The springs in one plane, which [`Self::receptance`] and [`Self::closed`] leave open.
+    pub(crate) fn plane_springs(&self) -> &[PlaneSpring] {
+        &self.plane_springs
+    }
+
+    /// True when the two planes do not couple, so that the response at −ω is the conjugate of that at ω; springs in one
+    /// plane, which stand outside of it, do not count.
     pub(crate) fn planes_are_decoupled(&self) -> bool {
         self.gyroscopic.is_none()
             && self.damping.circulatory.iter().all(|c| *c == 0.0)
@@ -293,8 +307,10 @@ impl Mechanics {
         let real = |x: f64| c64::new(x, 0.0);
         // Springs and circulatory laws; a dashpot stands in the damping.
         let gains: Vec<c64> = f.iter().map(|f| f.gain(0.0)).collect();
-        let inputs = [0usize, 1, 2, 3, 4];
-        let outputs = [5usize, 6, 2, 3, 4];
+        let springs: Vec<usize> = self.plane_springs.iter().map(|s| s.port).collect();
+        let inputs = [&[0usize, 1, 2, 3, 4], springs.as_slice()].concat();
+        let outputs = [&[5usize, 6, 2, 3, 4], springs.as_slice()].concat();
+        let count = inputs.len();
         // κT with T = (I − R_ff κ)⁻¹: forces of the feedback ports from their modal displacements.
         let unit = Mat::from_fn(m, m, |i, j| {
             let own = f64::from(u8::from(i == j));
@@ -303,8 +319,10 @@ impl Mechanics {
         let t = solve_complex(&unit, &Mat::identity(m, m));
         let force = Mat::from_fn(m, m, |i, j| gains[i] * t[(i, j)]);
         let phi_f = Mat::from_fn(m, n, |i, k| real(self.ports[(f[i].port, k)]));
-        let r_fu = Mat::from_fn(m, 5, |i, j| real(self.residual[(f[i].port, inputs[j])]));
-        let r_yf = Mat::from_fn(5, m, |i, j| real(self.residual[(outputs[i], f[j].port)]));
+        let r_fu = Mat::from_fn(m, count, |i, j| real(self.residual[(f[i].port, inputs[j])]));
+        let r_yf = Mat::from_fn(count, m, |i, j| {
+            real(self.residual[(outputs[i], f[j].port)])
+        });
         let on_modes = phi_f.transpose() * &force;
         let magnets = &on_modes * &phi_f;
         let (b_extra, c_extra) = (&on_modes * &r_fu, &r_yf * (&force * &phi_f));
@@ -328,76 +346,101 @@ impl Mechanics {
                 let turn = self.gyroscopic.as_ref().map_or(0.0, |g| g[(i, j)]);
                 c64::new(own + dashpots, -turn)
             }),
-            b: Mat::from_fn(n, 5, |k, j| b_extra[(k, j)] + self.ports[(inputs[j], k)]),
-            c_out: Mat::from_fn(5, n, |i, k| c_extra[(i, k)] + self.ports[(outputs[i], k)]),
-            d: Mat::from_fn(5, 5, |i, j| {
+            b: Mat::from_fn(n, count, |k, j| {
+                b_extra[(k, j)] + self.ports[(inputs[j], k)]
+            }),
+            c_out: Mat::from_fn(count, n, |i, k| {
+                c_extra[(i, k)] + self.ports[(outputs[i], k)]
+            }),
+            d: Mat::from_fn(count, count, |i, j| {
                 d_extra[(i, j)] + self.residual[(outputs[i], inputs[j])]
             }),
         }
     }
 }
 
-/// Amplitudes of all ports over all modes, and the feedback at them.
-fn port_rows(
-    machine: &Machine,
-    effective: &Effective,
-    rotor: &Rotor,
-    modes: &PlanarModes,
-) -> Result<(Vec<Vec<f64>>, Vec<Feedback>), SpindleError> {
-    let at = |what: &str, z: f64| -> Result<Vec<f64>, SpindleError> {
-        Ok(modes.amplitudes(&rotor.shape_at(what, z)?))
-    };
-    let [front, rear] = &effective.bearings;
-    let (front_actuator, rear_actuator) = (
-        at("front actuator", front.actuator_m)?,
-        at("rear actuator", rear.actuator_m)?,
-    );
-    let mut rows = vec![
-        front_actuator.clone(),
-        rear_actuator.clone(),
-        at("tool plane", machine.tool_plane_m())?,
-        front_actuator,
-        rear_actuator,
-        at("front sensor", front.sensor_m)?,
-        at("rear sensor", rear.sensor_m)?,
-    ];
-    debug_assert_eq!(rows.len(), NAMED);
-    let magnet = |port: Port, ks_n_per_m: f64| Feedback {
-        port: port as usize,
-        law: Law::Spring,
-        value: -ks_n_per_m,
-    };
-    let mut feedback = vec![
-        magnet(Port::FrontControl, front.ks_n_per_m),
-        magnet(Port::RearControl, rear.ks_n_per_m),
-    ];
-    for (attachment, law, value) in attached(effective) {
-        let z = attachment.position_m;
-        let (row, value) = match attachment.motion {
-            Motion::Displacement => (at("attachment", z)?, value),
-            Motion::Slope => {
-                let tilt = rotor.tilt_at("attachment", z)?;
-                let dofs = rotor.element_dofs(tilt.element);
-                let row: Vec<(usize, f64)> = dofs.into_iter().zip(tilt.row).collect();
-                (modes.amplitudes(&row), tilt.seen(value))
-            }
+/// Amplitudes of all ports over all modes, and what acts at them.
+struct Ports {
+    rows: Vec<Vec<f64>>,
+    feedback: Vec<Feedback>,
+    plane_springs: Vec<PlaneSpring>,
+}
+
+impl Ports {
+    fn new(
+        machine: &Machine,
+        effective: &Effective,
+        rotor: &Rotor,
+        modes: &PlanarModes,
+    ) -> Result<Self, SpindleError> {
+        let at = |what: &str, z: f64| -> Result<Vec<f64>, SpindleError> {
+            Ok(modes.amplitudes(&rotor.shape_at(what, z)?))
         };
-        feedback.push(Feedback {
-            port: rows.len(),
-            law,
-            value,
-        });
-        rows.push(row);
-    }
-    for ([a, b], joint) in rotor.joints() {
-        if joint.damping_n_m_s_per_rad != 0.0 {
+        let [front, rear] = &effective.bearings;
+        let (front_actuator, rear_actuator) = (
+            at("front actuator", front.actuator_m)?,
+            at("rear actuator", rear.actuator_m)?,
+        );
+        let mut rows = vec![
+            front_actuator.clone(),
+            rear_actuator.clone(),
+            at("tool plane", machine.tool_plane_m())?,
+            front_actuator,
+            rear_actuator,
+            at("front sensor", front.sensor_m)?,
+            at("rear sensor", rear.sensor_m)?,
+        ];
+        debug_assert_eq!(rows.len(), NAMED);
+        let magnet = |port: Port, ks_n_per_m: f64| Feedback {
+            port: port as usize,
+            law: Law::Spring,
+            value: -ks_n_per_m,
+        };
+        let mut feedback = vec![
+            magnet(Port::FrontControl, front.ks_n_per_m),
+            magnet(Port::RearControl, rear.ks_n_per_m),
+        ];
+        for (attachment, law, value) in attached(effective) {
+            let z = attachment.position_m;
+            let (row, value) = match attachment.motion {
+                Motion::Displacement => (at("attachment", z)?, value),
+                Motion::Slope => {
+                    let tilt = rotor.tilt_at("attachment", z)?;
+                    let dofs = rotor.element_dofs(tilt.element);
+                    let row: Vec<(usize, f64)> = dofs.into_iter().zip(tilt.row).collect();
+                    (modes.amplitudes(&row), tilt.seen(value))
+                }
+            };
             feedback.push(Feedback {
                 port: rows.len(),
-                law: Law::Dashpot,
-                value: joint.damping_n_m_s_per_rad,
+                law,
+                value,
             });
-            rows.push(modes.amplitudes(&[(2 * a + 1, 1.0), (2 * b + 1, -1.0)]));
+            rows.push(row);
         }
+        for ([a, b], joint) in rotor.joints() {
+            if joint.damping_n_m_s_per_rad != 0.0 {
+                feedback.push(Feedback {
+                    port: rows.len(),
+                    law: Law::Dashpot,
+                    value: joint.damping_n_m_s_per_rad,
+                });
+                rows.push(modes.amplitudes(&[(2 * a + 1, 1.0), (2 * b + 1, -1.0)]));
+            }
+        }
+        let mut plane_springs = vec![];
+        for (attachment, plane, stiffness_n_per_m) in in_one_plane(effective) {
+            plane_springs.push(PlaneSpring {
+                port: rows.len(),
+                plane,
+                stiffness_n_per_m,
+            });
+            rows.push(at("attachment", attachment.position_m)?);
+        }
+        Ok(Self {
+            rows,
+            feedback,
+            plane_springs,
+        })
     }
-    Ok((rows, feedback))
 }

@@ -16,7 +16,7 @@ pub(crate) mod whirl_form;
 
 pub use backup::{BackupBearings, BackupContact};
 pub use effective::{Effective, EffectiveBearing, Housing};
-pub use effects::{Bearings, Effect, EffectKind, Location};
+pub use effects::{Bearings, Effect, EffectKind, Location, Plane};
 pub use machine::{Bearing, Electronics, Machine, Planes, Side, Spindle, Tool};
 pub use model_detail::ModelDetail;
 pub use plant::Plant;

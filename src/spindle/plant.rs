@@ -6,15 +6,17 @@
 //! signals front_x … rear_y (m); displacements tool_x … rear_actuator_y (m, absolute).
 //!
 //! The shaft is isotropic, so it is evaluated in r = x + jy: with H(ω) the response to r-forces,
-//! a = (H(ω) + H̄(−ω))/2 goes x→x and y→y, b = (H(ω) − H̄(−ω))/2j goes x→y, and −b goes y→x.
+//! a = (H(ω) + H̄(−ω))/2 goes x→x and y→y, b = (H(ω) − H̄(−ω))/2j goes x→y, and −b goes y→x. Springs in one plane are
+//! closed round that.
 
 use super::SpindleError;
-use super::effective::Effective;
+use super::effective::{Effective, EffectiveBearing};
 use super::machine::Machine;
 use super::mechanics::Mechanics;
 use super::model_detail::ModelDetail;
 use super::response::channels::{ZERO, planar};
 use super::response::electronics::ElectronicsLine;
+use super::response::feedback::{Feedback, close};
 use crate::linalg::{Mat, c64};
 use crate::lti::Response;
 
@@ -99,6 +101,14 @@ impl Plant {
         self.sample_period_s
     }
 
+    /// Whether x and y do not act on each other and answer alike, so that one plane stands for both.
+    pub(crate) fn planes_are_alike(&self) -> bool {
+        let bearings = &self.effective.bearings;
+        self.mechanics.planes_are_decoupled()
+            && self.mechanics.plane_springs().is_empty()
+            && bearings.iter().all(EffectiveBearing::axes_are_alike)
+    }
+
     /// The shaft.
     pub(crate) fn mechanics(&self) -> &Mechanics {
         &self.mechanics
@@ -121,10 +131,13 @@ impl Response for Plant {
         };
         // Ports: 0, 1 control; 2 tool; 3, 4 actuators; 5, 6 sensors.
         let first = forward.nrows() - self.modal_ports;
-        let modal: Vec<usize> = (first..forward.nrows()).collect();
-        let inputs = [&[0usize, 1, 2, 3, 4], modal.as_slice()].concat();
-        let outputs = [&[5usize, 6, 2, 3, 4], modal.as_slice()].concat();
-        let channels = CHANNELS + 2 * self.modal_ports;
+        let springs = self.mechanics.plane_springs();
+        let further: Vec<usize> = (first..forward.nrows())
+            .chain(springs.iter().map(|s| s.port))
+            .collect();
+        let inputs = [&[0usize, 1, 2, 3, 4], further.as_slice()].concat();
+        let outputs = [&[5usize, 6, 2, 3, 4], further.as_slice()].concat();
+        let channels = 2 * inputs.len();
         let mut h = vec![ZERO; channels * channels];
         for (o, out) in outputs.iter().copied().enumerate() {
             for (i, input) in inputs.iter().copied().enumerate() {
@@ -137,7 +150,14 @@ impl Response for Plant {
                 h[x + 2 * i + 1] = -b;
             }
         }
+        if !springs.is_empty() {
+            let first = inputs.len() - springs.len();
+            let loops: Vec<Feedback> = (first..).zip(springs).map(|(k, s)| s.beside(k)).collect();
+            let gains: Vec<c64> = loops.iter().map(|f| f.gain(omega_rad_s)).collect();
+            h = close(&h, channels, &loops, &gains);
+        }
         ElectronicsLine::new(&self.effective, omega_rad_s).surround(&mut h, channels);
-        Mat::from_fn(channels, channels, |i, j| h[i * channels + j])
+        let outer = CHANNELS + 2 * self.modal_ports;
+        Mat::from_fn(outer, outer, |i, j| h[i * channels + j])
     }
 }

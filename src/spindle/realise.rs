@@ -10,8 +10,9 @@ use super::SpindleError;
 use super::effective::EffectiveBearing;
 use super::plant::{AXES, CHANNELS, Plant};
 use super::response::electronics::LOWPASS_DAMPING;
+use super::response::feedback::Feedback;
 use crate::linalg::{Mat, c64};
-use crate::lti::connect::{append, series};
+use crate::lti::connect::{append, lower_lft, series};
 use crate::lti::delay::{pade, sample_with_delay};
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::rotor::modes::RIGID;
@@ -118,11 +119,20 @@ impl Plant {
     }
 
     /// Forces (two controls, tool, two actuators; modal ports) to displacements (two sensors, tool, two actuators; q).
+    /// Springs in one plane have ports behind these until they are closed at the end.
     fn shaft(&self, modes: usize) -> Result<StateSpace<Continuous>, SpindleError> {
         let closed = self.mechanics.closed();
         let omega = self.mechanics.omega_rad_s();
         let (n, m) = (omega.len(), modes.min(self.mechanics.flexible()));
-        let (size, channels) = (2 * n, 5 + m);
+        let springs = self.mechanics.plane_springs();
+        let (size, channels) = (2 * n, 5 + m + springs.len());
+        // Port of a channel: named ones, then those of springs; modal ones have none.
+        let port = |channel: usize| match channel {
+            named @ 0..5 => Some(named),
+            modal if modal < 5 + m => None,
+            spring => Some(spring - m),
+        };
+        let modal = |channel: usize| RIGID + channel - 5;
         // Displacement states scaled to velocity size; 100 rad/s for the rigid modes is of the order of the magnets'
         // poles.
         let scale: Vec<f64> = omega.iter().map(|w| w.max(100.0)).collect();
@@ -133,22 +143,19 @@ impl Plant {
             (false, true) => -closed.k[(i - n, j)] / scale[j],
             (false, false) => -closed.c[(i - n, j - n)],
         });
-        let b = Mat::from_fn(size, channels, |i, j| match (i < n, j < 5) {
+        let b = Mat::from_fn(size, channels, |i, j| match (i < n, port(j)) {
             (true, _) => zero,
-            (false, true) => closed.b[(i - n, j)],
-            (false, false) => c64::new(f64::from(u8::from(i - n == RIGID + j - 5)), 0.0),
+            (false, Some(p)) => closed.b[(i - n, p)],
+            (false, None) => c64::new(f64::from(u8::from(i - n == modal(j))), 0.0),
         });
-        let c = Mat::from_fn(channels, size, |i, j| match (j < n, i < 5) {
+        let c = Mat::from_fn(channels, size, |i, j| match (j < n, port(i)) {
             (false, _) => zero,
-            (true, true) => closed.c_out[(i, j)] / scale[j],
-            (true, false) => c64::new(f64::from(u8::from(j == RIGID + i - 5)) / scale[j], 0.0),
+            (true, Some(p)) => closed.c_out[(p, j)] / scale[j],
+            (true, None) => c64::new(f64::from(u8::from(j == modal(i))) / scale[j], 0.0),
         });
-        let d = Mat::from_fn(channels, channels, |i, j| {
-            if i < 5 && j < 5 {
-                closed.d[(i, j)]
-            } else {
-                zero
-            }
+        let d = Mat::from_fn(channels, channels, |i, j| match (port(i), port(j)) {
+            (Some(p), Some(q)) => closed.d[(p, q)],
+            _ => zero,
         });
         // States by plane, channels in pairs (x, y).
         let by_plane = |k: usize, count: usize| (k / count, k % count);
@@ -165,13 +172,25 @@ impl Plant {
                 }
             })
         };
-        Ok(StateSpace::new(
+        let open = StateSpace::new(
             both(&a, by_plane, by_plane),
             both(&b, by_plane, by_pair),
             both(&c, by_pair, by_plane),
             both(&d, by_pair, by_pair),
             Continuous,
-        )?)
+        )?;
+        if springs.is_empty() {
+            return Ok(open);
+        }
+        let loops: Vec<Feedback> = (5 + m..).zip(springs).map(|(k, s)| s.beside(k)).collect();
+        let kept = (0..2 * (5 + m)).chain(loops.iter().map(|f| f.port));
+        let kept: Vec<usize> = kept.collect();
+        let law = Mat::from_fn(loops.len(), loops.len(), |i, j| match i == j {
+            true => -loops[i].value,
+            false => 0.0,
+        });
+        let law = StateSpace::gain(law, Continuous);
+        Ok(lower_lft(&open.select(&kept, &kept), &law)?)
     }
 }
 

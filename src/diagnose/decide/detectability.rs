@@ -18,7 +18,7 @@ use super::super::fit::prediction::Linear;
 use super::super::fit::problem::{Point, Problem};
 use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN};
 use crate::linalg::solve;
-use crate::spindle::{Effect, EffectKind, Location};
+use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
 /// Every so many lines are looked at.
@@ -62,7 +62,7 @@ pub fn detectable(
         .filter(|(i, h)| {
             let before = &case.catalogue[..*i];
             h.kind == EffectKind::HousingMode
-                || matches!(h.place, Location::Position(_))
+                || h.place.position_m().is_some()
                 || !before.iter().any(|b| b.same_name(h))
         })
         .map(|(_, h)| h)

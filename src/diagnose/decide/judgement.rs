@@ -5,6 +5,7 @@ use super::super::data::evidence::{Gap, Subset, held_out};
 use super::super::fit::case::Case;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::hypothesis::{self, Hypothesis};
+use super::super::fit::model::MOST_SD;
 use super::super::fit::problem::Point;
 use super::candidate::Candidate;
 use super::misfit::{FAILING_BLOCK_CHI2, Misfit};
@@ -131,7 +132,6 @@ pub(super) fn lowers_the_gap(
 ) -> Result<bool, DiagnoseError> {
     let without = overall(case, &shorter.effects, &shorter.fit.at)?;
     let with = overall(case, &longer.effects, &longer.fit.at)?;
-    let numbers = |c: &Candidate| -> usize { c.fit.at.theta.iter().map(Vec::len).sum() };
     let free = numbers(longer).saturating_sub(numbers(shorter));
     Ok(further(without, with, free))
 }
@@ -144,11 +144,22 @@ pub(crate) fn further(without: Overall, with: Overall, numbers: usize) -> bool {
     fall > numbers as f64 * residuals.max(2.0).ln()
 }
 
-/// Whether nuisance parameters that a shorter set drives out of their priors stay within them beside a longer one: the
-/// shorter set has a small gap for a reason that cannot be.
+/// Whether a shorter set has a small gap for a reason that cannot be: beside it nuisance parameters leave their priors,
+/// one alone or several together, and beside the longer one they do not. A number that takes more from the χ² of the
+/// priors than one parameter may add to it stands for parameters that are off in step.
 pub(super) fn relieves(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
     let strained = |c: &Candidate| !case.model.strained(&c.fit.at.p).is_empty();
-    strained(shorter) && !strained(longer)
+    if strained(longer) {
+        return false;
+    }
+    let prior = |c: &Candidate| case.model.layout.prior(&c.fit.at.p);
+    let further = numbers(longer).saturating_sub(numbers(shorter)).max(1) as f64;
+    strained(shorter) || prior(shorter) - prior(longer) > further * MOST_SD.powi(2)
+}
+
+/// Free numbers of a set's effects.
+fn numbers(set: &Candidate) -> usize {
+    set.fit.at.theta.iter().map(Vec::len).sum()
 }
 
 /// Whether a longer set explains more than noise and the floor of the gap do with a shorter one.

@@ -15,7 +15,7 @@ use super::candidate::{Candidate, Standing, fails};
 use super::judgement::needed;
 use super::misfit::FAILING_BLOCK_CHI2;
 use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round};
-use crate::spindle::{Effect, EffectKind, Location};
+use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
 /// Most effects at once: what domain practice separates in one set of sweeps.
@@ -245,7 +245,7 @@ fn elsewhere(case: &Case, effects: &[Hypothesis], at: Point) -> Result<Point, Di
     let mut best = fit(&at)?;
     for (e, effect) in effects.iter().enumerate() {
         let own = |h: &&Hypothesis| h.same_name(effect);
-        let placed = matches!(effect.place, Location::Position(_));
+        let placed = effect.place.position_m().is_some();
         let stations: Vec<&Hypothesis> = match placed {
             true => case.catalogue.iter().filter(own).collect(),
             false => vec![],

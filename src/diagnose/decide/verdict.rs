@@ -8,7 +8,7 @@
 use super::super::DiagnoseError;
 use super::super::data::evidence::{Evidence, Subset};
 use super::super::data::measurement::Measurement;
-use super::super::fit::hypothesis::{self, Hypothesis, Scope, catalogue};
+use super::super::fit::hypothesis::{self, Hypothesis, POSITION_UNIT_M, Scope, catalogue};
 use super::super::fit::model::Model;
 use super::super::fit::problem::Point;
 use super::super::locate::correction::{Correction, correct};
@@ -457,8 +457,8 @@ fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
             let (a, b) = (at(-1.645 * sd(i)), at(1.645 * sd(i)));
             intervals.push((a.min(b), a.max(b)));
         }
-        let position_sd_m = matches!(effect.location, crate::spindle::Location::Position(_))
-            .then(|| 0.05 * sd(theta.len() - 1));
+        let placed = effect.location.position_m();
+        let position_sd_m = placed.map(|_| POSITION_UNIT_M * sd(theta.len() - 1));
         column += theta.len();
         all.push(NamedEffect {
             effect,

@@ -74,10 +74,7 @@ impl Problem<'_> {
     }
 
     pub(super) fn prior(&self, p: &[f64]) -> f64 {
-        p.iter()
-            .zip(&self.model.layout.sd)
-            .map(|(p, sd)| (p / sd).powi(2))
-            .sum()
+        self.model.layout.prior(p)
     }
 
     /// What the amplitude of the smooth model error costs.
@@ -225,10 +222,9 @@ impl Problem<'_> {
         let mut normal = j.normal();
         let residual = Mat::from_fn(r.len(), 1, |i, _| r[i]);
         let mut slope = j.transpose_times(&residual);
-        for (k, sd) in self.model.layout.sd.iter().enumerate() {
-            let weight = sd.powi(-2);
+        for (k, (weight, pull)) in self.model.layout.pull(&at.p).enumerate() {
             normal[(k, k)] += weight;
-            slope[(k, 0)] -= weight * at.p[k];
+            slope[(k, 0)] += pull;
         }
         Equations {
             fit: Fit {

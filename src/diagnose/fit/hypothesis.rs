@@ -7,7 +7,7 @@ use super::super::DiagnoseError;
 use crate::rotor::tilt::PARTS;
 use crate::spindle::effects::LocationKind;
 use crate::spindle::effects::entry::{Nominal, Parameter, Starts};
-use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine};
+use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine, Plane};
 
 /// An effect with free numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Hypothesis {
 /// Least relative error of one axis that is worth a name: five times the prior of what two axes differ by.
 const LEAST_OF_AN_AXIS: f64 = 0.01;
 /// Fit coordinate of a position: m per unit.
-const POSITION_UNIT_M: f64 = 0.05;
+pub(crate) const POSITION_UNIT_M: f64 = 0.05;
 
 impl Hypothesis {
     fn parameters(&self) -> &'static [Parameter] {
@@ -38,13 +38,8 @@ impl Hypothesis {
         let parameters = self.parameters().iter().enumerate();
         let values = parameters.map(|(i, p)| p.coordinate.value(at(i), self.nominal));
         let values = values.collect();
-        let location = match &self.place {
-            Location::Position(_) => {
-                let z = POSITION_UNIT_M * theta.last().copied().unwrap_or_default();
-                Location::Position(z)
-            }
-            place => place.clone(),
-        };
+        let position_m = POSITION_UNIT_M * theta.last().copied().unwrap_or_default();
+        let location = self.place.moved_to(position_m);
         Effect {
             kind: self.kind,
             location,
@@ -65,7 +60,7 @@ impl Hypothesis {
             let (lo, hi) = (parameter.bounds)(self.nominal);
             *t = t.clamp(lo, hi);
         }
-        if let (Location::Position(_), Some(z)) = (&self.place, theta.last_mut()) {
+        if let (Some(_), Some(z)) = (self.place.position_m(), theta.last_mut()) {
             let (from, to) = self.span_m;
             *z = z.clamp(from / POSITION_UNIT_M, to / POSITION_UNIT_M);
         }
@@ -95,12 +90,7 @@ impl Hypothesis {
 
     /// Whether two hypotheses name the same effect at the same place; positions count as one place, as they are fitted.
     pub(crate) fn same_name(&self, other: &Self) -> bool {
-        self.kind == other.kind
-            && (self.place == other.place
-                || matches!(
-                    (&self.place, &other.place),
-                    (Location::Position(_), Location::Position(_))
-                ))
+        self.kind == other.kind && self.place.moved_to(0.0) == other.place.moved_to(0.0)
     }
 
     /// Whether the effect has one place only and few starts, so that its fit is always affordable.
@@ -160,15 +150,17 @@ pub fn catalogue(
             false => span_m,
         };
         let starts = starts(entry.starts, nominal, scope);
-        let axes = (0..4).filter(|_| entry.one_axis).map(Location::Axis);
-        let places = match kind {
+        let mut places = match kind {
             EffectKind::TiltingStiffness => tilting_places(machine),
             _ => places(machine, entry.location, span_m, flexible_rad_s, scope),
         };
-        for place in places.into_iter().chain(axes) {
+        if entry.one_axis {
+            places.extend(of_one_axis(&places));
+        }
+        for place in places {
             for start in &starts {
                 let mut start = start.clone();
-                if let Location::Position(z) = place {
+                if let Some(z) = place.position_m() {
                     start.push(z / POSITION_UNIT_M);
                 }
                 all.push(Hypothesis {
@@ -182,6 +174,18 @@ pub fn catalogue(
         }
     }
     Ok(all)
+}
+
+/// Every axis of the bearings, or every position in each plane.
+fn of_one_axis(places: &[Location]) -> Vec<Location> {
+    let positions: Vec<f64> = places.iter().filter_map(Location::position_m).collect();
+    match positions.is_empty() {
+        true => (0..4).map(Location::Axis).collect(),
+        false => Plane::ALL
+            .into_iter()
+            .flat_map(|plane| positions.iter().map(move |z| Location::InPlane(*z, plane)))
+            .collect(),
+    }
 }
 
 fn nominal(machine: &Machine, which: Nominal) -> f64 {

@@ -9,7 +9,7 @@ use crate::spindle::{Effect, Machine};
 
 /// Most prior standard deviations that a nuisance parameter may be off. Of fifty normal ones the largest exceeds four
 /// in three of a thousand machines: what is beyond is a finding, not a small error.
-const MOST_SD: f64 = 4.0;
+pub(crate) const MOST_SD: f64 = 4.0;
 
 /// What answers for a hypothesis.
 #[derive(Clone, Debug)]
@@ -60,9 +60,9 @@ impl Model {
     /// Nuisance parameters that are further from the machine as given than any prior allows, the furthest first: their
     /// names, and how many prior standard deviations they are off.
     pub fn strained(&self, p: &[f64]) -> Vec<(String, f64)> {
-        let off = p.iter().zip(&self.layout.sd).map(|(p, sd)| (p / sd).abs());
-        let mut far: Vec<(usize, f64)> =
-            off.enumerate().filter(|(_, off)| *off > MOST_SD).collect();
+        let off = |(k, p): (usize, &f64)| (k, self.layout.deviation(k, *p).0.abs());
+        let all = p.iter().enumerate().map(off);
+        let mut far: Vec<(usize, f64)> = all.filter(|(_, off)| *off > MOST_SD).collect();
         far.sort_by(|a, b| b.1.total_cmp(&a.1));
         far.into_iter()
             .map(|(k, off)| (self.name_of(k), off))

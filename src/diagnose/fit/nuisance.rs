@@ -16,7 +16,7 @@ const KS_SD: f64 = 0.04;
 const GAIN_SD: f64 = 0.01;
 /// Standard deviation of the logarithm of a modulus.
 const MODULUS_SD: f64 = 0.01;
-/// Standard deviation of the logarithm of a damping ratio.
+/// Standard deviation of a damping ratio, relative; of its logarithm above the model's value.
 const DAMPING_SD: f64 = 0.2;
 /// Standard deviation of the mesh: 0 is the mesh of the model, 1 one twice as fine, 4/3 a continuum.
 const MESH_SD: f64 = 0.7;
@@ -48,6 +48,33 @@ impl Layout {
             sweeps: axis_gain_sd.len(),
             sd,
         }
+    }
+
+    /// How many prior standard deviations a parameter is off at p, with its sign, and the derivative to p. A damping
+    /// ratio that is too low is off in the ratio itself: its logarithm goes to −∞ where the ratio is five deviations
+    /// away.
+    pub(crate) fn deviation(&self, k: usize, p: f64) -> (f64, f64) {
+        let sd = self.sd.get(k).copied().unwrap_or(f64::INFINITY);
+        let damping = self.machine.damping(0)..=self.machine.damping(DAMPED_MODES);
+        match damping.contains(&k) && p < 0.0 {
+            true => (p.exp_m1() / sd, p.exp() / sd),
+            false => (p / sd, sd.recip()),
+        }
+    }
+
+    /// The priors at p: for each parameter the weight on the diagonal of the normal equations, and what it adds to their
+    /// right-hand side.
+    pub(crate) fn pull<'a>(&'a self, p: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + 'a {
+        p.iter().enumerate().map(|(k, p)| {
+            let (off, slope) = self.deviation(k, *p);
+            (slope * slope, -off * slope)
+        })
+    }
+
+    /// χ² of the priors.
+    pub(crate) fn prior(&self, p: &[f64]) -> f64 {
+        let off = p.iter().enumerate().map(|(k, p)| self.deviation(k, *p).0);
+        off.map(|off| off * off).sum()
     }
 
     /// Number of parameters.

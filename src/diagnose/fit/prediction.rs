@@ -47,8 +47,8 @@ impl Problem<'_> {
             shaft,
         } = self.linearised(at, model_error)?;
         let mut normal = jacobian.normal();
-        for (k, sd) in self.model.layout.sd.iter().enumerate() {
-            normal[(k, k)] += sd.powi(-2);
+        for (k, (weight, _)) in self.model.layout.pull(&at.p).enumerate() {
+            normal[(k, k)] += weight;
         }
         Ok(Linear {
             residual,
@@ -148,8 +148,10 @@ impl Problem<'_> {
         let (n, d) = (base.jacobian.columns(), theta.len());
         let mut slope = Mat::zeros(n + d, 1);
         for k in 0..n {
-            let weight = self.model.layout.sd.get(k).map_or(0.0, |sd| sd.powi(-2));
-            slope[(k, 0)] = new.small[(k, 0)] - weight * from.p.get(k).copied().unwrap_or_default();
+            slope[(k, 0)] = new.small[(k, 0)];
+        }
+        for (k, (_, pull)) in self.model.layout.pull(&from.p).enumerate() {
+            slope[(k, 0)] += pull;
         }
         for k in 0..d {
             slope[(n + k, 0)] = new.new[(k, 0)];

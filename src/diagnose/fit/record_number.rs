@@ -168,19 +168,19 @@ impl RecordNumber<'_> {
         let pull: f64 = (0..along.nrows())
             .map(|i| along[(i, 0)] * here.residual()[i])
             .sum();
-        let sd = &self.model.layout.sd;
+        let priors: Vec<(f64, f64)> = self.model.layout.pull(&from.at.p).collect();
         let normal = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
             (true, true) => {
                 let both = rest.parts().1[(i, j)] + here.parts().1[(i, j)];
                 // Each of the two holds the priors.
-                if i == j { both - sd[i].powi(-2) } else { both }
+                if i == j { both - priors[i].0 } else { both }
             }
             (true, false) => cross[(i, 0)],
             (false, true) => cross[(j, 0)],
             (false, false) => own_curvature + UNKNOWN,
         });
         let slope = Mat::from_fn(n + 1, 1, |k, _| match k < n {
-            true => slopes[0][(k, 0)] + slopes[1][(k, 0)] - from.at.p[k] * sd[k].powi(-2),
+            true => slopes[0][(k, 0)] + slopes[1][(k, 0)] + priors[k].1,
             false => pull,
         });
         Ok((normal, slope))

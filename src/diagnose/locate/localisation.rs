@@ -361,9 +361,8 @@ fn strained(model: &Model, p: &[f64]) -> Vec<Start> {
     let layout = &model.layout;
     let mut far: Vec<(usize, f64)> = p
         .iter()
-        .zip(&layout.sd)
-        .map(|(p, sd)| (p / sd).abs())
         .enumerate()
+        .map(|(k, p)| (k, layout.deviation(k, *p).0.abs()))
         .filter(|(_, away)| *away > STRAINED.0)
         .collect();
     far.sort_by(|a, b| b.1.total_cmp(&a.1));

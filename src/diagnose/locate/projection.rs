@@ -244,11 +244,10 @@ pub(crate) fn settle(
 ) -> Result<Settled, DiagnoseError> {
     let layout = &case.model.layout;
     let n = layout.len();
-    let mut sd = layout.sd.clone();
+    let mut priors = layout.clone();
     if let Place::Freed(parameter) = place {
-        sd[*parameter] = FREE_SD;
+        priors.sd[*parameter] = FREE_SD;
     }
-    let prior = |p: &[f64]| -> f64 { p.iter().zip(&sd).map(|(p, sd)| (p / sd).powi(2)).sum() };
     let mut p = from.to_vec();
     let mut best: Option<Settled> = None;
     for (model_error, steps) in stages {
@@ -272,7 +271,7 @@ pub(crate) fn settle(
                 }
             })?;
             let here = Settled {
-                chi2: chi2 + prior(&p),
+                chi2: chi2 + priors.prior(&p),
                 numbers,
                 p: p.clone(),
             };
@@ -290,10 +289,11 @@ pub(crate) fn settle(
             if last {
                 break;
             }
+            let pulls: Vec<(f64, f64)> = priors.pull(&p).collect();
             let matrix = Mat::from_fn(n, n, |i, j| {
-                normal[i * n + j] + if i == j { sd[i].powi(-2) } else { 0.0 }
+                normal[i * n + j] + if i == j { pulls[i].0 } else { 0.0 }
             });
-            let right = Mat::from_fn(n, 1, |i, _| slope[i] - p[i] / sd[i].powi(2));
+            let right = Mat::from_fn(n, 1, |i, _| slope[i] + pulls[i].1);
             let step = solve(&matrix, &right)?;
             for (i, p) in p.iter_mut().enumerate() {
                 *p += step[(i, 0)].clamp(-LONGEST_STEP, LONGEST_STEP);

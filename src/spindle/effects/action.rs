@@ -22,6 +22,14 @@ pub(crate) fn on_machine(effect: &Effect, machine: &mut Effective) {
         (EffectKind::AddedStiffness, Location::Position(z)) => {
             attach(machine, *z, Motion::Displacement, c64::new(-value, 0.0));
         }
+        (EffectKind::AddedStiffness, Location::InPlane(z, plane)) => {
+            machine.attachments.push(Attachment {
+                position_m: *z,
+                motion: Motion::Displacement,
+                gain: c64::new(-value, 0.0),
+                plane: Some(*plane),
+            });
+        }
         (EffectKind::TiltingStiffness, Location::Position(z)) => {
             attach(machine, *z, Motion::Slope, c64::new(-value, 0.0));
         }
@@ -50,6 +58,7 @@ fn attach(machine: &mut Effective, position_m: f64, motion: Motion, gain: c64) {
         position_m,
         motion,
         gain,
+        plane: None,
     });
 }
 

@@ -54,7 +54,11 @@ impl Effect {
                 | (LocationKind::Mode, Location::Mode(_))
                 | (LocationKind::Region, Location::Region(_))
         ) || self.kind.entry().one_axis
-            && matches!(self.location, Location::Axis(0..4));
+            && matches!(
+                (self.kind.location(), &self.location),
+                (LocationKind::Bearing, Location::Axis(0..4))
+                    | (LocationKind::Position, Location::InPlane(..))
+            );
         if !matches {
             return Err(SpindleError::Name {
                 path: "effect".into(),
@@ -65,6 +69,9 @@ impl Effect {
                         "needs bearing: front, rear or both, or one axis".into()
                     }
                     LocationKind::Bearing => "needs bearing: front, rear or both".into(),
+                    LocationKind::Position if self.kind.entry().one_axis => {
+                        "needs position_m, with axis: x or y where it acts in one plane".into()
+                    }
                     LocationKind::Position => "needs position_m".into(),
                     LocationKind::Mode => "needs mode, counted from 1".into(),
                     LocationKind::Region => "needs region".into(),

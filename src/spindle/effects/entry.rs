@@ -102,7 +102,7 @@ pub struct Entry {
     pub name: &'static str,
     /// The location it needs.
     pub location: LocationKind,
-    /// Whether one axis can have it instead of a bearing.
+    /// Whether one axis of a bearing can have it, or one plane at a position.
     pub one_axis: bool,
     /// Its numbers, in file order.
     pub parameters: &'static [Parameter],

@@ -41,6 +41,33 @@ impl Bearings {
     }
 }
 
+/// One of the two planes in which the shaft moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plane {
+    /// The plane of the x axes.
+    X,
+    /// The plane of the y axes.
+    Y,
+}
+
+impl Plane {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::X, Self::Y];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+        }
+    }
+
+    /// The plane of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|plane| plane.name() == name)
+    }
+}
+
 /// Where an effect acts.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Location {
@@ -52,10 +79,32 @@ pub enum Location {
     Axis(usize),
     /// At an axial position, m from the nose face (`position_m:`).
     Position(f64),
+    /// At an axial position, m from the nose face, in one plane only (`position_m:` and `axis:`).
+    InPlane(f64, Plane),
     /// On a flexible mode, counted from 1 (`mode:`).
     Mode(usize),
     /// In an update region (`region:`).
     Region(String),
+}
+
+impl Location {
+    /// The axial position, m from the nose face; none where the location is not a position.
+    pub fn position_m(&self) -> Option<f64> {
+        match self {
+            Self::Position(z) | Self::InPlane(z, _) => Some(*z),
+            _ => None,
+        }
+    }
+
+    /// The same at another axial position, m from the nose face; unchanged where the location is not a position.
+    #[must_use]
+    pub(crate) fn moved_to(&self, position_m: f64) -> Self {
+        match self {
+            Self::Position(_) => Self::Position(position_m),
+            Self::InPlane(_, plane) => Self::InPlane(position_m, *plane),
+            other => other.clone(),
+        }
+    }
 }
 
 /// What kind of location an effect needs.

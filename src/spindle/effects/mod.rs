@@ -13,4 +13,4 @@ pub mod table;
 
 pub use effect::Effect;
 pub use kind::EffectKind;
-pub use location::{AXIS_NAMES, Bearings, Location, LocationKind};
+pub use location::{AXIS_NAMES, Bearings, Location, LocationKind, Plane};

@@ -423,6 +423,7 @@ pub const TABLE: &[Entry] = &[
         kind: EffectKind::AddedStiffness,
         name: "added_stiffness",
         location: LocationKind::Position,
+        one_axis: true,
         parameters: &[signed(
             "stiffness_n_per_m",
             Coordinate::Linear(1e5),

@@ -3,9 +3,9 @@
 //! In r = x + jy:  Z = diag(ω_k² − ω² + jω c_k − circ_k) + ωΩG,  X = Z⁻¹Φᵀ,  H = ΦX + housing, with the laws at ports
 //! closed round it ([`super::feedback`]).
 
-use super::channels::{IN, ON_HOUSING, OUT, ZERO};
+use super::channels::{IN, ON_HOUSING, OUT, Square, ZERO};
 use super::damping::ModalDamping;
-use super::feedback::{Feedback, close};
+use super::feedback::{Feedback, PlaneSpring, close};
 use super::gyroscopic::Gyroscopic;
 use super::strain::Strain;
 use crate::linalg::c64;
@@ -25,18 +25,22 @@ pub struct Assembled {
     pub(super) constant: Vec<f64>,
     /// Laws at ports.
     pub(super) feedback: Vec<Feedback>,
+    /// Springs in one plane, open in [`Planar`].
+    pub(super) plane_springs: Vec<PlaneSpring>,
     pub(super) effective: Effective,
     pub(super) strain: Option<Strain>,
     pub(super) coupled: bool,
 }
 
 /// Closed receptance of the shaft at a line: sensors and tool from bearings and tool.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Receptance {
     /// Forwards.
     pub plus: [c64; 9],
     /// Backwards, where that differs.
     pub minus: Option<[c64; 9]>,
+    /// With x and y apart, where springs in one plane make them differ; the others leave such springs open.
+    pub(super) planes: Option<Box<Square>>,
 }
 
 /// One signed frequency in the complex plane.
@@ -56,6 +60,11 @@ impl Assembled {
     /// Negative stiffness, front and rear, N/m.
     pub(crate) fn negative_stiffness(&self) -> [f64; 2] {
         [0, 1].map(|b| self.effective.bearings[b].ks_n_per_m)
+    }
+
+    /// Whether springs in one plane make x and y differ.
+    pub(crate) fn has_plane_springs(&self) -> bool {
+        !self.plane_springs.is_empty()
     }
 
     /// Whether x and y are coupled.

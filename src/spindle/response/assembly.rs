@@ -8,7 +8,7 @@
 
 use super::assembled::Assembled;
 use super::damping::ModalDamping;
-use super::feedback::{Feedback, Law, attached};
+use super::feedback::{Feedback, Law, PlaneSpring, attached, in_one_plane};
 use super::finer_mesh::FinerMesh;
 use super::gyroscopic::Gyroscopic;
 use super::probe::Probe;
@@ -43,6 +43,7 @@ pub struct Assembly<'a> {
 struct Ports {
     rows: Vec<Vec<f64>>,
     feedback: Vec<Feedback>,
+    plane_springs: Vec<PlaneSpring>,
 }
 
 impl ReducedMachine {
@@ -105,6 +106,7 @@ impl ReducedMachine {
             ports: amplitudes,
             constant,
             feedback: ports.feedback,
+            plane_springs: ports.plane_springs,
             effective,
             strain,
             coupled,
@@ -170,7 +172,20 @@ impl ReducedMachine {
             });
             rows.push(row);
         }
-        Ok(Ports { rows, feedback })
+        let mut plane_springs = vec![];
+        for (attachment, plane, stiffness_n_per_m) in in_one_plane(effective) {
+            plane_springs.push(PlaneSpring {
+                port: rows.len(),
+                plane,
+                stiffness_n_per_m,
+            });
+            rows.push(shaft.row(attachment.position_m)?);
+        }
+        Ok(Ports {
+            rows,
+            feedback,
+            plane_springs,
+        })
     }
 }
 

@@ -19,8 +19,13 @@ impl ReducedMachine {
         if let Some(change) = Change::new(effects, index) {
             return vec![Number::Electronics(change)];
         }
-        let sums = self.sums(effects, index, probes);
-        sums.into_iter().map(Number::Shaft).collect()
+        let sums = self.sums(effects, index, probes).into_iter();
+        match effects.get(index).map(|e| &e.location) {
+            Some(Location::InPlane(_, plane)) => {
+                sums.map(|sum| Number::InPlane(sum, *plane)).collect()
+            }
+            _ => sums.map(Number::Shaft).collect(),
+        }
     }
 
     /// Derivatives to the readings of the planes that are between nodes, with their planes.
@@ -70,7 +75,7 @@ impl ReducedMachine {
             [0, 1].into_iter().filter(|b| which.includes(*b)).collect()
         };
         match (effect.kind, &effect.location) {
-            (EffectKind::AddedStiffness, Location::Position(z)) => {
+            (EffectKind::AddedStiffness, Location::Position(z) | Location::InPlane(z, _)) => {
                 placed(&mut probe, across(*z), Law::Spring)
             }
             (EffectKind::TiltingStiffness, Location::Position(z)) => {

@@ -8,6 +8,7 @@ use super::channels::ZERO;
 use crate::linalg::c64;
 use crate::linalg::small::eliminate;
 use crate::spindle::effective::{Attachment, Effective};
+use crate::spindle::effects::Plane;
 
 /// A force per displacement, of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,9 +59,41 @@ impl Feedback {
     }
 }
 
-/// The laws of the attachments of a machine, each of one kind, with its units.
-pub(crate) fn attached(effective: &Effective) -> impl Iterator<Item = (&Attachment, Law, f64)> {
+/// A spring to ground at a port that acts in one plane only. In r = x + jy it joins the response at ω with that at −ω,
+/// so it is closed where x and y stand apart, round the loops of [`Feedback`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlaneSpring {
+    /// Port that the spring reads and acts at.
+    pub port: usize,
+    /// The plane.
+    pub plane: Plane,
+    /// Stiffness, N/m.
+    pub stiffness_n_per_m: f64,
+}
+
+impl PlaneSpring {
+    /// The spring as feedback round a response with x and y apart, `row` that of its port counted in pairs of channels.
+    pub(crate) fn beside(&self, row: usize) -> Feedback {
+        Feedback {
+            port: 2 * row + self.plane as usize,
+            law: Law::Spring,
+            value: self.stiffness_n_per_m,
+        }
+    }
+}
+
+/// The springs of a machine in one plane, with the attachments that they are.
+pub(crate) fn in_one_plane(
+    effective: &Effective,
+) -> impl Iterator<Item = (&Attachment, Plane, f64)> {
     let all = effective.attachments.iter();
+    let springs = all.filter_map(|a| Some((a, a.plane?, -a.gain.re)));
+    springs.filter(|(_, _, stiffness)| *stiffness != 0.0)
+}
+
+/// The laws of the attachments of a machine that act in both planes alike, each of one kind, with its units.
+pub(crate) fn attached(effective: &Effective) -> impl Iterator<Item = (&Attachment, Law, f64)> {
+    let all = effective.attachments.iter().filter(|a| a.plane.is_none());
     all.flat_map(|a| Law::parts(a.gain).map(move |(law, value)| (a, law, value)))
 }
 

@@ -3,6 +3,7 @@
 use super::assembled::{Assembled, Planar, Receptance};
 use super::channels::{IN, OUT, SIDE, Square, ZERO};
 use super::electronics::ElectronicsLine;
+use super::line_in_planes::{Whirl, in_plane};
 use super::parameters::MachineParameters;
 use super::term::Number;
 use crate::linalg::c64;
@@ -30,13 +31,13 @@ impl Line {
         numbers: &[Number],
     ) -> Self {
         let electronics = ElectronicsLine::new(machine, omega_rad_s);
-        let response = electronics.apply(&receptance.plus, receptance.minus.as_ref());
+        let response = receptance.behind(&electronics);
         let own = |number: &Number| match number {
             Number::Electronics(change) => change.slope(machine, &response, omega_rad_s),
-            Number::Shaft(_) => [ZERO; SIDE * SIDE],
+            Number::Shaft(_) | Number::InPlane(..) => [ZERO; SIDE * SIDE],
         };
         Self {
-            receptance: *receptance,
+            receptance: receptance.clone(),
             derivatives: numbers.iter().map(own).collect(),
             response,
         }
@@ -57,24 +58,40 @@ impl Assembled {
         first: usize,
         numbers: &[Number],
     ) -> Line {
-        let forward = self.planar(omega_rad_s);
         let coupled = self.coupled || numbers.iter().any(Number::couples);
-        let backward = coupled.then(|| self.planar(-omega_rad_s));
+        let whirl = Whirl {
+            forward: self.planar(omega_rad_s),
+            backward: coupled.then(|| self.planar(-omega_rad_s)),
+            omega_rad_s,
+            first,
+        };
+        if !self.plane_springs.is_empty() {
+            return self.line_in_planes(&whirl, parameters, numbers);
+        }
+        let (forward, backward) = (&whirl.forward, whirl.backward.as_ref());
         let receptance = Receptance {
-            plus: self.pick(&forward),
-            minus: backward.as_ref().map(|b| self.pick(b)),
+            plus: self.pick(forward),
+            minus: backward.map(|b| self.pick(b)),
+            planes: None,
         };
         let electronics = ElectronicsLine::new(&self.effective, omega_rad_s);
         let response = electronics.apply(&receptance.plus, receptance.minus.as_ref());
         let mut derivatives = vec![];
         if parameters.is_some() || !numbers.is_empty() {
-            let plus = self.slopes(&forward, omega_rad_s, parameters, first, numbers);
-            let minus = backward.map(|b| self.slopes(&b, -omega_rad_s, parameters, first, numbers));
+            let plus = self.slopes(forward, omega_rad_s, parameters, first, numbers);
+            let minus = backward.map(|b| self.slopes(b, -omega_rad_s, parameters, first, numbers));
             let small = plus.len() - numbers.len();
             derivatives.extend((0..plus.len()).map(|i| {
                 match i.checked_sub(small).map(|k| &numbers[k]) {
                     Some(Number::Electronics(change)) => {
                         change.slope(&self.effective, &response, omega_rad_s)
+                    }
+                    Some(Number::InPlane(sum, plane)) => {
+                        let ports = self.ports.len();
+                        let x = |out, input| whirl.apart(ports, out, input);
+                        let mut own = in_plane(sum, *plane, first, omega_rad_s, x);
+                        electronics.surround(&mut own, SIDE);
+                        own
                     }
                     _ => electronics.apply(&plus[i], minus.as_ref().map(|m| &m[i])),
                 }
@@ -104,8 +121,13 @@ impl Assembled {
         let block = |of: &Vec<c64>| std::array::from_fn(|n| of[n]);
         let mut all: Vec<[c64; 9]> = small.iter().flatten().map(block).collect();
         all.extend(numbers.iter().map(|number| match number {
-            Number::Shaft(sum) => self.sensitive(at, w, first, sum, &behind, &strains),
-            Number::Electronics(_) => [ZERO; 9],
+            Number::Shaft(sum) => {
+                let mut own = [ZERO; 9];
+                let whirl = (at, w, first);
+                self.add_sensitivity(whirl, sum, (&OUT, &IN), &behind, &strains, &mut own);
+                own
+            }
+            Number::Electronics(_) | Number::InPlane(..) => [ZERO; 9],
         }));
         all
     }

@@ -21,6 +21,7 @@ pub(crate) mod feedback;
 mod finer_mesh;
 mod gyroscopic;
 pub(crate) mod line;
+mod line_in_planes;
 mod mesh_correction;
 pub(crate) mod parameters;
 pub(crate) mod ported;

@@ -6,7 +6,7 @@
 
 use super::adjoint::Adjoint;
 use super::assembled::{Assembled, Planar};
-use super::channels::{IN, MAGNETS, ON_HOUSING, OUT, ZERO};
+use super::channels::{MAGNETS, ON_HOUSING, ZERO};
 use super::term::{Sum, Term};
 use crate::linalg::c64;
 use crate::rotor::modes::RIGID;
@@ -14,29 +14,30 @@ use std::f64::consts::TAU;
 use std::ops::Deref;
 
 impl Assembled {
-    /// A derivative of the 3×3 receptance between sensors, tool and bearings at a signed frequency; `first` is the port
-    /// of the first probe, `strains` are the derivatives to the moduli where they are needed.
-    pub(super) fn sensitive(
+    /// Adds a derivative of the receptance between the ports `outs` and `ins` at a signed frequency to `all`, row-major;
+    /// `first` is the port of the first probe, `behind` and `strains` stand for the same ports.
+    pub(super) fn add_sensitivity(
         &self,
-        at: &Planar,
-        w: f64,
-        first: usize,
+        (at, w, first): (&Planar, f64, usize),
         sum: &Sum,
+        (outs, ins): (&[usize], &[usize]),
         behind: &impl Deref<Target = Adjoint>,
         strains: &impl Deref<Target = Vec<Vec<c64>>>,
-    ) -> [c64; 9] {
-        let mut all = [ZERO; 9];
+        all: &mut [c64],
+    ) {
         for (factor, term) in sum {
             let whole = self.of_coordinates(*term, w, behind, strains);
             for (n, entry) in all.iter_mut().enumerate() {
                 let own = match &whole {
                     Some(whole) => whole.get(n).copied().unwrap_or(ZERO),
-                    None => self.at_ports(at, w, first, *term, n),
+                    None => {
+                        let (out, input) = (outs[n / ins.len()], ins[n % ins.len()]);
+                        self.at_ports((at, w, first), *term, out, input)
+                    }
                 };
                 *entry += own * *factor;
             }
         }
-        all
     }
 
     /// Derivatives to what the coordinates of the shaft have.
@@ -68,10 +69,15 @@ impl Assembled {
         })
     }
 
-    /// Entry n of the derivative to what acts at ports.
-    fn at_ports(&self, at: &Planar, w: f64, first: usize, term: Term, n: usize) -> c64 {
+    /// Derivative of the entry between ports o and i to what acts at ports.
+    fn at_ports(
+        &self,
+        (at, w, first): (&Planar, f64, usize),
+        term: Term,
+        o: usize,
+        i: usize,
+    ) -> c64 {
         let p = self.ports.len();
-        let (o, i) = (OUT[n / 3], IN[n % 3]);
         let h = |a: usize, b: usize| at.closed[a * p + b];
         // A law at a place whose slope port moves it.
         let moved = |q: usize, slope: usize| h(o, slope) * h(q, i) + h(o, q) * h(slope, i);

@@ -2,6 +2,7 @@
 
 use super::electronics_change::Change;
 use super::feedback::Law;
+use crate::spindle::effects::Plane;
 
 /// A part of a derivative. Probes are numbered in the order in which they were asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +47,8 @@ pub(crate) type Sum = Vec<(f64, Term)>;
 pub enum Number {
     /// A number that changes the shaft or what acts on it.
     Shaft(Sum),
+    /// One of a law in one plane.
+    InPlane(Sum, Plane),
     /// One that changes what stands round it.
     Electronics(Change),
 }
@@ -54,7 +57,9 @@ impl Number {
     /// The derivative times a factor.
     pub fn scaled(mut self, by: f64) -> Self {
         match &mut self {
-            Self::Shaft(sum) => sum.iter_mut().for_each(|(factor, _)| *factor *= by),
+            Self::Shaft(sum) | Self::InPlane(sum, _) => {
+                sum.iter_mut().for_each(|(factor, _)| *factor *= by)
+            }
             Self::Electronics(change) => change.factor *= by,
         }
         self

@@ -9,7 +9,7 @@
 //! `results/diagnosis/sets.csv` and `results/diagnosis/confusion.csv`; `tuning_half` and `second_tuning_half` print the
 //! same of the others. `MUSPIN_ONLY=alias,s09` restricts each to labels and spindles, and writes nothing.
 
-use crate::diagnose::generator::site::drawn_site;
+use crate::diagnose::generator::site::{drawn_site, one_axis_pulls};
 use crate::diagnose::generator::{Draw, Outside, simulate};
 use muspin::controller::Controller;
 use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
@@ -420,6 +420,9 @@ fn judged(set: &Set, rig: &Rig, d: &Diagnosis) -> &'static str {
         .sum();
     let near = |a: &Location, b: &Location| match (a, b) {
         (Location::Position(a), Location::Position(b)) => (a - b).abs() < 0.06 * length,
+        (Location::InPlane(a, p), Location::InPlane(b, q)) => {
+            p == q && (a - b).abs() < 0.06 * length
+        }
         _ => a == b,
     };
     let fits = |found: &[Effect], truth: &[Effect]| {
@@ -527,23 +530,25 @@ fn sets(first: u64, rigs: &[Rig]) -> Vec<Set> {
             let both = [a, b].map(|kind| drawn(kind, &rig.machine, &mut draw));
             add(r, "pair", Hidden::Effects(both.to_vec()), 0.0);
         }
-        let outside = [
-            [
-                Outside::Notch(1, 1400.0, 0.2, 0.5),
-                Outside::Anisotropic(1.3),
+        let outside = |kind: Outside| ("outside", Hidden::Outside(kind));
+        let in_x = |factor: f64| {
+            let effect = one_axis_pulls(&rig.machine, factor);
+            ("stiffness_in_x", Hidden::Effects(vec![effect]))
+        };
+        let others = match r {
+            0 => [outside(Outside::Notch(1, 1400.0, 0.2, 0.5)), in_x(1.3)],
+            1 => [
+                outside(Outside::Notch(0, 900.0, 0.2, 0.5)),
+                outside(Outside::CrossTalk(0.03)),
             ],
-            [Outside::Notch(0, 900.0, 0.2, 0.5), Outside::CrossTalk(0.03)],
-            [
-                Outside::ActuatorResonance(1500.0, 0.2, 0.5),
-                Outside::Tilt(0.02),
+            2 => [
+                outside(Outside::ActuatorResonance(1500.0, 0.2, 0.5)),
+                outside(Outside::Tilt(0.02)),
             ],
-            [
-                Outside::Absorber(0.2, 0.3, 900.0, 0.03),
-                Outside::Anisotropic(0.7),
-            ],
-        ];
-        for kind in outside[r] {
-            add(r, "outside", Hidden::Outside(kind), 0.0);
+            _ => [outside(Outside::Absorber(0.2, 0.3, 900.0, 0.03)), in_x(0.7)],
+        };
+        for (label, hidden) in others {
+            add(r, label, hidden, 0.0);
         }
         for (k, fault) in FAULTS.into_iter().enumerate() {
             if (k + r) % 2 == 0 {

@@ -1,6 +1,7 @@
 //! Where something is missing, found without a hypothesis: the example folders and one drawn case per kind of place.
 
 use crate::diagnose::diagnose_folder::read;
+use crate::diagnose::generator::site::one_axis_pulls;
 use crate::diagnose::generator::{Draw, Outside, simulate};
 use muspin::diagnose::Evidence;
 use muspin::diagnose::data::measurement::Measurement;
@@ -175,8 +176,8 @@ fn drawn_cases_are_located() {
         ),
         (
             "front bearing, x and y apart",
-            vec![],
-            Some(Outside::Anisotropic(1.3)),
+            vec![one_axis_pulls(&read("c03").machine, 1.3)],
+            None,
             0.0,
         ),
         (

@@ -4,7 +4,7 @@
 //! `target/diagnosis-matrix.csv`; `MUSPIN_ONLY=tool_mass,null,6003` restricts it to kinds and seeds.
 
 use crate::diagnose::diagnose_folder::read;
-use crate::diagnose::generator::site::drawn_site;
+use crate::diagnose::generator::site::{drawn_site, one_axis_pulls};
 use crate::diagnose::generator::{Draw, Outside, simulate};
 use muspin::diagnose::data::measurement::{Axis, HammerTest, Measurement};
 use muspin::diagnose::{Diagnosis, NamedEffect, Verdict, diagnose};
@@ -121,6 +121,7 @@ fn run(case: &Case, points: usize) -> (Diagnosis, f64) {
 fn judged(case: &Case, d: &Diagnosis) -> &'static str {
     let near = |a: &Location, b: &Location| match (a, b) {
         (Location::Position(a), Location::Position(b)) => (a - b).abs() < 0.03,
+        (Location::InPlane(a, p), Location::InPlane(b, q)) => p == q && (a - b).abs() < 0.03,
         _ => a == b,
     };
     let matches = |found: &[Effect]| {
@@ -239,10 +240,20 @@ fn matrix(draws: u64, machine: &Machine) -> Vec<Case> {
             seed,
         });
     }
+    // At rest and, where forward and backward whirl are two, at speed.
+    for (i, speed_rpm) in [0.0, 20_000.0].into_iter().enumerate() {
+        cases.push(Case {
+            label: "stiffness in x".into(),
+            effects: vec![one_axis_pulls(machine, 1.3)],
+            outside: None,
+            speed_rpm,
+            at_rest_too: false,
+            seed: 6300 + i as u64,
+        });
+    }
     let outside = [
         Outside::Notch(1, 1400.0, 0.2, 0.5),
         Outside::Absorber(0.2, 0.3, 900.0, 0.03),
-        Outside::Anisotropic(1.3),
         Outside::CrossTalk(0.02),
         Outside::ActuatorResonance(1500.0, 0.2, 0.5),
         Outside::Tilt(0.02),

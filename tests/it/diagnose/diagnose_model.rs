@@ -9,7 +9,7 @@ use muspin::rotor::section::{Material, Section};
 use muspin::spindle::response::ritz::refined;
 use muspin::spindle::response::term::Number;
 use muspin::spindle::response::{Assembled, Assembly, Square};
-use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plant};
+use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plane, Plant};
 use std::f64::consts::TAU;
 
 /// The reference spindle with its tool, and its reduction.
@@ -66,10 +66,12 @@ fn reduced_model_answers_as_the_plant() {
         for hypothesis in &all {
             // Both joints are tried, one stiff and one soft.
             let twice = hypothesis.kind == EffectKind::ToolJoint;
-            if !twice && seen.contains(&(hypothesis.kind, speed as i64)) {
+            let place = std::mem::discriminant(&hypothesis.place);
+            let key = (hypothesis.kind, place, speed as i64);
+            if !twice && seen.contains(&key) {
                 continue;
             }
-            seen.push((hypothesis.kind, speed as i64));
+            seen.push(key);
             let mut theta = hypothesis.start.clone();
             if twice {
                 theta[2] *= 5.0;
@@ -347,8 +349,7 @@ fn coordinates_have_slopes() {
                 let effect = hypothesis.effect(&theta);
                 match (effect.values.get(i), effect.location) {
                     (Some(value), _) => *value,
-                    (None, Location::Position(z)) => z,
-                    other => panic!("{other:?}"),
+                    (None, place) => place.position_m().expect("a position"),
                 }
             };
             let step = 1e-5;
@@ -376,8 +377,18 @@ fn derivatives_of_effects() {
     );
     let beside = beside.expect("effect");
     let mut known = vec![];
-    // Alone and beside another, at rest and at speed, from the start of a fit and further on.
-    let cases = [(0.0, vec![]), (3000.0, vec![beside])];
+    let in_plane = Effect::new(
+        EffectKind::AddedStiffness,
+        Location::InPlane(0.2, Plane::X),
+        vec![6e5],
+    );
+    let in_plane = in_plane.expect("effect");
+    // Alone and beside others, at rest and at speed, from the start of a fit and further on.
+    let cases = [
+        (0.0, vec![]),
+        (3000.0, vec![beside.clone()]),
+        (3000.0, vec![in_plane, beside]),
+    ];
     for (hypothesis, ((speed, others), further)) in all
         .iter()
         .flat_map(|h| cases.iter().map(move |case| (h, case)))

@@ -6,7 +6,7 @@ use muspin::linalg::{Mat, c64};
 use muspin::lti::delay::sample_with_delay;
 use muspin::lti::{Continuous, Response, StateSpace};
 use muspin::rotor::{Damping, PlanarModes, Support};
-use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plant};
+use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plane, Plant};
 use std::f64::consts::TAU;
 
 pub fn reference() -> Machine {
@@ -242,7 +242,9 @@ fn the_catalogue_of_this_test_is_complete() {
 #[test]
 fn the_state_space_answers_like_the_plant_for_every_effect() {
     let nominal = reference();
-    for effect in catalogue() {
+    let spring = Location::InPlane(0.23, Plane::Y);
+    let in_plane = Effect::new(EffectKind::AddedStiffness, spring, vec![7e5]).unwrap();
+    for effect in catalogue().into_iter().chain([in_plane]) {
         let machine = nominal.with_effect(effect.clone());
         let machine = Machine::new(machine.spindle, machine.tool).unwrap();
         // The rational eddy currents are an approximation; all else is exact but for the Padé delay.

@@ -27,8 +27,6 @@ pub enum Outside {
     Notch(usize, f64, f64, f64),
     /// An absorber at a position: kg, Hz, damping.
     Absorber(f64, f64, f64, f64),
-    /// ks of front x only, factor.
-    Anisotropic(f64),
     /// Share of the front current that reaches the rear bearing.
     CrossTalk(f64),
     /// A resonance of the rear actuator: Hz, damping, height.
@@ -323,14 +321,21 @@ pub fn simulate(
     let gain: Vec<f64> = (0..2)
         .map(|b| bearings[b].sensor_gain * drawn[b][2] * factor(EffectKind::SensorGain, b))
         .collect();
-    // Extra ports: springs, circulatory forces, absorber, joint damping.
+    // Extra ports: springs, circulatory forces, absorber, joint damping. Those of springs in one plane, (port, plane,
+    // N/m), stay open in r = x + jy.
     let mut extra: Vec<Box<dyn Fn(f64) -> c64>> = vec![];
+    let mut in_plane: Vec<(usize, usize, f64)> = vec![];
     for e in effects {
         let value = e.values[0];
         match (e.kind, &e.location) {
             (EffectKind::AddedStiffness, Location::Position(p)) => {
                 ports.push(amplitude(&row(*p)));
                 extra.push(Box::new(move |_| c64::new(-value, 0.0)));
+            }
+            (EffectKind::AddedStiffness, Location::InPlane(p, plane)) => {
+                in_plane.push((ports.len(), *plane as usize, value));
+                ports.push(amplitude(&row(*p)));
+                extra.push(Box::new(|_| c64::new(0.0, 0.0)));
             }
             (EffectKind::CrossCoupling, Location::Position(p)) => {
                 ports.push(amplitude(&row(*p)));
@@ -357,8 +362,7 @@ pub fn simulate(
         }));
     }
     let housing = of(EffectKind::HousingMode).next().map(|e| e.values.clone());
-    // Receptance with the magnets closed; x and y may differ in ks, so the magnets are closed in real coordinates only
-    // when they do.
+    // Receptance with the magnets closed.
     let planar = |w: f64, ks: &[f64]| -> Mat<c64> {
         let p = ports.len();
         let diagonal = |c: usize| {
@@ -421,25 +425,31 @@ pub fn simulate(
     let full = |hz: f64| -> Mat<c64> {
         let w = TAU * hz;
         let s = c64::new(0.0, w);
-        let (outs, ins) = ([3usize, 4, 0], [1usize, 2, 0]);
-        let mut f = Mat::<c64>::zeros(6, 6);
+        let open: Vec<usize> = in_plane.iter().map(|s| s.0).collect();
+        let outs = [&[3usize, 4, 0], open.as_slice()].concat();
+        let ins = [&[1usize, 2, 0], open.as_slice()].concat();
+        let mut f = Mat::<c64>::zeros(2 * outs.len(), 2 * ins.len());
         let (plus, minus) = (planar(w, &ks), planar(-w, &ks));
-        let other = match outside {
-            Some(Outside::Anisotropic(factor)) => Some(planar(w, &[ks[0] * factor, ks[1]])),
-            _ => None,
-        };
-        for (o, out) in outs.into_iter().enumerate() {
-            for (i, input) in ins.into_iter().enumerate() {
+        for (o, out) in outs.iter().copied().enumerate() {
+            for (i, input) in ins.iter().copied().enumerate() {
                 let (a, b) = (plus[(out, input)], minus[(out, input)].conj());
                 f[(2 * o, 2 * i)] = 0.5 * (a + b);
                 f[(2 * o + 1, 2 * i + 1)] = 0.5 * (a + b);
                 f[(2 * o + 1, 2 * i)] = (a - b) / c64::new(0.0, 2.0);
                 f[(2 * o, 2 * i + 1)] = -(a - b) / c64::new(0.0, 2.0);
-                if let Some(other) = &other {
-                    f[(2 * o, 2 * i)] = other[(out, input)];
-                }
             }
         }
+        // (1 + F K) X = F of the springs in one plane.
+        let spring = |j: usize| match j.checked_sub(6) {
+            Some(k) if in_plane[k / 2].1 == k % 2 => in_plane[k / 2].2,
+            _ => 0.0,
+        };
+        let loop_matrix = Mat::from_fn(f.nrows(), f.nrows(), |i, j| {
+            c64::new(f64::from(u8::from(i == j)), 0.0) + f[(i, j)] * spring(j)
+        });
+        let f = solve_complex(&loop_matrix, &f)
+            .submatrix(0, 0, 6, 6)
+            .to_owned();
         let one = c64::new(1.0, 0.0);
         let mut inputs = Mat::<c64>::identity(6, 6);
         let mut outputs = Mat::<c64>::identity(6, 6);

@@ -1,7 +1,15 @@
 //! Places of hidden effects.
 
 use super::Draw;
-use muspin::spindle::{Bearings, EffectKind, Location, Machine};
+use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, Plane};
+
+/// A factor on the negative stiffness of front x alone, as what it is: a spring in one plane.
+pub fn one_axis_pulls(machine: &Machine, factor: f64) -> Effect {
+    let planes = &machine.spindle.planes;
+    let location = Location::InPlane(planes.front_actuator_m, Plane::X);
+    let values = vec![machine.spindle.front.ks_n_per_m * (1.0 - factor)];
+    Effect::new(EffectKind::AddedStiffness, location, values).expect("effect")
+}
 
 /// A place for an effect of a kind: positions from a range, m, modes up to a number.
 pub fn drawn_site(

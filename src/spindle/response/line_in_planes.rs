@@ -1,0 +1,261 @@
+//! The response of a line where springs act in one plane only, with its derivatives.
+//!
+//! Such a spring joins forward and backward whirl. The receptances of both are brought to x and y, the ports of the
+//! springs among them, and the springs are closed there:  X = H + H_f κ (I − H_ff κ)⁻¹ H_f, and a change dH of the open
+//! one gives  dX = L dH R,  L = I + X_f κ E_fᵀ,  R = I + E_f κ X_f.
+
+use super::assembled::{Assembled, Planar, Receptance};
+use super::channels::{IN, OUT, SIDE, Square, ZERO, planar};
+use super::electronics::ElectronicsLine;
+use super::feedback::{Feedback, close};
+use super::line::Line;
+use super::parameters::MachineParameters;
+use super::term::{Number, Sum, Term};
+use crate::linalg::c64;
+use crate::spindle::effects::Plane;
+use std::cell::LazyCell;
+
+/// The shaft at one line, both ways round.
+pub(super) struct Whirl {
+    /// At ω.
+    pub forward: Planar,
+    /// At −ω, where that differs.
+    pub backward: Option<Planar>,
+    /// ω, rad/s.
+    pub omega_rad_s: f64,
+    /// Port of the first probe.
+    pub first: usize,
+}
+
+/// Loops round a response with x and y apart, and that response with these loops closed.
+struct Closed {
+    side: usize,
+    loops: Vec<Feedback>,
+    gains: Vec<c64>,
+    response: Vec<c64>,
+}
+
+impl Receptance {
+    /// F with the electronics round it.
+    pub(super) fn behind(&self, electronics: &ElectronicsLine) -> Square {
+        match &self.planes {
+            None => electronics.apply(&self.plus, self.minus.as_ref()),
+            Some(planes) => {
+                let mut f = **planes;
+                electronics.surround(&mut f, SIDE);
+                f
+            }
+        }
+    }
+}
+
+/// Derivative, without electronics, to a number of a law in one plane. `x` is the closed response from an input to an
+/// output, each a port and a plane; `first` is the port of the first probe.
+pub(super) fn in_plane(
+    sum: &Sum,
+    plane: Plane,
+    first: usize,
+    omega_rad_s: f64,
+    x: impl Fn((usize, usize), (usize, usize)) -> c64,
+) -> Square {
+    let at = |probe: usize| (first + probe, plane as usize);
+    std::array::from_fn(|n| {
+        let (o, i) = (
+            (OUT[n / SIDE / 2], n / SIDE % 2),
+            (IN[n % SIDE / 2], n % SIDE % 2),
+        );
+        sum.iter().fold(ZERO, |all, (factor, term)| {
+            let own = match *term {
+                Term::Bond(q, law) => x(o, at(q)) * x(at(q), i) * law.gain(omega_rad_s),
+                Term::Shift(q, slope, law) => {
+                    let moved = x(o, at(slope)) * x(at(q), i) + x(o, at(q)) * x(at(slope), i);
+                    moved * law.gain(omega_rad_s)
+                }
+                _ => ZERO,
+            };
+            all + own * *factor
+        })
+    })
+}
+
+impl Whirl {
+    /// Entry of the response from one port and plane to another, springs in one plane open; `ports` is their number.
+    pub(super) fn apart(&self, ports: usize, out: (usize, usize), input: (usize, usize)) -> c64 {
+        let entry = out.0 * ports + input.0;
+        let back = self.backward.as_ref().map(|b| b.closed[entry]);
+        let (same, x_to_y) = planar(self.forward.closed[entry], back);
+        match (out.1, input.1) {
+            (0, 1) => -x_to_y,
+            (1, 0) => x_to_y,
+            _ => same,
+        }
+    }
+}
+
+impl Assembled {
+    /// The line with springs in one plane closed.
+    pub(super) fn line_in_planes(
+        &self,
+        whirl: &Whirl,
+        parameters: Option<&MachineParameters>,
+        numbers: &[Number],
+    ) -> Line {
+        let acting: Vec<usize> = self.plane_springs.iter().map(|s| s.port).collect();
+        let seen = [acting.clone(), seen_in_planes(numbers, whirl.first)].concat();
+        let outs = [OUT.as_slice(), &seen].concat();
+        let ins = [IN.as_slice(), &seen].concat();
+        let closed = self.closed_in_planes(whirl, &outs, &ins);
+        let planes: Square =
+            std::array::from_fn(|n| closed.response[n / SIDE * closed.side + n % SIDE]);
+        let receptance = Receptance {
+            plus: self.pick(&whirl.forward),
+            minus: whirl.backward.as_ref().map(|b| self.pick(b)),
+            planes: Some(Box::new(planes)),
+        };
+        let electronics = ElectronicsLine::new(&self.effective, whirl.omega_rad_s);
+        let response = receptance.behind(&electronics);
+        let mut derivatives = vec![];
+        if parameters.is_some() || !numbers.is_empty() {
+            let inner = OUT.len() + acting.len();
+            let between = (&outs[..inner], &ins[..inner]);
+            let w = whirl.omega_rad_s;
+            let slopes = |at: &Planar, w: f64| {
+                self.slopes_between((at, w, whirl.first), parameters, numbers, between)
+            };
+            let plus = slopes(&whirl.forward, w);
+            let minus = whirl.backward.as_ref().map(|b| slopes(b, -w));
+            let x = |out: (usize, usize), input: (usize, usize)| {
+                let row = |all: &[usize], port| all.iter().position(|p| *p == port);
+                match (row(&outs, out.0), row(&ins, input.0)) {
+                    (Some(o), Some(i)) => {
+                        closed.response[(2 * o + out.1) * closed.side + 2 * i + input.1]
+                    }
+                    _ => ZERO,
+                }
+            };
+            let small = plus.len() - numbers.len();
+            derivatives.extend((0..plus.len()).map(|k| {
+                let mut own = match k.checked_sub(small).map(|n| &numbers[n]) {
+                    Some(Number::Electronics(change)) => {
+                        return change.slope(&self.effective, &response, w);
+                    }
+                    Some(Number::InPlane(sum, plane)) => in_plane(sum, *plane, whirl.first, w, x),
+                    _ => {
+                        let open = in_pairs(inner, |n| {
+                            planar(plus[k][n], minus.as_ref().map(|m| m[k][n]))
+                        });
+                        closed.change(&open, 2 * inner)
+                    }
+                };
+                electronics.surround(&mut own, SIDE);
+                own
+            }));
+        }
+        Line {
+            receptance,
+            response,
+            derivatives,
+        }
+    }
+
+    fn closed_in_planes(&self, whirl: &Whirl, outs: &[usize], ins: &[usize]) -> Closed {
+        let ports = self.ports.len();
+        let side = 2 * outs.len();
+        let open = in_pairs(outs.len(), |n| {
+            let entry = outs[n / ins.len()] * ports + ins[n % ins.len()];
+            let back = whirl.backward.as_ref().map(|b| b.closed[entry]);
+            planar(whirl.forward.closed[entry], back)
+        });
+        let springs = (OUT.len()..).zip(&self.plane_springs);
+        let loops: Vec<Feedback> = springs.map(|(row, s)| s.beside(row)).collect();
+        let gains: Vec<c64> = loops.iter().map(|f| f.gain(whirl.omega_rad_s)).collect();
+        Closed {
+            response: close(&open, side, &loops, &gains),
+            side,
+            loops,
+            gains,
+        }
+    }
+
+    /// Derivatives of the receptance between ports, springs in one plane open: to moduli, ks, ln ζ and mesh when there
+    /// are parameters, then to numbers; zero for those that are not on the shaft.
+    fn slopes_between(
+        &self,
+        (at, w, first): (&Planar, f64, usize),
+        parameters: Option<&MachineParameters>,
+        numbers: &[Number],
+        (outs, ins): (&[usize], &[usize]),
+    ) -> Vec<Vec<c64>> {
+        let behind = LazyCell::new(|| self.behind(at, w, outs, ins));
+        let strains = LazyCell::new(|| self.strains(&behind, w));
+        let small = parameters.map(|l| self.small(at, w, (outs, ins), &behind, &strains, l));
+        let mut all = small.unwrap_or_default();
+        all.extend(numbers.iter().map(|number| {
+            let mut own = vec![ZERO; outs.len() * ins.len()];
+            if let Number::Shaft(sum) = number {
+                let whirl = (at, w, first);
+                self.add_sensitivity(whirl, sum, (outs, ins), &behind, &strains, &mut own);
+            }
+            own
+        }));
+        all
+    }
+}
+
+impl Closed {
+    /// L dH R between the six outer channels, of a change `open` of the open response, `side` × `side`.
+    fn change(&self, open: &[c64], side: usize) -> Square {
+        let one = c64::new(1.0, 0.0);
+        std::array::from_fn(|n| {
+            let (o, i) = (n / SIDE, n % SIDE);
+            let loops = || self.loops.iter().map(|f| f.port).zip(&self.gains);
+            let left = loops().map(|(f, gain)| (f, self.response[o * self.side + f] * gain));
+            let mut sum = ZERO;
+            for (a, l) in left.chain([(o, one)]) {
+                let right = loops().map(|(f, gain)| (f, self.response[f * self.side + i] * gain));
+                for (b, r) in right.chain([(i, one)]) {
+                    sum += l * open[a * side + b] * r;
+                }
+            }
+            sum
+        })
+    }
+}
+
+/// Ports of the probes that numbers of laws in one plane look at.
+fn seen_in_planes(numbers: &[Number], first: usize) -> Vec<usize> {
+    let mut all = vec![];
+    let sums = numbers.iter().filter_map(|number| match number {
+        Number::InPlane(sum, _) => Some(sum),
+        _ => None,
+    });
+    for (_, term) in sums.flatten() {
+        let (at, along) = match *term {
+            Term::Bond(q, _) => (q, q),
+            Term::Shift(q, slope, _) => (q, slope),
+            _ => continue,
+        };
+        for port in [first + at, first + along] {
+            if !all.contains(&port) {
+                all.push(port);
+            }
+        }
+    }
+    all
+}
+
+/// A response with x and y in pairs, 2n×2n, from the entries x→x and x→y of every pair of ports, row-major.
+fn in_pairs(n: usize, of: impl Fn(usize) -> (c64, c64)) -> Vec<c64> {
+    let side = 2 * n;
+    let mut all = vec![ZERO; side * side];
+    for k in 0..n * n {
+        let (x, y) = (2 * (k / n) * side, (2 * (k / n) + 1) * side);
+        let (same, x_to_y) = of(k);
+        let column = 2 * (k % n);
+        all[x + column] = same;
+        all[y + column + 1] = same;
+        all[y + column] = x_to_y;
+        all[x + column + 1] = -x_to_y;
+    }
+    all
+}
