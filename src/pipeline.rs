@@ -1,7 +1,8 @@
-//! The story, pure: update the model, design the controller, predict what it does. No files, no printing, no clock.
+//! Updates the model, designs the controller and predicts what it does: pure functions without files, printing or
+//! clock.
 
 pub mod batch;
-mod bracket;
+pub mod bracket;
 pub mod certificates;
 pub mod compared;
 pub mod comparison;
@@ -9,26 +10,30 @@ pub mod contact;
 pub mod delivery;
 pub mod design;
 pub mod emulation;
+pub(crate) mod firmware_proof;
 pub mod judged;
 pub mod loop_curves;
-pub mod loop_stability;
+pub(crate) mod loop_stability;
 pub mod model_curves;
 pub mod order_curve;
-pub mod overspeed;
+pub(crate) mod overspeed;
 mod polish_job;
 pub mod polishing;
 pub mod posing;
-pub mod problem_set;
+pub(crate) mod problem_set;
 pub mod problems;
 pub mod progress;
-mod real_corners;
+pub mod real_corners;
 mod reduction;
+pub(crate) mod response_table;
 mod rotating_loop;
 pub mod run;
 pub mod settings;
+pub(crate) mod simulation;
 pub mod specification_scale;
 pub mod speed_mu;
 pub mod stable;
+pub(crate) mod study;
 pub mod synthesis;
 pub mod tightening;
 pub mod variation;
@@ -101,12 +106,12 @@ pub enum PipelineError {
 
 impl PipelineError {
     /// Tags a numeric failure with its stage, for `map_err`.
-    pub fn numeric(stage: &'static str) -> impl Fn(NumericError) -> Self {
+    pub(crate) fn numeric(stage: &'static str) -> impl Fn(NumericError) -> Self {
         move |source| Self::Numeric { stage, source }
     }
 
     /// Tags a failure of μ with its stage, for `map_err`.
-    pub fn mu(stage: &'static str) -> impl Fn(MuError) -> Self {
+    pub(crate) fn mu(stage: &'static str) -> impl Fn(MuError) -> Self {
         move |source| Self::Mu { stage, source }
     }
 }

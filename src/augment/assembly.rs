@@ -1,31 +1,29 @@
 //! Plane + weights + modal uncertainty → generalized plant of one plane.
 //!
-//! w = (modal channels, loads through W_d at tool/front/rear, sensor noise front/rear, all normalised to one);
-//! z = (modal channels, displacements through W_p at tool/front/rear, currents through W_u, optional T channel,
-//! optional integral channel).
-//! Optional channels: T, the clean signals over (limit · noise), so that ‖T‖ ≤ limit where it reaches one; integral
-//! action, the measured signals y + n through W_i(s) = (1/x_dc)·ω_c/(s + ω_c/1000): what a load moves the shaft at the
-//! sensors falls below the corner ω_c as with an integrator, to a thousandth of the displacement allowed at DC. It asks
-//! it of the signals, since two bearings cannot hold the tool itself against loads at three places; noise takes part,
-//! since S n falls too.
-//! Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … − √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at
-//! 4 %). The weights are written over true frequency; [`WeightPlane`] says how they enter the plane of the plant.
-//! Further uncertainty, if there is any, comes after the modal channels ([`super::channels`]).
-//! Measurements and commands are scaled to order one: y/σ_y with σ_y = [`SIGNAL_SCALE_M`], u in A.
+//! w = (modal channels, loads through W_d at tool/front/rear, sensor noise front/rear, all normalised to one); z =
+//! (modal channels, displacements through W_p at tool/front/rear, currents through W_u, optional T channel, optional
+//! integral channel). Optional channels: T, the clean signals over (limit · noise), so that ‖T‖ ≤ limit where it
+//! reaches one; integral action, the measured signals y + n through W_i(s) = (1/x_dc)·ω_c/(s + ω_c/1000): what a load
+//! moves the shaft at the sensors falls below the corner ω_c as with an integrator, to a thousandth of the displacement
+//! allowed at DC. The signals are weighted and not the tool, because two bearings cannot hold the tool against loads at
+//! three places; noise is included, because S n falls too. Natural-frequency uncertainty r: z = √(2r) ω₀ q, q̈ = … −
+//! √(2r) ω₀ δ z, |δ| ≤ 1 (linearised in r: r² ≤ 0.2 % at 4 %). The weights are written over true frequency;
+//! [`WeightPlane`] says how they enter the plane of the plant. Further uncertainty, if there is any, comes after the
+//! modal channels ([`super::channels`]). Measurements and commands are scaled to order one: y/σ_y with σ_y =
+//! 1e-5 m, u in A.
 
-use super::channels::{Channel, ChannelKind, ChannelWeight, Wiring, channels, problem_blocks};
+use super::channels::{Channel, ChannelKind, ChannelWeight, Wiring, problem_blocks};
 use super::generalized::GeneralizedPlant;
 use super::plane::{LOADS, LOOPS};
-use super::shape::Shape;
 use super::weight_plane::WeightPlane;
-use super::weighting::integral_section;
+use super::weight_shapes::WeightShapes;
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::{append, block2, series, stack_rows};
 use crate::lti::{Continuous, StateSpace};
 
 /// Displacement that counts as one at the controller input of the scaled problem, m: the size of the vibrations.
-pub const SIGNAL_SCALE_M: f64 = 1e-5;
+pub(crate) const SIGNAL_SCALE_M: f64 = 1e-5;
 
 /// A mode with a port in the plane model and its relative natural-frequency uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,14 +47,12 @@ pub fn generalized_plane(
     weights: &Weights,
     weight_plane: WeightPlane,
 ) -> Result<GeneralizedPlant, NumericError> {
-    let extra = channels(weights)?;
-    let nv = modes.len() + extra.len();
-    let input = input_weights(modes, weights, weight_plane)?;
-    let output = output_weights(modes, weights, weight_plane)?;
-    let with_errors = expose_errors(plane, modes.len(), &extra, weights)?;
-    let weighted = series(&series(&input, &with_errors)?, &output)?;
+    let round = ProblemWeights::new(modes, weights, weight_plane)?;
+    let nv = modes.len() + round.channels.len();
+    let with_errors = expose_errors(plane, modes.len(), &round.channels, weights)?;
+    let weighted = series(&series(&round.input, &with_errors)?, &round.output)?;
     let performance = (LOADS + LOOPS, weighted.outputs() - LOOPS - nv);
-    let blocks = problem_blocks(modes.len(), &extra, performance);
+    let blocks = problem_blocks(modes.len(), &round.channels, performance);
     Ok(GeneralizedPlant {
         system: weighted,
         controls: LOOPS,
@@ -81,13 +77,55 @@ pub fn scale_controller<T: crate::lti::TimeBase>(physical: &StateSpace<T>) -> St
     physical.scale_inputs(&y)
 }
 
-/// Weights at the inputs, (w, u) → (modal ports, channels, loads N, noise m, u).
-///
-/// # Errors
-/// [`NumericError`] when a weight is not positive.
-pub fn input_weights(
+/// The weights round a plane, and its channels of further uncertainty.
+#[derive(Clone, Debug)]
+pub(crate) struct ProblemWeights {
+    /// Channels, in the order of the problem.
+    pub channels: Vec<Channel>,
+    /// Weights at the inputs, (w, u) → (modal ports, channels, loads N, noise m, u).
+    pub input: StateSpace<Continuous>,
+    /// Weights at the outputs, (q, channels, x, u, [clean y for T], [noisy y for integral action], noisy y) → (z, y).
+    pub output: StateSpace<Continuous>,
+}
+
+impl ProblemWeights {
+    /// Of a problem in a plane of frequency.
+    ///
+    /// # Errors
+    /// [`NumericError`] when a weight is not positive.
+    pub(crate) fn new(
+        modes: &[UncertainMode],
+        weights: &Weights,
+        plane: WeightPlane,
+    ) -> Result<Self, NumericError> {
+        let shapes = WeightShapes::of(weights)?;
+        Ok(Self {
+            input: input_weights(modes, weights, &shapes, plane)?,
+            output: output_weights(modes, weights, &shapes, plane)?,
+            channels: shapes.channels,
+        })
+    }
+
+    /// Of the specification over true frequency, without the bound on T: that is a means of the design.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn of_specification(
+        modes: &[UncertainMode],
+        weights: &Weights,
+    ) -> Result<Self, NumericError> {
+        let weights = Weights {
+            complementary_sensitivity_limit: None,
+            ..weights.clone()
+        };
+        Self::new(modes, &weights, WeightPlane::Laplace)
+    }
+}
+
+fn input_weights(
     modes: &[UncertainMode],
     weights: &Weights,
+    shapes: &WeightShapes,
     plane: WeightPlane,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let mut all = StateSpace::gain(Mat::zeros(0, 0), Continuous);
@@ -95,7 +133,7 @@ pub fn input_weights(
         let gain = StateSpace::gain(Mat::from_fn(1, 1, |_, _| modal_gain(mode)), Continuous);
         all = append(&all, &plane.unheld(&gain, Some(mode.omega_rad_s))?);
     }
-    for channel in channels(weights)? {
+    for channel in &shapes.channels {
         let gain = StateSpace::gain(Mat::from_fn(1, 1, |_, _| channel.input), Continuous);
         // A force acts between the samples; currents and signals are sampled.
         let acting = match channel.kind {
@@ -104,11 +142,10 @@ pub fn input_weights(
         };
         all = append(&all, &acting);
     }
-    for place in 0..LOADS {
-        let load = weights.load_weight(place)?;
-        all = append(&all, &plane.unheld(&plane.realise(&load)?.system, None)?);
+    for load in &shapes.loads {
+        all = append(&all, &plane.unheld(&plane.realise(load)?.system, None)?);
     }
-    let noise = match &weights.curves.noise {
+    let noise = match &shapes.noise {
         Some(curve) => {
             let one = plane.realise(curve)?.system;
             append(&one, &one)
@@ -122,33 +159,29 @@ pub fn input_weights(
     ))
 }
 
-/// Weights at the outputs, (q, channels, x, u, [clean y for T], [noisy y for integral action], noisy y) → (z, y).
-///
-/// # Errors
-/// As [`input_weights`].
-pub(crate) fn output_weights(
+fn output_weights(
     modes: &[UncertainMode],
     weights: &Weights,
+    shapes: &WeightShapes,
     plane: WeightPlane,
 ) -> Result<StateSpace<Continuous>, NumericError> {
     let modal = Mat::from_fn(modes.len(), modes.len(), |i, j| {
         if i == j { modal_gain(&modes[i]) } else { 0.0 }
     });
     let mut all = StateSpace::gain(modal, Continuous);
-    for channel in channels(weights)? {
-        let weight = match channel.output {
+    for channel in &shapes.channels {
+        let weight = match &channel.output {
             ChannelWeight::Constant(value) => {
-                StateSpace::gain(Mat::from_fn(1, 1, |_, _| value), Continuous)
+                StateSpace::gain(Mat::from_fn(1, 1, |_, _| *value), Continuous)
             }
-            ChannelWeight::OverFrequency(shape) => plane.realise(&shape)?.system,
+            ChannelWeight::OverFrequency(shape) => plane.realise(shape)?.system,
         };
         all = append(&all, &weight);
     }
-    for place in 0..LOADS {
-        let displacement = weights.displacement_weight(place)?;
-        all = append(&all, &plane.realise(&displacement)?.system);
+    for displacement in &shapes.displacements {
+        all = append(&all, &plane.realise(displacement)?.system);
     }
-    let current = plane.realise(&weights.current_weight()?)?.system;
+    let current = plane.realise(&shapes.current)?.system;
     for _ in 0..LOOPS {
         all = append(&all, &current);
     }
@@ -156,11 +189,8 @@ pub(crate) fn output_weights(
         let gain = 1.0 / (limit * weights.sensor_noise_m);
         all = append(&all, &StateSpace::gain(diagonal(gain), Continuous));
     }
-    if let Some(corner) = weights.integral_corner_hz {
-        for limit in [&weights.front, &weights.rear] {
-            let integral = Shape::section(integral_section(limit.max_dc_displacement_m, corner)?);
-            all = append(&all, &plane.realise(&integral)?.system);
-        }
+    for integral in shapes.integral.iter().flatten() {
+        all = append(&all, &plane.realise(integral)?.system);
     }
     Ok(append(
         &all,

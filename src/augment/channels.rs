@@ -1,5 +1,5 @@
-//! Uncertainty besides that of the natural frequencies: channels of the generalized plant for what actuators, sensors
-//! and the loop's delay may do otherwise than the model, one for each bearing.
+//! Uncertainty besides that of the natural frequencies: channels of the generalized plant for deviations of actuators,
+//! sensors and the loop's delay from the model, one for each bearing.
 //!
 //! | key | block | reads | acts on |
 //! |---|---|---|---|

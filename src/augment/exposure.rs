@@ -1,5 +1,5 @@
-//! The open loop of a plane with everything that a specification weighs, at one frequency: what the loss of a polish
-//! and μ over speed close with a controller.
+//! The open loop of a plane with every weighted signal at one frequency; the loss of a polish and μ over speed close it
+//! with a controller.
 
 use super::channels::{Channel, Wiring};
 use super::plane::{LOADS, LOOPS};

@@ -1,4 +1,4 @@
-//! What a specification says of the errors of actuators, sensors, magnets and delay.
+//! Errors of actuators, sensors, magnets and delay in a specification.
 
 use super::plane::LOOPS;
 use super::shape::Shape;
@@ -23,7 +23,7 @@ pub struct Uncertainty {
 impl Uncertainty {
     /// With every error multiplied by a factor.
     #[must_use]
-    pub fn times(&self, factor: f64) -> Self {
+    pub(crate) fn times(&self, factor: f64) -> Self {
         let larger = |size: &Shape| size.times(factor);
         Self {
             actuator: self.actuator.as_ref().map(larger),
@@ -36,7 +36,7 @@ impl Uncertainty {
     }
 
     /// True when there is none.
-    pub fn is_none(&self) -> bool {
+    pub(crate) fn is_none(&self) -> bool {
         self.actuator.is_none()
             && self.sensor.is_none()
             && self.force_constant == 0.0

@@ -1,8 +1,8 @@
-//! What a specification leaves to the machine: levels and corners that follow from bias, sensors, sample rate and
-//! rigid-body dynamics.
+//! Levels and corners of a specification that follow from the machine: from bias, sensors, sample rate and rigid-body
+//! dynamics.
 //!
-//! A specification that says every level is the same on every machine, and μ of two machines can be compared. One that
-//! says `defaults: machine` asks the same of each machine relative to its own hardware.
+//! A specification that states every level is the same for every machine, so that μ of two machines can be compared.
+//! With `defaults: machine` the same is asked of each machine relative to its own hardware.
 
 use super::weights::{Quantity, Weights};
 use crate::rotor::{PlanarModes, Rotor};

@@ -15,6 +15,7 @@ pub mod split;
 pub mod uncertainty;
 pub mod warp;
 pub mod weight_plane;
+mod weight_shapes;
 pub mod weighting;
 pub mod weights;
 

@@ -33,7 +33,7 @@ pub enum Route {
 
 /// The machine with x and y alike and without couplings between the planes other than gyroscopics (bearing coupling,
 /// turned sensor axes, gains of one axis, springs in one plane).
-pub fn isotropic(machine: &Machine) -> Machine {
+pub(crate) fn isotropic(machine: &Machine) -> Machine {
     let mut isotropic = machine.clone();
     let effects = &mut isotropic.spindle.effects;
     let of_one_axis = |e: &Effect| matches!(e.location, Location::Axis(_) | Location::InPlane(..));

@@ -8,7 +8,7 @@ use super::root::Root;
 use super::second_order::{LAST_CORNER, SecondOrder};
 use super::shape::{Shape, Stage};
 use super::warp::{APPROXIMANTS, Approximant, FittedWeight, base_points, ratio_range_over};
-use crate::linalg::{Mat, NumericError, c64, eigenvalues_complex};
+use crate::linalg::{NumericError, c64, polynomial_roots};
 
 impl SecondOrder {
     /// The factor in the w plane, nowhere below the written one: the lowest order within `tolerance`, else the highest.
@@ -161,36 +161,4 @@ fn roots_of(approximant: &Approximant, r: c64, scale: f64) -> Result<Vec<c64>, N
     };
     let coefficients: Vec<c64> = (0..below.len()).map(coefficient).collect();
     polynomial_roots(&coefficients)
-}
-
-/// Roots of Σ cₖ uᵏ from the eigenvalues of its companion matrix.
-///
-/// # Errors
-/// [`NumericError`] when the eigenvalue iteration fails.
-pub(super) fn polynomial_roots(coefficients: &[c64]) -> Result<Vec<c64>, NumericError> {
-    let n = coefficients.len().saturating_sub(1);
-    let Some(lead) = coefficients.last().copied().filter(|_| n > 0) else {
-        return Ok(vec![]);
-    };
-    let companion = Mat::from_fn(n, n, |i, j| match (i, j) {
-        (i, j) if j + 1 == n => -coefficients[i] / lead,
-        (i, j) if i == j + 1 => c64::new(1.0, 0.0),
-        _ => c64::new(0.0, 0.0),
-    });
-    let mut roots = eigenvalues_complex(&companion)?;
-    for root in &mut roots {
-        // Two steps of Newton remove what the scale of the coefficients leaves.
-        for _ in 0..2 {
-            let (mut value, mut slope) = (c64::new(0.0, 0.0), c64::new(0.0, 0.0));
-            for c in coefficients.iter().rev() {
-                slope = slope * *root + value;
-                value = value * *root + *c;
-            }
-            let step = value / slope;
-            if step.norm() < 1e-3 * root.norm() {
-                *root -= step;
-            }
-        }
-    }
-    Ok(roots)
 }

@@ -33,7 +33,7 @@ impl Stage {
     ///
     /// # Errors
     /// [`NumericError`] when a coefficient is not finite.
-    pub fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
+    pub(crate) fn system(&self) -> Result<StateSpace<Continuous>, NumericError> {
         match self {
             Self::First(section) => section.system(),
             Self::Second(stage) => stage.system(),
@@ -122,7 +122,7 @@ impl Shape {
 
     /// Multiplied by a positive factor.
     #[must_use]
-    pub fn times(&self, factor: f64) -> Self {
+    pub(crate) fn times(&self, factor: f64) -> Self {
         let mut scaled = self.clone();
         match scaled.stages.as_mut_slice() {
             // The factor goes into a lone section, so that its states are scaled with it.

@@ -20,7 +20,7 @@ pub struct ModeSplit {
 
 impl ModeSplit {
     /// Largest relative shift from the frequency at rest.
-    pub fn relative(&self) -> f64 {
+    pub(crate) fn relative(&self) -> f64 {
         let shift = |f: f64| (f / self.omega_rad_s - 1.0).abs();
         shift(self.backward_rad_s).max(shift(self.forward_rad_s))
     }

@@ -1,17 +1,15 @@
 //! The frequency plane of a generalized plant, and how weights of true frequency are realised in it.
 //!
-//! In the w plane of the sampled loop v = (2/T) tan(ωT/2). What a loop is judged on has every weight fitted to its
-//! magnitude over true frequency ([`super::warp`]). The synthesis takes the sections as written, with v in the place of
-//! ω: no state more, and a rising weight asks for more than is written as Nyquist is approached. The sampled plant
-//! holds every input. Modal uncertainty and loads act between the samples too: in analysis their inputs carry a fitted
-//! 1/sinc(ωT/2), so that their magnitude is that of the continuous response; in synthesis the modal inputs carry its
-//! value at their natural frequency.
+//! In the w plane of the sampled loop v = (2/T) tan(ωT/2). In the problems by which a loop is judged, every weight is
+//! fitted to its magnitude over true frequency ([`super::warp`]). The synthesis takes the sections as written with v in
+//! the place of ω: this needs no further state, and near Nyquist a rising weight asks for more than is written. The
+//! sampled plant holds every input. Modal uncertainty and loads act between the samples too: in analysis their inputs
+//! carry a fitted 1/sinc(ωT/2), so that their magnitude is that of the continuous response; in synthesis the modal
+//! inputs carry its value at their natural frequency.
 
-use super::channels::{ChannelWeight, channels};
-use super::plane::LOADS;
 use super::shape::{Shape, Stage};
 use super::warp::{FittedWeight, fitted, inverse_hold};
-use super::weighting::integral_section;
+use super::weight_shapes::WeightShapes;
 use super::weights::Weights;
 use crate::linalg::{Mat, NumericError};
 use crate::lti::connect::series;
@@ -139,24 +137,8 @@ pub struct FitErrors {
 /// # Errors
 /// [`NumericError`] when a weight is not positive.
 pub fn fit_errors(weights: &Weights, period_s: f64) -> Result<FitErrors, NumericError> {
-    let mut all = vec![weights.current_weight()?];
-    for place in 0..LOADS {
-        all.push(weights.load_weight(place)?);
-        all.push(weights.displacement_weight(place)?);
-    }
-    all.extend(weights.curves.noise.clone());
-    if let Some(corner) = weights.integral_corner_hz {
-        let allowed = weights.front.max_dc_displacement_m;
-        all.push(Shape::section(integral_section(allowed, corner)?));
-    }
-    all.extend(
-        channels(weights)?
-            .into_iter()
-            .filter_map(|c| match c.output {
-                ChannelWeight::OverFrequency(shape) => Some(shape),
-                ChannelWeight::Constant(_) => None,
-            }),
-    );
+    let shapes = WeightShapes::of(weights)?;
+    let all: Vec<&Shape> = shapes.over_frequency().collect();
     let largest = |plane: WeightPlane| -> Result<f64, NumericError> {
         all.iter().try_fold(0.0f64, |largest, shape| {
             Ok(largest.max(plane.realise(shape)?.largest_excess))

@@ -5,7 +5,6 @@
 //! How they enter the w plane of the sampled loop: [`super::warp`].
 
 use crate::linalg::{Mat, NumericError};
-use crate::lti::connect::series;
 use crate::lti::{Continuous, StateSpace};
 use std::f64::consts::TAU;
 
@@ -74,7 +73,7 @@ impl Section {
 
     /// The section times a positive factor.
     #[must_use]
-    pub fn times(&self, factor: f64) -> Self {
+    pub(crate) fn times(&self, factor: f64) -> Self {
         Self {
             b0: factor * self.b0,
             b1: factor * self.b1,
@@ -105,32 +104,6 @@ impl Section {
             Continuous,
         )
     }
-}
-
-/// First-order weight in s with DC value `dc`, high-frequency value `hf` and geometric-mean crossing at `crossover_hz`.
-///
-/// # Errors
-/// [`NumericError::NotFinite`] when a value is not finite or not positive.
-pub fn level_change(
-    dc: f64,
-    hf: f64,
-    crossover_hz: f64,
-) -> Result<StateSpace<Continuous>, NumericError> {
-    Section::level_change(dc, hf, crossover_hz)?.system()
-}
-
-/// Control weight in s: 1/`limit` in band, second-order rise from `corner_hz`, flat again at `ratio` times the corner.
-///
-/// # Errors
-/// As [`level_change`].
-pub fn roll_on(
-    limit: f64,
-    corner_hz: f64,
-    ratio: f64,
-) -> Result<StateSpace<Continuous>, NumericError> {
-    let stage = Section::roll_on_stage(corner_hz, ratio)?.system()?;
-    let both = series(&stage, &stage)?;
-    Ok(both.scale_outputs(&Mat::from_fn(1, 1, |_, _| 1.0 / limit)))
 }
 
 /// Rise of the integral weight below its corner: a leaky integrator, since a pole at zero cannot be stabilised.

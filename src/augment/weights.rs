@@ -133,7 +133,7 @@ impl Weights {
     ///
     /// # Errors
     /// As [`Weights::load_weight`].
-    pub(crate) fn current_weight(&self) -> Result<Shape, NumericError> {
+    pub fn current_weight(&self) -> Result<Shape, NumericError> {
         if let Some(curve) = &self.curves.current {
             return Ok(curve.clone());
         }

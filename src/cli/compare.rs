@@ -3,7 +3,7 @@
 use super::console::{Console, Shown};
 use super::controlled_machine::{UsedMachine, other_machine};
 use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
-use super::design_progress::run_design;
+use super::design_progress::told;
 use super::machine::Remarks;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
@@ -11,23 +11,18 @@ use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
-use crate::identify::HammerFrf;
-use crate::identify::peaks::{Channel, Resonance, resonances};
 use crate::input::{load_measurement, load_tagged_controller, load_weights};
-use crate::pipeline::compared::{Compared, Ground, compared};
+use crate::pipeline::compared::{Compared, Ground, compared, own_controllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
-use crate::pipeline::run::{Rivals, rivals};
+use crate::pipeline::progress::Event;
 use crate::predict::chatter::{Engagement, Material};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
-use crate::report::compared::{Hammer, add_compared};
-use crate::report::pid_summary::{CertificateSummary, NoPid, PidSummary};
+use crate::report::compared::{Hammer, add_compared, add_own};
 use crate::report::plot::Role;
-use crate::report::run_figures::Measured;
-use crate::report::summary::Summary;
 use crate::report::whole::Report;
-use crate::rotor::modes::{PlanarModes, RIGID};
+use crate::rotor::modes::PlanarModes;
 use crate::spindle::Machine;
 
 /// Flexible modes whose damping is listed and at which stiffness is stated.
@@ -98,13 +93,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
     let mut met = true;
     if controllers.is_empty() {
-        (controllers, met) = own(
-            arguments,
-            &machine,
-            &weights,
-            &mut report.summary,
-            &progress,
-        )?;
+        let pid = arguments.pid.settings(PidEffort::Thorough);
+        let mut tell = |event: Event| match event {
+            Event::Begins("PID") => progress.timed("PID"),
+            other => told(&progress, other),
+        };
+        let own = own_controllers(&machine, &weights, pid, &mut tell)?;
+        met = own.design.meets_targets();
+        controllers = add_own(&mut report.summary, own);
     }
     let mut list: Vec<(Role, Compared)> = vec![];
     for (name, (role, controller)) in keys(&controllers).iter().zip(&controllers) {
@@ -116,11 +112,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         true => Outcome::Done,
         false => Outcome::TargetMissed,
     };
-    let modes = PlanarModes::new(&machine.rotor()?)?;
-    let flexible = modes.omega_rad_s.iter().skip(RIGID).take(LISTED_MODES);
-    let flexible: Vec<f64> = flexible.copied().collect();
-    let hammers = hammers.iter().map(|h| hammer(&h.name, &h.frf)).collect();
-    add_compared(&mut report, &ground, &flexible, &list, hammers)?;
+    let mut flexible_hz = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
+    flexible_hz.truncate(LISTED_MODES);
+    let hammers = hammers
+        .iter()
+        .map(|h| Hammer::of(&h.name, &h.frf))
+        .collect();
+    add_compared(&mut report, &ground, &flexible_hz, &list, hammers)?;
     let sentence = match met {
         true => "every loop is proven stable at every speed",
         false => {
@@ -150,76 +148,6 @@ fn is_acceptable(role: Role, each: &Compared) -> bool {
     let mut zones = each.predictions.iter().map(Prediction::zone);
     let zones_hold = role == Role::TextbookPid || zones.all(|z| z.is_some_and(|z| z < Zone::D));
     each.verification.is_proven() && zones_hold
-}
-
-/// The μ design, the tuned and the textbook PID for the machine, and whether the design meets its targets.
-fn own(
-    arguments: &Arguments,
-    machine: &Machine,
-    weights: &Weights,
-    summary: &mut Summary,
-    progress: &Progress,
-) -> Result<(Vec<(Role, Controller)>, bool), Failure> {
-    let found = run_design(machine, weights, progress)?;
-    progress.timed("PID");
-    let effort = arguments.pid.settings(PidEffort::Thorough);
-    let Rivals {
-        tuned,
-        textbook,
-        effort,
-    } = rivals(machine, &found, effort)?;
-    let met = found.meets_targets();
-    let mut controllers = vec![(Role::Mu, found.delivery.controller)];
-    match tuned {
-        Ok((pid, _)) => {
-            summary.set("pid", PidSummary::of(&pid, &effort));
-            controllers.push((Role::Pid, pid.controller));
-        }
-        Err(reason) => {
-            let words = format!("No PID was found ({reason}).");
-            summary.set("pid", NoPid::because(words));
-        }
-    }
-    if let Ok((plain, _)) = textbook {
-        let certificate = CertificateSummary::from(&plain.certificate);
-        summary.set("pid.textbook", certificate);
-        controllers.push((Role::TextbookPid, plain.controller));
-    }
-    Ok((controllers, met))
-}
-
-/// A hammer record as it is shown.
-fn hammer(file: &str, frf: &HammerFrf) -> Hammer {
-    let name = stem(file);
-    Hammer {
-        curve: Measured {
-            name: format!("measured ({name})"),
-            role: Role::Measured,
-            speed_rpm: frf.speed_rpm,
-            frequency_hz: frf.frequency_hz.clone(),
-            stiffness_n_per_m: frf.compliance.iter().map(|c| c.norm().recip()).collect(),
-        },
-        key: format!("tool_plane.measured_{}", name.replace(['.', ' '], "_")),
-        resonances: lightly_damped(frf),
-    }
-}
-
-/// The name of a record's file without folders and extension.
-fn stem(name: &str) -> &str {
-    let path = std::path::Path::new(name);
-    path.file_stem().and_then(|s| s.to_str()).unwrap_or(name)
-}
-
-/// Resonances of a hammer record that a local fit resolves: those with a damping ratio of two percent at most.
-fn lightly_damped(frf: &HammerFrf) -> Vec<Resonance> {
-    let lines = 0..frf.frequency_hz.len();
-    // A floor of half a percent: what repeated hammer tests differ by.
-    let channel = Channel {
-        name: "tool".to_owned(),
-        value: frf.compliance.clone(),
-        sigma: lines.map(|k| frf.sigma(k, 0.005)).collect(),
-    };
-    resonances(&frf.frequency_hz, &[channel])
 }
 
 type Given = (

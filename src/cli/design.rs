@@ -1,35 +1,25 @@
 //! `muspin design`: D-K iteration, reduction, sampling, rounding, verification, firmware tables.
 
 use super::console::{Console, Shown};
-use super::design_arguments::DesignArguments;
-use super::design_progress::{run_design_with, told};
-use super::design_variants::{RouteArgument, Tighten, both_routes, tightened, tightening_beside};
+use super::design_arguments::{DesignArguments, RouteArgument, tightening};
+use super::design_progress::told;
 use super::earlier::EarlierArgument;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::timings::Timings;
 use super::{Failure, Outcome};
-use crate::augment::weights::Weights;
 use crate::pipeline::PipelineError;
 use crate::pipeline::certificates::mu_words;
-use crate::pipeline::comparison::{BAND_HZ, Prediction};
+use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
-use crate::pipeline::loop_curves::LoopCurves;
-use crate::pipeline::order_curve::lowest_order;
 use crate::pipeline::overspeed::OVERSPEED;
 use crate::pipeline::problem_set::ProblemSet;
-use crate::pipeline::run::{at_rest_and_top_speed, by_arithmetic, unpolished};
 use crate::pipeline::settings::{DesignSettings, PolishEffort};
+use crate::pipeline::study::{Questions, study};
+use crate::pipeline::tightening::Tightening;
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
-use crate::report::design_summary::DesignSummary;
-use crate::report::order_curve::{OrderCurveSummary, order_figure};
-use crate::report::pictures::Picture;
-use crate::report::plot::Role;
-use crate::report::run::UNPOLISHED;
-use crate::report::run_figures::{Measured, predictions, robustness};
-use crate::report::variant_summary::LimitSummary;
-use crate::report::whole::Report;
+use crate::report::design_study::design_report;
 use crate::spindle::Machine;
 
 /// Arguments of `muspin design`.
@@ -45,8 +35,8 @@ pub(super) struct Arguments {
     compare_routes: bool,
     /// Divide the tool's displacement limits by a factor, or with `auto` by the largest with µ ≤ 1 (a bound on the
     /// complementary sensitivity gives way, unless the weights file states it), and compare with the design as written
-    #[arg(long, value_name = "auto|FACTOR")]
-    tighten: Option<Tighten>,
+    #[arg(long, value_name = "auto|FACTOR", value_parser = tightening)]
+    tighten: Option<Tightening>,
     /// Deliver the reduced controller of the D-K iteration without the polish for tool stiffness
     #[arg(long)]
     no_polish: bool,
@@ -98,83 +88,29 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         earlier: arguments.from.design(&machine)?,
         ..DesignSettings::default()
     };
-    let (mut found, factor) = match arguments.tighten {
-        None => (
-            run_design_with(&machine, &written, &settings, &progress)?,
-            1.0,
-        ),
-        Some(asked) => tightened(&machine, &written, &settings, asked, &progress)?,
+    let questions = Questions {
+        tightening: arguments.tighten,
+        other_route: arguments.compare_routes,
+        lowest_order: arguments.lowest_order,
+        limit: arguments.limit,
     };
-    // The specification that the design was asked to meet.
-    let asked = Weights {
-        tool_tightening: written.tool_tightening * factor,
-        ..written.clone()
-    };
-    let orders = match arguments.lowest_order {
-        true => Some(lowest_order(
-            &machine,
-            &asked,
-            &settings,
-            &mut found,
-            &mut |event| {
-                told(&progress, event);
-            },
-        )?),
-        false => None,
-    };
-    let mut report = Report::of("design", &machine);
-    report.summary.set("weights", written.name.as_str());
-    report.summary.set("design", DesignSummary::from(&found));
-    if let Some(curve) = &orders {
-        let summary = OrderCurveSummary::of(curve);
-        report.summary.set("design.order_curve", summary);
-        report.figures([(Picture::OrderCurve, order_figure(curve))])?;
-    }
-    let delivered = at_rest_and_top_speed(&machine, &found.delivery.controller)?;
-    let [rest, speed] = delivered.each_ref();
-    report.arithmetic(&found, &by_arithmetic(&machine, &found)?);
-    if let Some(tighten) = arguments.tighten {
-        let own = (&found, rest);
-        let tightening = (factor, tighten);
-        let beside = tightening_beside(&machine, &written, &settings, own, tightening, &progress)?;
-        report.summary.set("tightening", beside);
-    }
-    if arguments.compare_routes {
-        let designs = both_routes(&machine, &asked, &settings, (&found, rest), &progress)?;
-        report.summary.set("routes.designs", designs);
-    }
-    report.predictions("mu", [rest, speed]);
-    let unpolished = unpolished(&machine, &found)?;
-    let mut runs = vec![(Role::Mu, rest), (Role::Mu, speed)];
-    if let Some([dk, fast]) = &unpolished {
-        report.predictions("dk", [dk, fast]);
-        runs.extend([(UNPOLISHED, dk), (UNPOLISHED, fast)]);
-    }
-    let mut limits = vec![];
-    if arguments.limit {
-        progress.stage("limit of the stiffness");
-        let limit = found.stiffness_limit(&machine)?;
-        let figures = LimitSummary::of(&limit, rest.minimum.0);
-        report.summary.set("design.stiffness_limit", figures);
-        limits.push(Measured::limit(&limit, BAND_HZ));
-    }
-    let top_hz = machine.spindle.max_rpm / 60.0;
-    report.figures(robustness(&found))?;
-    report.figures(predictions(&runs, &limits, top_hz))?;
-    let curves = LoopCurves::of(&machine, &found.delivery.controller, rest)?;
-    report.loop_of(&curves, [rest, speed], machine.spindle.max_rpm)?;
-    report.controller(&machine, &found, None)?;
+    let study = study(&machine, &written, &settings, questions, &mut |event| {
+        told(&progress, event);
+    })?;
+    let mut report = design_report(&machine, &study, settings.route)?;
+    let found = &study.design;
+    let [rest, speed] = study.delivered.each_ref();
     if arguments.problem {
-        report.problem(&ProblemSet::of(&found, &asked)?)?;
+        report.problem(&ProblemSet::of(found, &study.weights)?)?;
     }
     console.writing(|| report.write(&arguments.out))?;
     arguments.timings.print(&progress);
     drop(progress);
-    let ended = outcome(&found, [rest, speed]);
+    let ended = outcome(found, [rest, speed]);
     let out = arguments.out.as_str();
     console.json(&report.summary.to_json(), || {
-        let words = design_words(&machine, &found, rest);
-        shown_design(&found, ended, &words)
+        let words = design_words(&machine, found, rest);
+        shown_design(found, ended, &words)
             .file(format!("{out}/report.html"))
             .file(format!("{out}/controller"))
             .next(format!(

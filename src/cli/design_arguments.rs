@@ -1,10 +1,13 @@
-//! Arguments that the commands of a design share: machine, weights, output folder.
+//! Arguments that the commands of a design share: machine, weights, route, tightening, effort.
 
 use super::Failure;
 use super::controlled_machine::MachineArguments;
+use crate::augment::plane::Route;
 use crate::augment::weights::Weights;
 use crate::input::load_weights;
 use crate::pid::settings::TuneSettings;
+use crate::pipeline::emulation::PADE_ORDER;
+use crate::pipeline::tightening::Tightening;
 use crate::spindle::Machine;
 
 /// Machine and specification.
@@ -39,6 +42,38 @@ impl DesignArguments {
         let machine = self.machine.alone()?;
         let weights = load_weights(&self.weights)?.on(&machine)?;
         Ok((machine, weights))
+    }
+}
+
+/// `--route`.
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+pub(super) enum RouteArgument {
+    /// Synthesis on the sampled plant in the w plane
+    #[default]
+    Direct,
+    /// Continuous synthesis with a Padé delay, then Tustin's rule
+    Emulation,
+}
+
+impl From<RouteArgument> for Route {
+    fn from(argument: RouteArgument) -> Self {
+        match argument {
+            RouteArgument::Direct => Self::Direct,
+            RouteArgument::Emulation => Self::Emulation {
+                pade_order: PADE_ORDER,
+            },
+        }
+    }
+}
+
+/// The value of `--tighten`.
+pub(super) fn tightening(text: &str) -> Result<Tightening, String> {
+    if text == "auto" {
+        return Ok(Tightening::Auto);
+    }
+    match text.parse::<f64>() {
+        Ok(factor) if factor.is_finite() && factor > 0.0 => Ok(Tightening::By(factor)),
+        _ => Err("must be `auto` or a positive factor such as 1.5".to_owned()),
     }
 }
 

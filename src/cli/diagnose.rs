@@ -12,9 +12,7 @@ use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::diagnose::data::measurement::{Axis, HammerTest, Measurement};
 use crate::diagnose::{DiagnoseError, Verdict, diagnose_with};
-use crate::input::{
-    Measurement as Loaded, load_controller, load_measurement, spindle_yaml, tool_yaml,
-};
+use crate::input::{Measurement as Loaded, load_measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::corrected_records::record_faults;
 use crate::report::diagnosis::stage;
@@ -87,15 +85,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     left_out
         .iter()
         .for_each(|record| eprintln!("{}", record.words()));
-    let controllers = controllers(&loaded)?;
-    let measurement = evidence(&loaded, &controllers);
+    let measurement = evidence(&loaded, &records.controllers);
     let progress = Progress::start(console);
     let alternatives = known.alternatives();
     let said = |what: &str| progress.timed(what);
     let found = diagnose_with(&machine, &measurement, &alternatives, &said)
         .map_err(|error| failed(&arguments.measurement, error))?;
     let mut unstable = vec![];
-    for (hammer, controller) in loaded.hammers.iter().zip(&controllers) {
+    for (hammer, controller) in loaded.hammers.iter().zip(&records.controllers) {
         let rpm = hammer.frf.speed_rpm;
         let growth = growth_rate_at(&found.corrected, controller, rpm)?;
         if growth >= 0.0 {
@@ -176,12 +173,6 @@ pub(super) fn without_unknown_controllers(loaded: &mut Loaded) -> Vec<LeftOut> {
     let left_out = left_out.collect();
     loaded.hammers.retain(|h| h.controller.is_some());
     left_out
-}
-
-/// The controllers of the hammer tests that name one, in their order.
-pub(super) fn controllers(loaded: &Loaded) -> Result<Vec<Controller>, Failure> {
-    let named = loaded.hammers.iter().filter_map(|h| h.controller.as_ref());
-    named.map(|path| Ok(load_controller(path)?)).collect()
 }
 
 /// The records as the diagnosis takes them.

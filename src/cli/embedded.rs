@@ -1,8 +1,8 @@
 //! The stages of a spindle for a program that embeds muspin: what the commands do, with values instead of files.
 
 use super::Failure;
-use super::diagnose::{controllers, evidence, failed, without_unknown_controllers};
-use super::plausibility::Records;
+use super::diagnose::{evidence, failed, without_unknown_controllers};
+use super::plausibility::{Records, controllers};
 use super::surroundings::Surroundings;
 use super::update::targets;
 use crate::augment::weights::Weights;

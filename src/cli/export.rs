@@ -6,28 +6,24 @@ use super::machine::Remarks;
 use super::output::claim;
 use super::{Failure, Outcome};
 use crate::controller::anti_windup::{AntiWindup, with_anti_windup};
-use crate::controller::arithmetic::q31;
 use crate::controller::discretise::discretised;
 use crate::controller::realise::modal_form;
 use crate::controller::scaling::{ScaledRealisation, SignalLimits, scaled};
 use crate::controller::sections::second_order_sections;
-use crate::controller::verification::{Verification, verify_with_proof};
+use crate::controller::verification::Verification;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, Controller, ControllerError};
 use crate::export::c::{c_identifier, is_prefix, stability_words};
 use crate::export::firmware::{Firmware, FirmwareError, Format, write_all};
 use crate::export::table::controller_table;
-use crate::lti::{Discrete, StateSpace};
+use crate::pipeline::PipelineError;
+use crate::pipeline::firmware_proof::{prewarp_hz, proven_as_rounded};
 use crate::report::results::ResultsFolder;
 use crate::report::simulation::AntiWindupSummary;
 use crate::report::summary::json;
-use crate::spindle::{Machine, ModelDetail, Plant};
+use crate::spindle::Machine;
 use serde::Serialize;
-use std::f64::consts::TAU;
 use std::path::Path;
-
-/// Speeds at which the loop is checked, from 0 to the largest.
-const SPEEDS: usize = 11;
 
 /// Arguments of `muspin export`.
 #[derive(clap::Args, Debug)]
@@ -349,21 +345,7 @@ pub(super) fn ready(
         }
         return Ok((loaded.clone(), None));
     }
-    let model = Plant::new(
-        machine,
-        0.0,
-        ModelDetail::Modes {
-            flexible: 1,
-            static_residual: false,
-        },
-    )?;
-    // The first flexible mode is where phase is scarcest; without one, a tenth of the sample rate.
-    let fallback = 0.1 / period;
-    let prewarp_hz = model
-        .flexible_rad_s()
-        .first()
-        .map_or(fallback, |w| w / TAU)
-        .min(2.0 * fallback);
+    let prewarp_hz = prewarp_hz(machine)?;
     let sampled = discretised(loaded, period, prewarp_hz)?.unwrap_or_else(|| loaded.clone());
     eprintln!(
         "note: {file} is continuous; discretised by Tustin's rule at {period} s, exact at {prewarp_hz:.1} Hz"
@@ -371,30 +353,19 @@ pub(super) fn ready(
     Ok((sampled, Some(loaded.clone())))
 }
 
-/// Proof of stability with float32 coefficients, and with Q31 ones: whichever is worse.
+/// Proof of stability with the rounded coefficients; none where it fails and the export is forced.
 fn checked(
     machine: &Machine,
     rows: &ScaledRealisation,
     forced: bool,
 ) -> Result<Verification, Failure> {
-    let words = |format: &str| {
-        format!("full finite-element plant, exact delay, sampled; coefficients rounded to {format}")
-    };
-    let check = |law: &StateSpace<Discrete>, format: &str| {
-        verify_with_proof(machine, law, SPEEDS, &words(format)).map_err(Failure::from)
-    };
-    let both = || {
-        let float = check(&rows.rows.rounded_f32()?, "float32 and to Q31")?;
-        let fixed = check(&q31(rows)?.rounded()?, "Q31")?;
-        Ok::<Verification, Failure>(if float.is_proven() && !fixed.is_proven() {
-            fixed
-        } else {
-            float
-        })
-    };
-    let found = match both() {
+    let found = match proven_as_rounded(machine, rows) {
+        Ok(found) => found,
         Err(_) if forced => Verification::none(),
-        other => other?,
+        // The words of the cause alone: no stage of a design has failed.
+        Err(PipelineError::Controller(cause)) => return Err(cause.into()),
+        Err(PipelineError::Verification(cause)) => return Err(cause.into()),
+        Err(other) => return Err(other.into()),
     };
     Ok(Verification { forced, ..found })
 }

@@ -19,13 +19,13 @@ impl Failure {
     }
 
     /// The same failure with advice on the next step.
-    pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
+    pub(crate) fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
 
     /// The same failure; a message that names none of the files that the command was given is led by them.
-    pub fn naming(mut self, files: &[String]) -> Self {
+    pub(crate) fn naming(mut self, files: &[String]) -> Self {
         let named = |file: &String| self.message.contains(file.as_str());
         // Messages about options and about output files name these first.
         let about_files = !self.message.starts_with(['-', '\'']);

@@ -6,17 +6,13 @@ use super::console::{Console, Shown};
 use super::controlled_machine::MachineArguments;
 use super::machine::Remarks;
 use super::{Failure, Outcome, stdout};
-use crate::linalg::{Mat, c64};
-use crate::lti::Response;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::predict::closed_loop::compliance;
+use crate::pipeline::response_table::ResponseTable;
 use crate::report::summary::{Named, finite_all, json};
-use crate::spindle::plant::AXES;
 use crate::spindle::{ModelDetail, Plant};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::io::Write;
-use std::ops::Range;
 
 /// Arguments of `muspin frf`.
 #[derive(clap::Args, Debug)]
@@ -73,57 +69,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     } else {
         Plant::new(&machine, speed, ModelDetail::Full)?
     };
-    let mut header = vec!["frequency_hz".to_owned()];
-    let mut name = |entry: String| {
-        header.push(format!("{entry}_re"));
-        header.push(format!("{entry}_im"));
+    let responses = ResponseTable {
+        plant: &plant,
+        controller: controller.as_ref(),
+        tool_paths: arguments.tool_paths,
     };
-    for i in 1..=AXES {
-        for j in 1..=AXES {
-            name(format!("g_{i}{j}"));
-        }
-    }
-    for entry in ["t_xx", "t_xy", "t_yx", "t_yy"] {
-        name(entry.to_owned());
-    }
-    if arguments.tool_paths {
-        for axis in ["x", "y"] {
-            (1..=AXES).for_each(|j| name(format!("tu_{axis}{j}")));
-        }
-        for i in 1..=AXES {
-            ["x", "y"]
-                .iter()
-                .for_each(|axis| name(format!("yf_{i}{axis}")));
-        }
-    }
-    let row = |hz: &f64| {
-        let omega = TAU * hz;
-        let h = plant.at(omega);
-        let tool = match &controller {
-            None => h.submatrix(AXES, AXES, 2, 2).to_owned(),
-            Some(controller) => compliance(&plant, controller, omega)
-                .submatrix(0, 0, 2, 2)
-                .to_owned(),
-        };
-        let mut row = vec![*hz];
-        let mut block = |matrix: &Mat<c64>, rows: Range<usize>, columns: Range<usize>| {
-            for i in rows {
-                row.extend(
-                    columns
-                        .clone()
-                        .flat_map(|j| [matrix[(i, j)].re, matrix[(i, j)].im]),
-                );
-            }
-        };
-        let at_tool = AXES..AXES + 2;
-        block(&h, 0..AXES, 0..AXES);
-        block(&tool, 0..2, 0..2);
-        if arguments.tool_paths {
-            block(&h, at_tool.clone(), 0..AXES);
-            block(&h, 0..AXES, at_tool);
-        }
-        row
-    };
+    let header = responses.header();
+    let row = |hz: &f64| responses.row(*hz);
     if console.writes_data() {
         // Line by line: a million of them need no memory.
         stdout::data(|out| {

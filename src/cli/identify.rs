@@ -8,12 +8,10 @@ use super::plausibility::{Records, named};
 use super::{Failure, Outcome};
 use crate::identify::{Identification, IdentifyError, identify};
 use crate::input::{Measurement, load_measurement};
-use crate::report::identification::{IdentificationSummary, PlausibilitySummary, frf_csv};
+use crate::report::identification::{IdentificationSummary, PlausibilitySummary, response_files};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::json;
-use crate::report::uff::{UffRecord, universal_file};
 use serde::Serialize;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// Arguments of `muspin identify`.
@@ -90,32 +88,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
     let text = format!("{:#}\n", json(&plausibility));
     let mut files = vec![("plausibility.json".to_owned(), text)];
-    for (k, frf) in frfs.iter().enumerate() {
-        files.push((format!("frf-{k}.csv"), frf_csv(frf)));
-    }
-    for (k, hammer) in measurement.hammers.iter().enumerate() {
-        let mut text = String::from("frequency_hz,h_re,h_im,sigma\n");
-        for (l, (f, h)) in hammer
-            .frf
-            .frequency_hz
-            .iter()
-            .zip(&hammer.frf.compliance)
-            .enumerate()
-        {
-            let sigma = hammer.frf.sigma(l, 0.0);
-            let _ = writeln!(text, "{f},{:e},{:e},{sigma:e}", h.re, h.im);
-        }
-        files.push((format!("hammer-{k}.csv"), text));
-        let direction = 1 + hammer.axis as i64;
-        let record = UffRecord {
-            description: "compliance at the tool plane",
-            response: (1, direction),
-            reference: (1, direction),
-            frequency_hz: &hammer.frf.frequency_hz,
-            compliance: &hammer.frf.compliance,
-        };
-        files.push((format!("hammer-{k}.uff"), universal_file(&[record])));
-    }
+    files.extend(response_files(frfs, &measurement.hammers));
     if let Some(out) = &arguments.out {
         let mut folder = ResultsFolder::new();
         for (name, text) in &files {

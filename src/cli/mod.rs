@@ -15,7 +15,6 @@ mod controlled_machine;
 mod design;
 mod design_arguments;
 mod design_progress;
-mod design_variants;
 mod diagnose;
 mod earlier;
 #[cfg(feature = "python")]
@@ -54,7 +53,7 @@ use std::process::ExitCode;
 
 /// How a command ended when it ended without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// Done, every target met.
     Done,
     /// Done, but a target is missed.

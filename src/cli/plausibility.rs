@@ -15,21 +15,25 @@ pub(super) struct Records {
     pub(super) frfs: Vec<MeasuredFrf>,
     /// One report a record: the sweeps first.
     pub(super) reports: Vec<Plausibility>,
+    /// Controllers of the hammer tests that name one, in their order.
+    pub(super) controllers: Vec<Controller>,
+}
+
+/// The controllers of the hammer tests that name one, in their order.
+pub(super) fn controllers(measurement: &Measurement) -> Result<Vec<Controller>, Failure> {
+    let named = measurement.hammers.iter();
+    let named = named.filter_map(|h| h.controller.as_ref());
+    named.map(|path| Ok(load_controller(path)?)).collect()
 }
 
 impl Records {
     /// Estimates the responses of all sweeps and compares every record with the machine.
     pub(super) fn of(measurement: &Measurement, machine: &Machine) -> Result<Self, Failure> {
-        let load = |path: &Option<String>| -> Result<Option<Controller>, Failure> {
-            Ok(match path {
-                Some(path) => Some(load_controller(path)?),
-                None => None,
-            })
-        };
         let (mut frfs, mut reports) = (vec![], vec![]);
         for sweep in &measurement.sweeps {
             let frf = open_loop(&sweep.record).map_err(|e| named(e, &sweep.record.name))?;
-            let controller = load(&sweep.controller)?;
+            let controller = sweep.controller.as_ref().map(|path| load_controller(path));
+            let controller = controller.transpose()?;
             let named = controller.as_ref().map(|k| k as &dyn HeldResponse);
             reports.push(sweep_plausibility(
                 &sweep.record.name,
@@ -39,19 +43,19 @@ impl Records {
             )?);
             frfs.push(frf);
         }
-        for hammer in &measurement.hammers {
-            if let Some(controller) = load(&hammer.controller)? {
-                let (name, frf) = (&hammer.name, &hammer.frf);
-                reports.push(hammer_plausibility(
-                    name,
-                    frf,
-                    hammer.axis,
-                    machine,
-                    &controller,
-                )?);
-            }
+        let controllers = controllers(measurement)?;
+        let known = measurement.hammers.iter();
+        let known = known.filter(|hammer| hammer.controller.is_some());
+        for (hammer, controller) in known.zip(&controllers) {
+            let (name, frf) = (&hammer.name, &hammer.frf);
+            let report = hammer_plausibility(name, frf, hammer.axis, machine, controller)?;
+            reports.push(report);
         }
-        Ok(Self { frfs, reports })
+        Ok(Self {
+            frfs,
+            reports,
+            controllers,
+        })
     }
 
     /// True when every record is plausible.

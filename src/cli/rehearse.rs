@@ -13,11 +13,10 @@ use crate::pid::settings::TuneSettings;
 use crate::pid::tune::textbook;
 use crate::pipeline::PipelineError;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::report::records::{hammer_csv, sweep_csv};
+use crate::report::records::{Listed, hammer_csv, rehearsed_list, sweep_csv};
 use crate::report::results::ResultsFolder;
 use crate::spindle::Machine;
 use serde_json::json;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// Arguments of `muspin rehearse`.
@@ -60,28 +59,9 @@ const MOST_REPEATS: usize = 100;
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
-    let (repeats, injection) = (arguments.repeats, arguments.injection);
-    if repeats == 0 || repeats > MOST_REPEATS {
-        let rule = format!("--repeats {repeats}: 1 to {MOST_REPEATS} are computed");
-        return Err(Failure::new(rule).with_hint("three repeats give the noise"));
-    }
-    if injection.is_some_and(|a| !(a.is_finite() && a > 0.0)) {
-        return Err(
-            Failure::new("--injection: must be a positive number of amperes")
-                .with_hint("a twentieth of the bias current is usual"),
-        );
-    }
+    check_numbers(arguments)?;
     let model = load_machine(&arguments.spindle, &arguments.tool)?;
-    let top = model.spindle.max_rpm;
-    if let Some(rpm) = arguments
-        .speeds
-        .iter()
-        .find(|r| !(0.0..=10.0 * top).contains(*r))
-    {
-        let rule =
-            format!("--speeds: {rpm} must lie between 0 and ten times the top speed of {top} rpm");
-        return Err(Failure::new(rule).with_hint("speeds are in rpm, for example --speeds 0,20000"));
-    }
+    check_speeds(&arguments.speeds, model.spindle.max_rpm)?;
     let truth = load_machine(
         arguments.truth.as_deref().unwrap_or(&arguments.spindle),
         arguments.true_tool.as_deref().unwrap_or(&arguments.tool),
@@ -105,9 +85,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         None => levitating(&model)?,
     };
     let mut rehearsal = Rehearsal::usual(&truth);
-    rehearsal.repeats = repeats;
+    rehearsal.repeats = arguments.repeats;
     rehearsal.seed = arguments.seed;
-    rehearsal.injection_a = injection.unwrap_or(rehearsal.injection_a);
+    rehearsal.injection_a = arguments.injection.unwrap_or(rehearsal.injection_a);
     let mut folder = ResultsFolder::new();
     let records = records(
         &mut folder,
@@ -116,17 +96,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         &controller,
         (&rehearsal, &arguments.speeds),
     )?;
-    let mut text = String::from(
-        "# Computed from a model, not measured.\nspindle: spindle.yaml\ntool: tool.yaml\nrecords:\n",
-    );
-    for (kind, file, rpm) in &records {
-        let axis = if *kind == "hammer" { ", axis: x" } else { "" };
-        let _ = writeln!(
-            text,
-            "  - {{kind: {kind}, file: {file}, speed_rpm: {rpm}, controller: pid.json{axis}}}"
-        );
-    }
-    folder.add("measurement.yaml", text)?;
+    folder.add("measurement.yaml", rehearsed_list(&records))?;
     folder.add("spindle.yaml", spindle_yaml(&model.spindle))?;
     folder.add("tool.yaml", tool_yaml(&model.tool))?;
     console.writing(|| folder.write(Path::new(&arguments.out)))?;
@@ -136,7 +106,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         "records": files,
         "sensor_noise_m": truth.spindle.electronics.sensor_noise_m,
         "injection_a": rehearsal.injection_a,
-        "repeats": repeats,
+        "repeats": arguments.repeats,
         "seed": arguments.seed,
     });
     console.json(&format!("{answer:#}\n"), || {
@@ -151,6 +121,32 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     Ok(Outcome::Done)
 }
 
+fn check_numbers(arguments: &Arguments) -> Result<(), Failure> {
+    let repeats = arguments.repeats;
+    if repeats == 0 || repeats > MOST_REPEATS {
+        let rule = format!("--repeats {repeats}: 1 to {MOST_REPEATS} are computed");
+        return Err(Failure::new(rule).with_hint("three repeats give the noise"));
+    }
+    let possible = |a: f64| a.is_finite() && a > 0.0;
+    if arguments.injection.is_some_and(|a| !possible(a)) {
+        return Err(
+            Failure::new("--injection: must be a positive number of amperes")
+                .with_hint("a twentieth of the bias current is usual"),
+        );
+    }
+    Ok(())
+}
+
+fn check_speeds(speeds: &[f64], top: f64) -> Result<(), Failure> {
+    match speeds.iter().find(|r| !(0.0..=10.0 * top).contains(*r)) {
+        None => Ok(()),
+        Some(rpm) => Err(Failure::new(format!(
+            "--speeds: {rpm} must lie between 0 and ten times the top speed of {top} rpm"
+        ))
+        .with_hint("speeds are in rpm, for example --speeds 0,20000")),
+    }
+}
+
 /// A textbook PID, which floats most rotors.
 ///
 /// # Errors
@@ -159,9 +155,6 @@ fn levitating(machine: &Machine) -> Result<Controller, Failure> {
     let pid = textbook(machine, &TuneSettings::quick()).map_err(PipelineError::from)?;
     Ok(pid.controller)
 }
-
-/// Kind, file and speed of a record.
-pub(super) type Listed = (&'static str, String, f64);
 
 /// A sweep and a hammer test at every speed and the controller `pid.json`, added below `prefix` (empty, or ending in
 /// `/`).

@@ -5,14 +5,15 @@ use super::console::{Console, Shown};
 use super::machine::load_machine;
 use super::output::claim;
 use super::{Failure, Outcome};
-use crate::export::ross::ross_rotor;
-use crate::input::ross::{RossRotor, read_ross};
+use crate::export::ross::{ross_rotor, shaft_without_effects};
+use crate::input::ross::read_ross;
+use crate::input::ross_parts::parts;
 use crate::input::shipped;
 use crate::input::tool_yaml;
 use crate::report::results::ResultsFolder;
 use crate::report::ross_spindle::spindle_draft;
-use crate::rotor::{Disc, PlanarModes, Rotor, Section};
-use crate::spindle::Tool;
+use crate::rotor::{PlanarModes, Rotor};
+use crate::spindle::SpindleError;
 use serde_json::json;
 use std::path::Path;
 
@@ -46,78 +47,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
 }
 
-/// Distance within which a node counts as the nose face, m: printed positions have a micrometre.
-const NODE_M: f64 = 1e-6;
-
-/// The shaft with its parts on either side of the nose face.
-struct Parts {
-    tool: Option<Tool>,
-    sections: Vec<Section>,
-    discs: Vec<Disc>,
-    told: Vec<String>,
-}
-
-/// Splits the rotor at the nose face.
-fn parts(file: &str, rotor: &RossRotor, nose_m: f64) -> Result<Parts, Failure> {
-    let mut split = 0;
-    let mut position_m = 0.0;
-    while split < rotor.sections.len() && position_m < nose_m - NODE_M {
-        position_m += rotor.sections[split].length_m;
-        split += 1;
-    }
-    if !nose_m.is_finite() || (position_m - nose_m).abs() > NODE_M || split == rotor.sections.len()
-    {
-        return Err(Failure::new(format!(
-            "{file}: --nose-face-m {nose_m}: there is no node with elements behind it; the next one is at \
-             {position_m:.6} m"
-        ))
-        .with_hint("the nose face lies where two elements meet; its distance counts from the left end"));
-    }
-    let side = |sections: &[Section]| {
-        let part = RossRotor {
-            sections: sections.to_vec(),
-            ..rotor.clone()
-        };
-        part.cylinders()
-    };
-    let (sections, mut told) = side(&rotor.sections[split..]);
-    let moved = |d: &Disc| Disc {
-        position_m: d.position_m - nose_m,
-        ..*d
-    };
-    let discs: Vec<Disc> = rotor.discs.iter().map(moved).collect();
-    let (front, own): (Vec<Disc>, Vec<Disc>) =
-        discs.into_iter().partition(|d| d.position_m < -NODE_M);
-    let mut tool = None;
-    if split > 0 {
-        let (mut outwards, more) = side(&rotor.sections[..split]);
-        told.extend(more.into_iter().map(|words| format!("tool, {words}")));
-        outwards = outwards.iter().rev().map(Section::reversed).collect();
-        let turned = |d: &Disc| Disc {
-            position_m: -d.position_m,
-            ..*d
-        };
-        tool = Some(Tool {
-            name: "tool".to_owned(),
-            sections: outwards,
-            discs: front.iter().rev().map(turned).collect(),
-            tool_plane_m: nose_m,
-        });
-    }
-    told.extend(
-        rotor
-            .left_out
-            .iter()
-            .map(|words| format!("left out: {words}")),
-    );
-    Ok(Parts {
-        tool,
-        sections,
-        discs: own,
-        told,
-    })
-}
-
 /// Free-free bending modes that are listed, for a comparison with the other program.
 const LISTED: usize = 4;
 
@@ -129,7 +58,13 @@ fn import(arguments: &Arguments, file: &str, console: &Console) -> Result<Outcom
     };
     let out = arguments.out.as_str();
     claim(out, &["spindle.yaml"], [file])?;
-    let parts = parts(file, &rotor, arguments.nose_face_m)?;
+    let nose_m = arguments.nose_face_m;
+    let parts = parts(&rotor, nose_m).map_err(|next_m| {
+        Failure::new(format!(
+            "{file}: --nose-face-m {nose_m}: there is no node with elements behind it; the next one is at {next_m:.6} m"
+        ))
+        .with_hint("the nose face lies where two elements meet; its distance counts from the left end")
+    })?;
     let whole = Rotor::new(0.0, rotor.sections.clone(), &rotor.discs)
         .map_err(|e| Failure::new(format!("{file}: {e}")))?;
     let modes = PlanarModes::new(&whole).map_err(|e| Failure::new(format!("{file}: {e}")))?;
@@ -180,22 +115,9 @@ fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> 
         [arguments.spindle.as_str(), arguments.tool.as_str()],
     )?;
     let (spindle, tool) = (&machine.spindle, &machine.tool);
-    let front = tool.sections.iter().rev().map(Section::reversed);
-    let sections: Vec<Section> = front.chain(spindle.sections.iter().cloned()).collect();
-    let turned = |d: &Disc| Disc {
-        position_m: -d.position_m,
-        ..*d
-    };
-    let outer = tool.discs.iter().map(turned);
-    let discs: Vec<Disc> = outer.chain(spindle.discs.iter().copied()).collect();
-    let origin_m = -tool.length_m();
-    let plain =
-        Rotor::new(origin_m, sections.clone(), &discs).map_err(|e| Failure::new(e.to_string()))?;
-    // An effect that changes the shaft changes its frequencies; rounding of the eigenvalues is five decades below.
-    let own = PlanarModes::new(&machine.rotor()?).map_err(|e| Failure::new(e.to_string()))?;
-    let same = PlanarModes::new(&plain).map_err(|e| Failure::new(e.to_string()))?;
-    let pairs = own.flexible_hz().into_iter().zip(same.flexible_hz());
-    if pairs.take(LISTED).any(|(a, b)| (a / b - 1.0).abs() > 1e-6) {
+    let failed = |e: SpindleError| Failure::new(e.to_string());
+    let shaft = shaft_without_effects(&machine).map_err(failed)?;
+    let Some(shaft) = shaft else {
         let rule = format!(
             "{}: effects: one of them changes the shaft, and a ROSS file has no place for it",
             arguments.spindle
@@ -203,8 +125,9 @@ fn export(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> 
         return Err(Failure::new(rule).with_hint(
             "write what it does into the elements (modulus_scale, discs) and remove it from `effects`",
         ));
-    }
-    let value = ross_rotor(origin_m, &sections, &discs);
+    };
+    let (sections, discs) = (&shaft.sections, &shaft.discs);
+    let value = ross_rotor(shaft.origin_m, sections, discs);
     let toml = toml::to_string(&value).map_err(|e| Failure::new(e.to_string()))?;
     let mut folder = ResultsFolder::new();
     folder.add("rotor.toml", toml)?;

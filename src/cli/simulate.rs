@@ -11,17 +11,15 @@ use crate::controller::anti_windup::firmware_rows;
 use crate::controller::arithmetic::float32;
 use crate::controller::scaling::SignalLimits;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
-use crate::predict::recovery::{Recovery, touching_force_n};
-use crate::predict::time::{TimeError, TimeResponse, TimeSample, TimeSettings};
-use crate::predict::time_cases::{Case, Quantisation, figures, run_case};
-use crate::report::pictures::Picture;
-use crate::report::plot::animation::animate;
-use crate::report::simulation::{Limits, Simulated, SimulationSummary, motion};
+use crate::pipeline::simulation::{Goal, Scenario, simulated};
+use crate::predict::recovery::touching_force_n;
+use crate::predict::time::{TimeError, TimeSettings};
+use crate::predict::time_cases::Case;
+use crate::report::simulation::SimulationSummary;
 use crate::report::summary::finite;
-use crate::report::time_response::add_response;
+use crate::report::time_response::add_simulation;
 use crate::report::whole::Report;
 use crate::spindle::Machine;
-use std::f64::consts::TAU;
 
 /// Arguments of `muspin simulate`.
 #[derive(clap::Args, Debug)]
@@ -102,122 +100,57 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     let (rows, anti_windup) = firmware_rows(law, machine)?;
     let program = float32(&rows)?;
-    let (case, name, speed_rpm, duration_s) = scenario(arguments, machine)?;
+    let (name, mut scenario) = scenario(arguments, machine)?;
+    let speed_rpm = scenario.speed_rpm;
     let growth = growth_rate_at(machine, &discrete, speed_rpm)?;
-    let stable = growth < 0.0;
-    if !stable {
+    scenario.stable = growth < 0.0;
+    if !scenario.stable {
         eprintln!("{}", unstable_words(growth, speed_rpm));
     }
     drop(remarks);
     let settings = TimeSettings {
         noise_seed: arguments.noise_seed,
         bus_voltage_v: arguments.bus_voltage,
-        reference_ramp_s: match case {
+        reference_ramp_s: match scenario.case {
             Case::LiftOff => arguments.ramp,
             _ => 0.0,
         },
         ..TimeSettings::default()
     };
-    let speed = speed_rpm * TAU / 60.0;
-    let response = run_case(machine, &program, case, speed, duration_s, &settings)?;
-    let found = figures(machine, &response);
-    let limits = Limits {
-        current_a: SignalLimits::of(machine).output_a,
-        voltage_v: settings.bus_voltage_v,
-    };
+    let found = simulated(machine, &program, &scenario, &settings)?;
     let mut report = Report::of("simulate", machine);
     let summary = &mut report.summary;
     summary.set("controller", discrete.name.as_str());
     summary.set("case", name);
     summary.set("speed_rpm", finite(speed_rpm));
-    summary.set("duration_s", finite(duration_s));
+    summary.set("duration_s", finite(scenario.duration_s));
     given.add_to(summary);
-    summary.set("stability.stable", stable);
+    summary.set("stability.stable", found.stable);
     summary.set("stability.growth_rate_per_s", finite(growth));
-    if let Case::Impulse { force_n, .. } | Case::Step { force_n } = case {
+    if let Case::Impulse { force_n, .. } | Case::Step { force_n } = scenario.case {
         summary.set("force_n", finite(force_n));
     }
-    let recovery = Recovery::of(machine, &response);
-    let smooth = TimeSettings {
-        quantum_m: 0.0,
-        ..settings
-    };
-    let smooth = run_case(machine, &program, case, speed, duration_s, &smooth)?;
-    let steps = Quantisation::of(settings.quantum_m, &response, &smooth);
-    let simulated = Simulated {
-        response: &response,
-        figures: &found,
-        limits: &limits,
-        stable,
-        anti_windup: &anti_windup,
-        recovery,
-        steps: &steps,
-    };
-    summary.set("simulation", SimulationSummary::of(machine, &simulated));
-    let (met, end) = match stable {
-        true => {
-            let (met, end) = verdict(arguments.case, &response, recovery);
-            match met && steps.dominates() {
-                true => (met, format!("{end}; {}", steps.sentence())),
-                false => (met, end),
-            }
-        }
-        false => (
-            false,
-            "the closed loop is unstable at this speed".to_owned(),
-        ),
-    };
-    report.verdict(met, &end);
-    add_response(&mut report, machine, &response, name, &limits)?;
-    let title = format!("Shaft in motion, {name}");
-    let moving = animate(&motion(machine, &response, &title, speed)?);
-    report.folder.add_picture(Picture::Animation, moving)?;
+    let figures = SimulationSummary::of(machine, &found, &anti_windup);
+    summary.set("simulation", figures);
+    add_simulation(&mut report, machine, (name, speed_rpm), &found)?;
     console.writing(|| report.write(&arguments.out))?;
     let out = arguments.out.as_str();
     console.json(&report.summary.to_json(), || {
-        Shown::met(met, format!("{name} at {speed_rpm:.0} rpm: {end}"))
-            .file(format!("{out}/report.html"))
+        Shown::met(
+            found.met,
+            format!("{name} at {speed_rpm:.0} rpm: {}", found.end),
+        )
+        .file(format!("{out}/report.html"))
     })?;
-    Ok(if met {
+    Ok(if found.met {
         Outcome::Done
     } else {
         Outcome::TargetMissed
     })
 }
 
-/// Whether the case went well, and the sentence about it. A push is over: the rotor may touch if it recovers. A load
-/// that stays must not touch at all, and lift-off must end free.
-fn verdict(case: CaseArgument, response: &TimeResponse, recovery: Recovery) -> (bool, String) {
-    if response.diverged {
-        return (false, "the rotor left every reasonable range".to_owned());
-    }
-    match case {
-        CaseArgument::LiftOff if lies(response) => (
-            false,
-            "the rotor does not leave the backup bearings".to_owned(),
-        ),
-        CaseArgument::LiftOff => (true, "the rotor lifts off and stays free".to_owned()),
-        CaseArgument::Impulse | CaseArgument::Contact => {
-            (recovery != Recovery::Lost, recovery.sentence())
-        }
-        CaseArgument::Step | CaseArgument::Unbalance => {
-            (recovery == Recovery::Clear, recovery.sentence())
-        }
-    }
-}
-
-/// Whether the rotor still touches in the last quarter of the run.
-fn lies(response: &TimeResponse) -> bool {
-    let samples = &response.samples;
-    let from = samples.len() - samples.len() / 4;
-    let touches = |s: &TimeSample| s.contact_n.iter().any(|f| *f != 0.0);
-    samples.is_empty() || samples[from..].iter().any(touches)
-}
-
-fn scenario(
-    arguments: &Arguments,
-    machine: &Machine,
-) -> Result<(Case, &'static str, f64, f64), Failure> {
+/// Name of the case, and what is simulated; whether the loop is stable is not known yet.
+fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, Scenario), Failure> {
     let positive = |name: &str, value: Option<f64>| match value {
         Some(v) if !(v.is_finite() && v > 0.0) => Err(Failure::new(format!(
             "--{name}: {v} must be a positive number"
@@ -277,5 +210,17 @@ fn scenario(
             "--speed: {speed} must be between 0 and 1e6 rpm"
         )));
     }
-    Ok((case, name, speed, duration.unwrap_or(length)))
+    let goal = match arguments.case {
+        CaseArgument::Impulse | CaseArgument::Contact => Goal::Recovers,
+        CaseArgument::Step | CaseArgument::Unbalance => Goal::StaysClear,
+        CaseArgument::LiftOff => Goal::LiftsOff,
+    };
+    let scenario = Scenario {
+        case,
+        goal,
+        speed_rpm: speed,
+        duration_s: duration.unwrap_or(length),
+        stable: true,
+    };
+    Ok((name, scenario))
 }

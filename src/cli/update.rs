@@ -7,18 +7,19 @@ use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::named;
 use super::{Failure, Outcome};
-use crate::identify::{Identification, Reading, identify};
-use crate::input::{Measurement, load_controller, load_measurement, spindle_yaml, tool_yaml};
+use crate::controller::Controller;
+use crate::identify::{Identification, identify};
+use crate::input::{Measurement, load_measurement, spindle_yaml, tool_yaml};
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::identification::{IdentificationSummary, PlausibilitySummary};
 use crate::report::results::ResultsFolder;
 use crate::report::summary::{finite, json};
-use crate::report::tables::Table;
-use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures};
+use crate::report::updating::{HammerError, UpdatingSummary, error_table, figures, shape_table};
 use crate::spindle::Machine;
+use crate::update::machine::identified_targets;
 use crate::update::{
-    FrfTargets, Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine,
-    front_and_rear, gauss_newton, nelder_mead, tool_error_db,
+    Target, Targets, UpdateError, UpdateSettings, Updated, UpdatedMachine, front_and_rear,
+    gauss_newton, nelder_mead, tool_error_db,
 };
 use clap::ValueEnum;
 use serde::Serialize;
@@ -134,12 +135,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         Some(only) => vec![("resonances_only", &only.fit), ("full", &full.fit)],
         None => vec![("updated", &full.fit)],
     };
-    let hammers = hammer_errors(&measurement, &machine, &delivered.machine)?;
+    let compared = [&machine, &delivered.machine];
+    let hammers = hammer_errors(&measurement, &records.controllers, compared)?;
     let only = resonances_only.is_some().then_some(&full.fit);
-    let mut updating = UpdatingSummary::from(&delivered.fit);
-    updating.resonances_only = Some(only.is_some());
-    updating.full_update = only.map(|full| Box::new(UpdatingSummary::from(full)));
-    updating.held_out_tool_frf = hammers;
+    let updating = UpdatingSummary::beside(&delivered.fit, only, hammers);
     let reports = &records.reports;
     let answer = Answer {
         identification: identification.as_ref().map(IdentificationSummary::from),
@@ -149,20 +148,25 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let text = format!("{:#}\n", json(&answer));
     console.writing(|| write_all(&arguments.out, &machine, delivered, &models, &text))?;
     let explanation = &delivered.fit.explanation;
+    let met = explanation.explained && records.plausible();
+    console.json(&text, || shown(arguments, met, &delivered.fit))?;
+    if !explanation.explained {
+        eprintln!("{}", explanation.statement);
+    }
+    Ok(match met {
+        true => Outcome::Done,
+        false => Outcome::TargetMissed,
+    })
+}
+
+fn shown(arguments: &Arguments, met: bool, fit: &Updated) -> Shown {
     let out = arguments.out.as_str();
-    console.json(&text, || {
-        Shown::met(
-            explanation.explained && records.plausible(),
-            explanation.statement.as_str(),
-        )
+    Shown::met(met, fit.explanation.statement.as_str())
         .row([
             "largest error of a frequency, %".to_owned(),
-            format!("{:.4}", delivered.fit.largest_error_percent()),
+            format!("{:.4}", fit.largest_error_percent()),
         ])
-        .row([
-            "evaluations".to_owned(),
-            delivered.fit.evaluations.to_string(),
-        ])
+        .row(["evaluations".to_owned(), fit.evaluations.to_string()])
         .file(format!("{out}/spindle.yaml"))
         .file(format!("{out}/tool.yaml"))
         .next(format!(
@@ -172,15 +176,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             "muspin diagnose --measurement {}",
             arguments.measurement
         ))
-    })?;
-    if !explanation.explained {
-        eprintln!("{}", explanation.statement);
-    }
-    Ok(if explanation.explained && records.plausible() {
-        Outcome::Done
-    } else {
-        Outcome::TargetMissed
-    })
 }
 
 /// The answer.
@@ -246,27 +241,7 @@ pub(super) fn targets(
     let mut identification = None;
     let mut targets = if let Some((frf, _)) = records.standstill() {
         let found = identify(frf, machine).map_err(|e| named(e, &record_at_rest(measurement)))?;
-        let list = |readings: &[Reading]| readings.iter().map(target).collect();
-        let mut targets = front_and_rear(
-            machine,
-            list(&found.resonances),
-            list(&found.front),
-            list(&found.rear),
-        );
-        let [f, r] = machine.effective().bearings;
-        let crossed = [
-            ("13", f.sensor_m, r.actuator_m, &found.front_over_rear),
-            ("31", r.sensor_m, f.actuator_m, &found.rear_over_front),
-        ];
-        for (name, output_m, input_m, readings) in crossed {
-            targets.antiresonances.push(FrfTargets {
-                name: name.to_owned(),
-                output_m,
-                input_m,
-                antiresonances: list(readings),
-                held_out: true,
-            });
-        }
+        let targets = identified_targets(machine, &found);
         identification = Some(found);
         targets
     } else if let Some(read) = measurement.frequencies.first() {
@@ -298,22 +273,20 @@ pub(super) fn targets(
 /// How well the closed-loop compliance at the tool is predicted before and after: data that no fit has used.
 fn hammer_errors(
     measurement: &Measurement,
-    before: &Machine,
-    after: &Machine,
+    controllers: &[Controller],
+    [before, after]: [&Machine; 2],
 ) -> Result<Vec<HammerError>, Failure> {
     let mut list = vec![];
-    for hammer in &measurement.hammers {
-        let Some(path) = &hammer.controller else {
-            continue;
-        };
-        let controller = load_controller(path)?;
+    let levitated = measurement.hammers.iter();
+    let levitated = levitated.filter(|hammer| hammer.controller.is_some());
+    for (hammer, controller) in levitated.zip(controllers) {
         // A model whose loop is unstable predicts no compliance: the rotor was levitated, so the model is wrong there.
         let error = |machine: &Machine| -> Result<(Option<f64>, f64), Failure> {
-            let growth = growth_rate_at(machine, &controller, hammer.frf.speed_rpm)?;
+            let growth = growth_rate_at(machine, controller, hammer.frf.speed_rpm)?;
             if growth >= 0.0 {
                 return Ok((None, growth));
             }
-            let db = tool_error_db(machine, &hammer.frf, hammer.axis, &controller)?;
+            let db = tool_error_db(machine, &hammer.frf, hammer.axis, controller)?;
             Ok((finite(db), growth))
         };
         let ((before_db, before_growth), (after_db, after_growth)) =
@@ -336,13 +309,6 @@ fn hammer_errors(
     Ok(list)
 }
 
-fn target(reading: &Reading) -> Option<Target> {
-    Some(Target {
-        frequency_hz: reading.frequency_hz()?,
-        standard_deviation_hz: reading.standard_deviation_hz(),
-    })
-}
-
 fn write_all(
     out: &str,
     before: &Machine,
@@ -359,12 +325,7 @@ fn write_all(
         folder.add("tool.yaml", tool_yaml(tool))?;
     }
     if !delivered.fit.shapes.is_empty() {
-        let mut table = Table::with_columns(&["mode", "position_m", "measured_scaled", "model"]);
-        for shape in &delivered.fit.shapes {
-            for (z, measured, model) in &shape.points {
-                table.push_numbers(&[shape.mode as f64, *z, *measured, *model]);
-            }
-        }
+        let table = shape_table(&delivered.fit.shapes);
         folder.add_table("mode_shapes.csv", &table)?;
     }
     for (name, figure) in figures(before, models) {

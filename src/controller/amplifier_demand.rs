@@ -1,5 +1,5 @@
-//! What a controller asks of the amplifiers: its gain above the modes of the model, and the current from sensor noise.
-//! A rival is held to the figures of the delivered controller, so that neither is held shorter than the other.
+//! Demand of a controller on the amplifiers: its gain above the modes of the model, and the current from sensor noise.
+//! A PID is tuned within the figures of the delivered controller, so that both have the same limits.
 //!
 //! Gain: largest singular value of K(e^{jωT}), A/m, the largest current vector per signal vector; for a controller per
 //! axis the largest axis. It counts from the geometric mean of the last flexible mode that the spindle's model keeps
@@ -74,7 +74,7 @@ pub fn high_frequency_gain(law: &StateSpace<Discrete>, from_hz: f64) -> Result<f
 ///
 /// # Errors
 /// [`VerificationError`] from the plant or the norms.
-pub fn amplifier_demand(
+pub(crate) fn amplifier_demand(
     machine: &Machine,
     law: &StateSpace<Discrete>,
 ) -> Result<AmplifierDemand, VerificationError> {

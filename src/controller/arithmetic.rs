@@ -37,8 +37,6 @@ pub struct Float32Program {
     state: Vec<f32>,
     input_m: Vec<f32>,
     signal: Vec<f32>,
-    bad_samples: u32,
-    restarts: u32,
 }
 
 /// Single-precision program of a scaled realisation, states at zero.
@@ -63,8 +61,6 @@ pub fn float32(scaled: &ScaledRealisation) -> Result<Float32Program, ControllerE
         state: vec![0.0; rows.order()],
         input_m: vec![0.0; rows.inputs],
         signal: vec![0.0; rows.signals.len()],
-        bad_samples: 0,
-        restarts: 0,
         clamped: scaled.clamped.clone(),
         conditioning: single(&scaled.conditioning),
         excess_a: vec![0.0; rows.outputs.len()],
@@ -85,13 +81,11 @@ impl Float32Program {
 
     /// First half of a sample: currents (A) from displacements (m). A displacement that is not a finite number is
     /// replaced by the last valid one of its channel. No output is ever NaN.
-    pub fn output(&mut self, y: &[f32]) -> Vec<f32> {
+    pub(crate) fn output(&mut self, y: &[f32]) -> Vec<f32> {
         for (j, held) in self.input_m.iter_mut().enumerate() {
             let sample = y.get(j).copied().unwrap_or(0.0);
             if sample.is_finite() {
                 *held = clamp_f32(sample, self.input_limit_m);
-            } else {
-                self.bad_samples = self.bad_samples.saturating_add(1);
             }
         }
         let mut u = self.sums();
@@ -101,7 +95,6 @@ impl Float32Program {
         if !within(&u, self.output_limit_a) {
             if !within(&u, self.output_guard_a) {
                 self.state.iter_mut().for_each(|x| *x = 0.0);
-                self.restarts = self.restarts.saturating_add(1);
                 u = self.sums();
             }
             for (value, excess) in u.iter_mut().zip(&mut self.excess_a) {
@@ -114,7 +107,7 @@ impl Float32Program {
     }
 
     /// Second half of a sample: advances the state, and conditions it while an output is limited.
-    pub fn update(&mut self) {
+    pub(crate) fn update(&mut self) {
         let v = self.values();
         let mut next: Vec<f32> = self.rows.states.iter().map(|r| sum_f32(r, &v)).collect();
         correct_f32(&mut next, &self.conditioning, &self.excess_a);
@@ -125,16 +118,6 @@ impl Float32Program {
             }
         }
         self.state = next;
-    }
-
-    /// Samples of single channels that were not finite numbers, so far.
-    pub fn bad_samples(&self) -> u32 {
-        self.bad_samples
-    }
-
-    /// Restarts from zero states, because an output was not a number or implausible, so far.
-    pub fn restarts(&self) -> u32 {
-        self.restarts
     }
 
     /// Signals, which are kept for [`Self::update`], and outputs before their limit.
@@ -310,7 +293,7 @@ impl Q31Program {
     }
 
     /// First half of a sample: currents from displacements.
-    pub fn output(&mut self, y: &[i32]) -> Vec<i32> {
+    pub(crate) fn output(&mut self, y: &[i32]) -> Vec<i32> {
         for (j, held) in self.input.iter_mut().enumerate() {
             *held = saturate(i64::from(y.get(j).copied().unwrap_or(0)));
         }
@@ -337,7 +320,7 @@ impl Q31Program {
     }
 
     /// Second half of a sample: advances the state, and conditions it while an output is limited.
-    pub fn update(&mut self) {
+    pub(crate) fn update(&mut self) {
         let v = self.values();
         self.state = self
             .states

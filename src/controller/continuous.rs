@@ -1,8 +1,8 @@
-//! A continuous controller K(s) that stands for a sampled one: poles s = ln(z)/Tₛ, and the C and D with which K(jω)
+//! A continuous controller K(s) that approximates a sampled one: poles s = ln(z)/Tₛ, and the C and D with which K(jω)
 //! comes closest to K(e^{jωTₛ}) in the least-squares sense, each frequency weighted by 1/‖K‖. The hold is not part of
 //! it. Blocks whose poles have no useful logarithm (at and left of zero, repeated ones) are mapped by the bilinear rule
-//! instead. Near the Nyquist frequency no K(s) does what a sampled controller does: the error over frequency belongs to
-//! the result.
+//! instead. Near the Nyquist frequency no K(s) approximates a sampled controller well: the error over frequency is part
+//! of the result.
 
 use super::modal::block_diagonalise;
 use super::{ControllerError, in_step};
@@ -40,7 +40,8 @@ impl ContinuousFit {
 /// Fits K(s) to a sampled controller.
 ///
 /// # Errors
-/// As [`block_diagonalise`]; [`ControllerError::Numeric`] when the fit is singular or a pole lies at z = −1.
+/// [`ControllerError::Numeric`] when an eigenvalue iteration fails, the fit is singular or a pole lies at z = −1;
+/// [`ControllerError::Inaccurate`] when no block form reproduces the transfer matrix.
 pub fn continuous_fit(law: &StateSpace<Discrete>) -> Result<ContinuousFit, ControllerError> {
     let named = in_step("continuous approximation");
     let modal = block_diagonalise(law)?;

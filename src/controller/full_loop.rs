@@ -80,7 +80,7 @@ impl FullLoop {
 ///
 /// # Errors
 /// [`VerificationError`] from the plant, the poles or the Lyapunov equation.
-pub fn noise_current_a(
+pub(crate) fn noise_current_a(
     machine: &Machine,
     law: &StateSpace<Discrete>,
     speed_rad_s: f64,

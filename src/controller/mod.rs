@@ -6,7 +6,7 @@ pub mod anti_windup;
 pub mod arithmetic;
 pub mod continuous;
 pub mod discretise;
-pub mod full_loop;
+pub(crate) mod full_loop;
 pub mod hand_over;
 pub mod law;
 pub mod modal;

@@ -31,7 +31,7 @@ const LARGEST_CHANGE: f64 = 1e-9;
 
 /// A system in block-diagonal form with the certificate of the transform.
 #[derive(Clone, Debug)]
-pub struct ModalForm {
+pub(crate) struct ModalForm {
     /// The system in modal coordinates.
     pub system: StateSpace<Discrete>,
     /// Sizes of the diagonal blocks of A, in order; they sum to the order.
@@ -54,7 +54,9 @@ impl ModalForm {
 /// # Errors
 /// [`ControllerError::Numeric`] when an eigenvalue iteration fails, [`ControllerError::Inaccurate`] when not even one
 /// block reproduces the transfer matrix.
-pub fn block_diagonalise(system: &StateSpace<Discrete>) -> Result<ModalForm, ControllerError> {
+pub(crate) fn block_diagonalise(
+    system: &StateSpace<Discrete>,
+) -> Result<ModalForm, ControllerError> {
     let mut error = f64::NAN;
     for limit in COUPLING_LIMITS {
         let form = block_diagonal(system, limit)?;

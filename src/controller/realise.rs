@@ -20,7 +20,7 @@ pub enum Form {
 
 impl Form {
     /// Words for headers and reports.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Modal => "real modal form",
             Self::SecondOrderSections => "second-order sections, transposed direct form II",
@@ -66,7 +66,8 @@ pub struct Realisation {
 /// Real modal form of a sampled controller, states not yet scaled ([`super::scaling::scaled`] does that).
 ///
 /// # Errors
-/// As [`block_diagonalise`].
+/// [`ControllerError::Numeric`] when an eigenvalue iteration fails, [`ControllerError::Inaccurate`] when no block form
+/// reproduces the transfer matrix.
 pub fn modal_form(system: &StateSpace<Discrete>) -> Result<Realisation, ControllerError> {
     let modal = block_diagonalise(system)?;
     let merged: Vec<String> = modal.merged_blocks().map(|n| format!("{n}x{n}")).collect();
@@ -140,7 +141,7 @@ impl Realisation {
     }
 
     /// All rows in the order of computation: signals, outputs, states.
-    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &Row> {
         self.signals.iter().chain(&self.outputs).chain(&self.states)
     }
 

@@ -20,7 +20,9 @@ const ZERO_AT_INFINITY: f64 = 1e7;
 ///
 /// # Errors
 /// As [`second_order_sections`], without the check of the transfer.
-pub fn cascades(system: &StateSpace<Discrete>) -> Result<Vec<Vec<Section>>, ControllerError> {
+pub(crate) fn cascades(
+    system: &StateSpace<Discrete>,
+) -> Result<Vec<Vec<Section>>, ControllerError> {
     (0..system.inputs().min(system.outputs()))
         .map(|axis| cascade(&axis_system(system, axis)?))
         .collect()

@@ -1,4 +1,4 @@
-//! The sampled loop seen from the speed: how much a change of speed feeds back through the rotor between the samples.
+//! Gain of the lifted sampled loop from a speed perturbation back to itself (small-gain bound).
 //!
 //! The undelayed plant is affine in the speed, ẋ = (A₀ + Ω A₁) x + B u, C and B do not depend on it: A₁ holds the
 //! gyroscopic matrix and the circulatory part of rotating damping. Write A₁ = L R with L Lᵀ = (A₁A₁ᵀ)^{1/2}, RᵀR =

@@ -1,13 +1,13 @@
 //! Stability at every speed of a range, not at samples of it: intervals that overlap, each proven by a small gain.
 //!
-//! At its centre the sampled loop is computed (poles); [`super::speed_lift`] says how far the speed may move from
-//! there. What an interval leaves open is divided again until the range is covered up to the lowest unstable centre, or
+//! The poles of the sampled loop are computed at the centre of an interval; [`super::speed_lift`] bounds how far the
+//! speed may deviate from it. Gaps are divided again until the range is covered up to the lowest unstable centre, or
 //! intervals get shorter than `SHORTEST_RPM`.
 //!
 //! What is proven: the loop of the full plant (modes to 24 kHz and pseudo-modes for the rest, exact delay and hold,
 //! magnets linear) with the coefficients as rounded is stable at every constant speed of the covered range, and also
-//! while the speed wanders inside one interval, as far as the gyroscopic moment Ω G ẋ is concerned. What is not:
-//! nonlinearity, and plants other than this one; those are the business of μ.
+//! while the speed wanders inside one interval, as far as the gyroscopic moment Ω G ẋ is concerned. Not covered:
+//! nonlinearity, and deviations of the plant, for which there is μ.
 
 use super::ControllerError;
 use super::speed_lift::AffinePlant;
@@ -69,7 +69,7 @@ impl SpeedProof {
     }
 
     /// True when every speed from rest to `rpm` is covered.
-    pub fn covers(&self, rpm: f64) -> bool {
+    pub(crate) fn covers(&self, rpm: f64) -> bool {
         // The ends of the pieces are sums of decimals: only their rounding is forgiven.
         !self.intervals.is_empty() && self.proven_to_rpm() * (1.0 + 1e-12) >= rpm
     }
@@ -80,13 +80,13 @@ impl SpeedProof {
     }
 
     /// The narrowest proven interval.
-    pub fn narrowest(&self) -> Option<&SpeedInterval> {
+    pub(crate) fn narrowest(&self) -> Option<&SpeedInterval> {
         self.proven()
             .min_by(|a, b| a.radius_rpm.total_cmp(&b.radius_rpm))
     }
 
     /// The least damped centre.
-    pub fn slowest(&self) -> Option<&SpeedInterval> {
+    pub(crate) fn slowest(&self) -> Option<&SpeedInterval> {
         self.intervals
             .iter()
             .max_by(|a, b| a.growth_rate_per_s.total_cmp(&b.growth_rate_per_s))

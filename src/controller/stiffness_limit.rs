@@ -2,11 +2,13 @@
 //! problem.
 //!
 //! With a controller K₀ that is stable itself and stabilises the machine, every other one that stabilises it is K₀
-//! beside Q(I + G₁Q)⁻¹, G₁ = G(I − K₀G)⁻¹, Q stable (Youla, Jabr and Bongiorno 1976, for a stable plant). All that
-//! counts is affine in Q: with S₀ = (I − GK₀)⁻¹ and S_u = (I − K₀G)⁻¹ the response of the currents to the signals is
+//! beside Q(I + G₁Q)⁻¹, G₁ = G(I − K₀G)⁻¹, Q stable (Youla, Jabr and Bongiorno 1976, for a stable plant). Every
+//! quantity of the problem is affine in Q: with S₀ = (I − GK₀)⁻¹ and S_u = (I − K₀G)⁻¹ the response of the currents to
+//! the signals is
 //!   R = K S = K₀S₀ + S_u Q S₀,
 //! the tool's compliance H = H₀ + (d S_u) Q (S₀ r), the sensitivity S = S₀ + (G S_u) Q S₀. Q(z) = Σ Q_n z⁻ⁿ with a
-//! finite number of taps; more of them can only raise the stiffness, and half as many say how much that is.
+//! finite number of taps; more taps can only raise the stiffness, and the value with half as many shows how far it has
+//! converged.
 //!
 //! Limits: |S_jj| and the noise current as they are; the gain above the modes of the model is asked of the entries of
 //! R = K S, which is K where S is one. Lines as dense as those of the polish; between them the loop may be worse.

@@ -1,5 +1,5 @@
-//! What is known about the loop that an exported controller closes: stability of the sampled closed loop of the full
-//! plant over the speed range, with the coefficients as the firmware holds them.
+//! Verification of an exported controller: stability of the sampled closed loop of the full plant over the speed range,
+//! with the coefficients as the firmware holds them.
 
 use super::ControllerError;
 use super::speed_proof::{SpeedProof, prove};
@@ -72,7 +72,7 @@ impl Verification {
 
     /// The first speed at which the loop is known to be unstable: of those checked, else of the centres of the proof up
     /// to the largest speed.
-    pub fn unstable(&self) -> Option<SpeedCheck> {
+    pub(crate) fn unstable(&self) -> Option<SpeedCheck> {
         let centres = self.proof.iter().flat_map(|proof| &proof.intervals);
         let below = centres
             .filter(|i| i.centre_rpm <= self.top_rpm && i.growth_rate_per_s >= 0.0)
@@ -127,7 +127,7 @@ pub fn growth_rate(
 ///
 /// # Errors
 /// [`VerificationError`] from the plant or the eigenvalue iteration.
-pub fn verify(
+pub(crate) fn verify(
     machine: &Machine,
     controller: &StateSpace<Discrete>,
     points: usize,
@@ -169,7 +169,7 @@ pub(crate) fn verify_with_proof(
 /// Checks the sampled loop of the full plant at the speeds given, rpm.
 ///
 /// # Errors
-/// As [`verify`].
+/// [`VerificationError`] from the plant or the eigenvalue iteration.
 pub fn verify_at(
     machine: &Machine,
     controller: &StateSpace<Discrete>,

@@ -40,16 +40,6 @@ pub enum Format {
 impl Format {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::C, Self::Csv, Self::Mat, Self::Json];
-
-    /// The name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::C => "c",
-            Self::Csv => "csv",
-            Self::Mat => "mat",
-            Self::Json => "json",
-        }
-    }
 }
 
 /// Everything the files say.

@@ -7,7 +7,7 @@ use crate::linalg::Mat;
 use serde_json::{Map, Value, json};
 
 /// Names of the four axes, in channel order.
-pub const AXIS_NAMES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
+pub(crate) const AXIS_NAMES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 
 /// The controller file as bytes, one line, ending in a newline; `machine` is what it was designed for.
 pub fn controller_json(controller: &Controller, machine: Option<&MachineTag>) -> Vec<u8> {

@@ -3,13 +3,51 @@
 //! for mass are others, a second layer without stiffness carries the mass. ROSS interpolates its motion with the shear
 //! of that layer: on the reference spindle this moves frequencies below 6 kHz by up to 7e-6.
 
-use crate::rotor::{Disc, Material, Section, Shear};
+use crate::rotor::{Disc, Material, PlanarModes, Rotor, Section, Shear};
+use crate::spindle::{Machine, SpindleError};
 use serde_json::{Map, Value, json};
 
 /// Version of ROSS whose files these are; a newer one warns and loads them.
 const VERSION: &str = "2.3.0";
 /// Share of modulus or density that a layer without stiffness or without mass keeps: ROSS divides by both.
 const NOTHING: f64 = 1e-9;
+
+/// A shaft from the tip of the tool to the tail.
+pub(crate) struct Shaft {
+    /// Where it begins, m from the nose face: negative by the length of the tool.
+    pub origin_m: f64,
+    /// Its sections.
+    pub sections: Vec<Section>,
+    /// Its discs, positions from the nose face.
+    pub discs: Vec<Disc>,
+}
+
+/// Bending modes whose frequencies must not be changed by the effects of a machine.
+const COMPARED: usize = 4;
+
+/// The shaft of spindle and tool as their elements say; none where an effect changes it, which no element tells.
+///
+/// # Errors
+/// [`SpindleError`] when the rotor cannot be built.
+pub(crate) fn shaft_without_effects(machine: &Machine) -> Result<Option<Shaft>, SpindleError> {
+    let (spindle, tool) = (&machine.spindle, &machine.tool);
+    let front = tool.sections.iter().rev().map(Section::reversed);
+    let sections: Vec<Section> = front.chain(spindle.sections.iter().cloned()).collect();
+    let outer = tool.discs.iter().map(Disc::mirrored);
+    let discs: Vec<Disc> = outer.chain(spindle.discs.iter().copied()).collect();
+    let origin_m = -tool.length_m();
+    let plain = Rotor::new(origin_m, sections.clone(), &discs)?;
+    let own = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
+    let same = PlanarModes::new(&plain)?.flexible_hz();
+    let mut pairs = own.into_iter().zip(same).take(COMPARED);
+    // An effect that changes the shaft changes its frequencies; rounding of the eigenvalues is five decades below.
+    let changed = pairs.any(|(a, b)| (a / b - 1.0).abs() > 1e-6);
+    Ok((!changed).then_some(Shaft {
+        origin_m,
+        sections,
+        discs,
+    }))
+}
 
 /// The file as a JSON object; `discs` have positions in the coordinate in which the shaft begins at `origin_m`.
 pub(crate) fn ross_rotor(origin_m: f64, sections: &[Section], discs: &[Disc]) -> Value {

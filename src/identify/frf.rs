@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 /// Axes of the plant: front_x, front_y, rear_x, rear_y.
 pub const AXES: usize = 4;
 /// Names of the axes.
-pub const AXIS_NAMES: [&str; AXES] = ["front_x", "front_y", "rear_x", "rear_y"];
+pub(crate) const AXIS_NAMES: [&str; AXES] = ["front_x", "front_y", "rear_x", "rear_y"];
 /// Condition number of Ū above which a line is refused: rounding and the weakest noise would both be amplified a
 /// million times.
 const WORST_CONDITION: f64 = 1e6;
@@ -99,11 +99,6 @@ impl MeasuredFrf {
         let noise = self.covariance[(line, k, k)].re.max(0.0);
         let size = self.response[(line, output, input)].norm();
         (noise + (floor * size).powi(2)).sqrt()
-    }
-
-    /// Ĝ of one line, 4×4.
-    pub fn at(&self, line: usize) -> Mat<c64> {
-        Mat::from_fn(AXES, AXES, |i, j| self.response[(line, i, j)])
     }
 }
 

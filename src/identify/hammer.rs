@@ -4,6 +4,7 @@
 //! real and half for the imaginary part (Bendat and Piersol, Random Data, sec. 9.2).
 
 use super::frf::AXES;
+use super::peaks::{Channel, Resonance, resonances};
 use crate::linalg::c64;
 use crate::lti::HeldResponse;
 use crate::lti::held::closed_response;
@@ -25,6 +26,18 @@ pub struct HammerFrf {
 }
 
 impl HammerFrf {
+    /// Resonances that a local fit resolves: those with a damping ratio of two percent at most.
+    pub(crate) fn lightly_damped(&self) -> Vec<Resonance> {
+        let lines = 0..self.frequency_hz.len();
+        // A floor of half a percent: what repeated hammer tests differ by.
+        let channel = Channel {
+            name: "tool".to_owned(),
+            value: self.compliance.clone(),
+            sigma: lines.map(|k| self.sigma(k, 0.005)).collect(),
+        };
+        resonances(&self.frequency_hz, &[channel])
+    }
+
     /// Standard deviation of the complex compliance at a line, √E|δH|², m/N, with `floor` × |H| added in squares.
     pub fn sigma(&self, line: usize, floor: f64) -> f64 {
         let size = self.compliance.get(line).map_or(0.0, |h| h.norm());

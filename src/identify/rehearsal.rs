@@ -114,7 +114,7 @@ impl Rehearsal {
     ///
     /// # Errors
     /// [`SpindleError`] when the plant of the machine cannot be built.
-    pub fn hammer(
+    pub(crate) fn hammer(
         &self,
         machine: &Machine,
         controller: &dyn HeldResponse,

@@ -5,7 +5,7 @@ use super::key::{Key, Range, open};
 use crate::augment::root::Root;
 use crate::augment::shape::Shape;
 use crate::augment::weights::Curves;
-use crate::linalg::{Mat, eigenvalues};
+use crate::linalg::{c64, polynomial_roots};
 use crate::robust::dfit::factors::Factor;
 use crate::robust::dfit::{Magnitudes, fit_up_to};
 use schemars::JsonSchema;
@@ -324,12 +324,8 @@ fn polynomial(name: &str, coefficients: &[f64]) -> Result<(f64, Vec<Root>), Refu
         (last / lead).abs().powf(1.0 / n as f64)
     };
     let scaled = |k: usize| list[k] / lead * corner.powi(-i32::try_from(k).unwrap_or(0));
-    let companion = Mat::from_fn(n, n, |i, j| match i {
-        0 => -scaled(j + 1),
-        _ if i == j + 1 => 1.0,
-        _ => 0.0,
-    });
-    let roots = eigenvalues(&companion).map_err(|e| (format!("{name}: {e}"), constant_hint))?;
+    let rising: Vec<c64> = (0..=n).rev().map(|k| c64::new(scaled(k), 0.0)).collect();
+    let roots = polynomial_roots(&rising).map_err(|e| (format!("{name}: {e}"), constant_hint))?;
     if let Some(root) = roots.iter().find(|r| r.re >= 0.0) {
         let rule = format!(
             "{name} has a root at {:.4e} ± {:.4e}i rad/s, not in the left half plane",

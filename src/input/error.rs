@@ -45,7 +45,7 @@ impl InputError {
     }
 
     /// A rule of the domain that the file breaks.
-    pub fn rule(file: &str, error: &SpindleError) -> Self {
+    pub(crate) fn rule(file: &str, error: &SpindleError) -> Self {
         let hint = match error {
             SpindleError::Name { .. } => {
                 "take one of the names listed, or complete the entry as the rule says".to_owned()
@@ -67,13 +67,13 @@ impl InputError {
     }
 
     /// An error of the YAML reader.
-    pub fn yaml(file: &str, error: &serde_yaml::Error) -> Self {
+    pub(crate) fn yaml(file: &str, error: &serde_yaml::Error) -> Self {
         let line = error.location().map(|l| l.line());
         Self::parse(file, line, &error.to_string())
     }
 
     /// An error of the JSON reader.
-    pub fn json(file: &str, error: &serde_json::Error) -> Self {
+    pub(crate) fn json(file: &str, error: &serde_json::Error) -> Self {
         Self::parse(file, Some(error.line()), &error.to_string())
     }
 

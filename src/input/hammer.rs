@@ -1,7 +1,7 @@
 //! Hammer FRFs: CSV (formats.md, section 4), or a universal file with one usable dataset 58; mode shapes CSV.
 
 use super::error::InputError;
-use super::sweep::{at, check_header, csv_error, number};
+use super::table::{at, numbers};
 use super::uff;
 use super::uff_frf::{self, UffFrf};
 use crate::identify::HammerFrf;
@@ -27,7 +27,7 @@ pub fn read_hammer(file: &str, bytes: &[u8], speed_rpm: f64) -> Result<HammerFrf
         coherence: Some(vec![]),
         averages: Some(vec![]),
     };
-    for (line, row) in table(file, bytes, &names)? {
+    for (line, row) in numbers(file, bytes, &names)? {
         let (f, coherence, averages) = (row[0], row[3], row[4]);
         let rule = |message: String| Err(at(file, line, message));
         if f <= 0.0 {
@@ -93,7 +93,7 @@ pub fn read_mode_shapes(file: &str, bytes: &[u8]) -> Result<Vec<MeasuredShape>, 
         .map(str::to_owned)
         .to_vec();
     let mut shapes: Vec<MeasuredShape> = vec![];
-    for (line, row) in table(file, bytes, &names)? {
+    for (line, row) in numbers(file, bytes, &names)? {
         if row[0].fract() != 0.0 || row[0] < 1.0 {
             return Err(at(
                 file,
@@ -117,40 +117,4 @@ pub fn read_mode_shapes(file: &str, bytes: &[u8]) -> Result<Vec<MeasuredShape>, 
         shape.points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     Ok(shapes)
-}
-
-/// Rows of numbers under a fixed header, each with its line.
-fn table(file: &str, bytes: &[u8], names: &[String]) -> Result<Vec<(usize, Vec<f64>)>, InputError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(bytes);
-    let mut rows = vec![];
-    for (k, record) in reader.records().enumerate() {
-        let record = record.map_err(|e| csv_error(file, &e))?;
-        let line = record.position().map_or(0, |p| p.line() as usize);
-        if k == 0 {
-            check_header(file, line, &record, names)?;
-            continue;
-        }
-        if record.len() != names.len() {
-            return Err(at(
-                file,
-                line,
-                format!("{} columns, the header has {}", record.len(), names.len()),
-            ));
-        }
-        let values = names
-            .iter()
-            .zip(&record)
-            .map(|(name, text)| number(file, line, name, text))
-            .collect::<Result<Vec<f64>, _>>()?;
-        rows.push((line, values));
-    }
-    if rows.is_empty() {
-        return Err(InputError::new(file, "no rows of numbers")
-            .with_hint(format!("the first line is {}", names.join(","))));
-    }
-    Ok(rows)
 }

@@ -399,16 +399,7 @@ pub const WEIGHTS: &[Group] = &[
     group("uncertainty", uncertainty::KEYS),
     group("uncertainty.actuator", uncertainty::ACTUATOR_KEYS),
     group("uncertainty.sensor", uncertainty::SENSOR_KEYS),
-    group("over_frequency.tool_load_n", curve::KEYS),
-    group("over_frequency.front_load_n", curve::KEYS),
-    group("over_frequency.rear_load_n", curve::KEYS),
-    group("over_frequency.tool_displacement_m", curve::KEYS),
-    group("over_frequency.front_displacement_m", curve::KEYS),
-    group("over_frequency.rear_displacement_m", curve::KEYS),
-    group("over_frequency.current_a", curve::KEYS),
-    group("over_frequency.sensor_noise_m", curve::KEYS),
-    group("over_frequency.actuator", curve::KEYS),
-    group("over_frequency.sensor_m_per_a", curve::KEYS),
+    group("over_frequency.*", curve::KEYS),
 ];
 
 /// A file of frequencies.

@@ -47,7 +47,7 @@ const TELLING: [(&str, FileKind); 9] = [
 
 impl FileKind {
     /// Its name in messages.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Spindle => "spindle",
             Self::Tool => "tool",

@@ -4,7 +4,7 @@
 //! one [`InputError`] that says file, line or key path, rule and hint.
 
 pub mod controller;
-pub mod controller_law;
+pub(crate) mod controller_law;
 mod curve;
 mod effect;
 pub mod error;
@@ -19,10 +19,12 @@ mod positive;
 pub mod problem;
 pub mod problem_schema;
 pub mod ross;
+pub(crate) mod ross_parts;
 pub mod schema;
 pub mod shipped;
 pub mod spindle;
 pub mod sweep;
+mod table;
 pub mod tool;
 pub mod uff;
 pub mod uff_frf;

@@ -58,7 +58,7 @@ impl Problem {
     }
 
     /// An error about a field of this file.
-    pub fn failure(&self, field: &str, message: impl std::fmt::Display) -> InputError {
+    pub(crate) fn failure(&self, field: &str, message: impl std::fmt::Display) -> InputError {
         InputError::new(
             &self.file.display().to_string(),
             format!("{field}: {message}"),
@@ -86,7 +86,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field or something else than a finite number.
-    pub fn number(&self, field: &str) -> Result<f64, InputError> {
+    pub(crate) fn number(&self, field: &str) -> Result<f64, InputError> {
         self.finite(self.value(field)?, field)
     }
 
@@ -94,7 +94,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field or something else.
-    pub fn count(&self, field: &str) -> Result<usize, InputError> {
+    pub(crate) fn count(&self, field: &str) -> Result<usize, InputError> {
         let value = self.value(field)?;
         self.whole(value, field)
     }
@@ -103,7 +103,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field or something else.
-    pub fn counts(&self, field: &str) -> Result<Vec<usize>, InputError> {
+    pub(crate) fn counts(&self, field: &str) -> Result<Vec<usize>, InputError> {
         self.list(field)?
             .iter()
             .enumerate()
@@ -115,7 +115,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field or something else.
-    pub fn numbers(&self, field: &str) -> Result<Vec<f64>, InputError> {
+    pub(crate) fn numbers(&self, field: &str) -> Result<Vec<f64>, InputError> {
         self.list(field)?
             .iter()
             .enumerate()
@@ -127,7 +127,7 @@ impl Problem {
     ///
     /// # Errors
     /// A missing field, ragged rows, or an entry that is not a finite number.
-    pub fn matrix(&self, field: &str) -> Result<Mat<f64>, InputError> {
+    pub(crate) fn matrix(&self, field: &str) -> Result<Mat<f64>, InputError> {
         self.rows(self.value(field)?, field)
     }
 
@@ -163,7 +163,7 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::matrix`], and a matrix that is not square.
-    pub fn square(&self, field: &str) -> Result<Mat<f64>, InputError> {
+    pub(crate) fn square(&self, field: &str) -> Result<Mat<f64>, InputError> {
         let m = self.matrix(field)?;
         if m.nrows() == m.ncols() {
             return Ok(m);
@@ -182,7 +182,7 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::matrix`], and parts of different shape.
-    pub fn complex_matrix(&self, field: &str) -> Result<Mat<c64>, InputError> {
+    pub(crate) fn complex_matrix(&self, field: &str) -> Result<Mat<c64>, InputError> {
         let value = self.value(field)?;
         let Value::Object(parts) = value else {
             let re = self.rows(value, field)?;
@@ -267,7 +267,7 @@ impl Problem {
     ///
     /// # Errors
     /// An unknown type, a missing or zero size, an empty list.
-    pub fn blocks(&self) -> Result<Vec<Block>, InputError> {
+    pub(crate) fn blocks(&self) -> Result<Vec<Block>, InputError> {
         let list = self.list("blocks")?;
         if list.is_empty() {
             return Err(self.failure("blocks", "expected at least one block"));

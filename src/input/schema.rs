@@ -43,7 +43,7 @@ impl SchemaKind {
     ];
 
     /// Its name on the command line and in file names.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Spindle => "spindle",
             Self::Tool => "tool",
@@ -79,15 +79,10 @@ pub fn schema(kind: SchemaKind) -> Value {
     };
     // The table has keys of effects too; their alternatives come from the table of effects, with its own rules of sign.
     for group in kind.groups().iter().filter(|g| g.at != "effects[]") {
-        let mut place = Some(&mut schema);
-        for step in group.at.split('.').filter(|s| !s.is_empty()) {
-            place = place.and_then(|p| below(p, step));
-        }
-        let Some(place) = place else { continue };
+        let steps: Vec<&str> = group.at.split('.').filter(|s| !s.is_empty()).collect();
         for key in group.keys.iter().filter(|k| k.unit != "text") {
-            if let Some(found) = below(place, key.name) {
-                add_key(found, key);
-            }
+            let path = [steps.as_slice(), &[key.name]].concat();
+            at_every(&mut schema, &path, &mut |found| add_key(found, key));
         }
     }
     schema
@@ -101,17 +96,39 @@ fn derived<T: JsonSchema>() -> Value {
         .to_value()
 }
 
-/// The schema of a key: `name[]` of the entries of its list, `*` of any name.
-fn below<'a>(schema: &'a mut Value, step: &str) -> Option<&'a mut Value> {
-    if step == "*" {
-        return schema.get_mut("additionalProperties");
+/// Visits every schema at a path: `name[]` are the entries of a list, `*` is every name.
+fn at_every(schema: &mut Value, path: &[&str], visit: &mut dyn FnMut(&mut Value)) {
+    let Some((step, rest)) = path.split_first() else {
+        return visit(schema);
+    };
+    if *step == "*" {
+        let open = schema["additionalProperties"].is_object();
+        let names = schema.get_mut(if open {
+            "additionalProperties"
+        } else {
+            "properties"
+        });
+        match names {
+            Some(any) if open => at_every(any, rest, visit),
+            Some(Value::Object(listed)) => {
+                listed
+                    .values_mut()
+                    .for_each(|own| at_every(own, rest, visit));
+            }
+            _ => {}
+        }
+        return;
     }
     let name = step.trim_end_matches("[]");
-    let found = schema.get_mut("properties")?.get_mut(name)?;
+    let mut found = schema
+        .get_mut("properties")
+        .and_then(|all| all.get_mut(name));
     if step.ends_with("[]") {
-        return found.get_mut("items");
+        found = found.and_then(|list| list.get_mut("items"));
     }
-    Some(found)
+    if let Some(found) = found {
+        at_every(found, rest, visit);
+    }
 }
 
 fn add_key(schema: &mut Value, key: &Key) {

@@ -2,6 +2,7 @@
 //! any order; what is missing, doubled or no number is refused with its line.
 
 use super::error::InputError;
+use super::table::{at, number, records};
 use crate::identify::SweepRecord;
 use crate::identify::frf::{AXES, AXIS_NAMES};
 use crate::linalg::c64;
@@ -130,28 +131,9 @@ fn check_repeats(
 
 fn rows(file: &str, bytes: &[u8]) -> Result<Vec<Row>, InputError> {
     let names = header();
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(bytes);
     let mut rows = vec![];
-    let mut seen_header = false;
-    for record in reader.records() {
-        let record = record.map_err(|e| csv_error(file, &e))?;
-        let line = record.position().map_or(0, |p| p.line() as usize);
-        if !seen_header {
-            check_header(file, line, &record, &names)?;
-            seen_header = true;
-            continue;
-        }
-        if record.len() != names.len() {
-            return Err(at(
-                file,
-                line,
-                format!("{} columns, the header has {}", record.len(), names.len()),
-            ));
-        }
+    for record in records(file, bytes, &names) {
+        let (line, record) = record?;
         let number = |k: usize| number(file, line, &names[k], &record[k]);
         let whole = |k: usize, most: usize| {
             let v = number(k)?;
@@ -189,64 +171,4 @@ fn rows(file: &str, bytes: &[u8]) -> Result<Vec<Row>, InputError> {
             .with_hint(format!("the first line is {}", names.join(","))));
     }
     Ok(rows)
-}
-
-/// A finite number in a named column.
-pub(super) fn number(file: &str, line: usize, name: &str, text: &str) -> Result<f64, InputError> {
-    match text.parse::<f64>() {
-        Ok(v) if v.is_finite() => Ok(v),
-        _ => Err(at(file, line, format!("{name}: {text:?} is not a number"))
-            .with_hint("numbers are written plainly with a decimal point, like 1.25e-6")),
-    }
-}
-
-/// The header must name exactly the expected columns in their order.
-pub(super) fn check_header(
-    file: &str,
-    line: usize,
-    record: &csv::StringRecord,
-    names: &[String],
-) -> Result<(), InputError> {
-    let expected = || names.join(",");
-    for (k, name) in names.iter().enumerate() {
-        let found = record
-            .get(k)
-            .map(|f| f.trim_start_matches('\u{feff}').to_owned());
-        match found {
-            Some(found) if &found == name => {}
-            Some(found) => {
-                return Err(at(
-                    file,
-                    line,
-                    format!("column {} is {found:?}, expected {name:?}", k + 1),
-                )
-                .with_hint(format!("the first line is {}", expected())));
-            }
-            None => {
-                return Err(at(file, line, format!("column {name:?} is missing"))
-                    .with_hint(format!("the first line is {}", expected())));
-            }
-        }
-    }
-    if record.len() > names.len() {
-        return Err(at(
-            file,
-            line,
-            format!("unknown column {:?}", &record[names.len()]),
-        )
-        .with_hint(format!("the first line is {}", expected())));
-    }
-    Ok(())
-}
-
-pub(super) fn csv_error(file: &str, error: &csv::Error) -> InputError {
-    let mut e = InputError::new(file, format!("not readable as CSV: {error}"));
-    e.line = error.position().map(|p| p.line() as usize);
-    e.with_hint("the file must be comma-separated UTF-8 text with one header line")
-}
-
-pub(super) fn at(file: &str, line: usize, message: String) -> InputError {
-    let mut e = InputError::new(file, message);
-    e.line = Some(line);
-    e.with_hint("correct the line; the header names columns and units")
 }

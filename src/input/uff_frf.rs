@@ -32,7 +32,7 @@ impl UffFrf {
     }
 
     /// Short description for messages.
-    pub fn label(&self) -> String {
+    pub(crate) fn label(&self) -> String {
         format!(
             "{:?} (response {}:{}, reference {}:{})",
             self.description, self.response.0, self.response.1, self.reference.0, self.reference.1

@@ -5,7 +5,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side, c64};
 
 /// Lower triangular L with H = L Lᴴ; `None` when H is not positive definite. Reads the lower triangle.
-pub fn cholesky(h: &Mat<c64>) -> Option<Mat<c64>> {
+pub(crate) fn cholesky(h: &Mat<c64>) -> Option<Mat<c64>> {
     Some(h.llt(Side::Lower).ok()?.L().to_owned())
 }
 

@@ -1,5 +1,6 @@
 //! Facts about matrices. The only home of dense algebra: everything above calls these plain `f64`/`c64` functions.
 
+pub(crate) mod balance;
 pub(crate) mod basis;
 pub(crate) mod block_diagonal;
 pub(crate) mod dense;
@@ -12,6 +13,7 @@ pub mod hermitian;
 pub(crate) mod lapack;
 pub mod lyapunov;
 pub(crate) mod planar;
+pub(crate) mod polynomial;
 pub mod riccati;
 pub mod schur;
 pub(crate) mod small;
@@ -25,6 +27,7 @@ pub use dense::{
 pub use error::NumericError;
 pub use exponential::exponential;
 pub use faer::{Mat, MatRef, c64};
+pub use polynomial::polynomial_roots;
 pub use svd::{Svd, svd};
 pub use symmetric::{
     ComplexEigen, DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors,

@@ -4,6 +4,7 @@
 //! data balanced by a diagonal similarity of the Hamiltonian that keeps its structure; then Newton steps, whose
 //! residual [`care`] evaluates in doubled precision: X comes out right to the last bit.
 
+use super::balance::balanced;
 use super::dense::{eigenvalues, solve};
 use super::doubled::Doubled;
 use super::doubling::doubling;
@@ -336,33 +337,18 @@ fn growth(a: &Mat<f64>) -> f64 {
 /// Diagonal T (powers of two) such that [T⁻¹AT, T⁻¹GT⁻¹; TQT, TᵀAᵀT⁻¹] has rows and columns of like size.
 pub(crate) fn balance_hamiltonian(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Vec<f64> {
     let n = a.nrows();
-    let mut t = vec![1.0f64; n];
-    // Twenty sweeps settle spreads of 1e10; balancing is a help, not a condition.
-    for _ in 0..20 {
-        let mut changed = false;
-        for i in 0..n {
-            let (mut col, mut row) = (0.0, 0.0);
-            for j in 0..n {
-                if i != j {
-                    col += (a[(j, i)] * t[i] / t[j]).abs();
-                    row += (a[(i, j)] * t[j] / t[i]).abs();
-                }
-                col += (q[(j, i)] * t[i] * t[j]).abs();
-                row += (g[(i, j)] / t[i] / t[j]).abs();
+    balanced(n, |t, i| {
+        let (mut col, mut row) = (0.0, 0.0);
+        for j in 0..n {
+            if i != j {
+                col += (a[(j, i)] * t[i] / t[j]).abs();
+                row += (a[(i, j)] * t[j] / t[i]).abs();
             }
-            if col > 0.0 && row > 0.0 {
-                let f = (0.25 * (row / col).log2()).round().exp2();
-                if f != 1.0 && f.is_finite() && f > 0.0 {
-                    t[i] *= f;
-                    changed = true;
-                }
-            }
+            col += (q[(j, i)] * t[i] * t[j]).abs();
+            row += (g[(i, j)] / t[i] / t[j]).abs();
         }
-        if !changed {
-            break;
-        }
-    }
-    t
+        (row, col)
+    })
 }
 
 fn check(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Result<(), RiccatiError> {

@@ -90,7 +90,7 @@ pub fn schur(a: &Mat<f64>) -> Result<RealSchur, NumericError> {
 
 impl RealSchur {
     /// Start and size of every diagonal block, from the top.
-    pub fn blocks(&self) -> Vec<(usize, usize)> {
+    pub(crate) fn blocks(&self) -> Vec<(usize, usize)> {
         quasi_blocks(&self.t)
     }
 

@@ -144,14 +144,14 @@ impl Balancing {
     }
 
     /// Number of poles that are not reduced: those not in the open left half plane.
-    pub fn kept(&self) -> usize {
+    pub(crate) fn kept(&self) -> usize {
         self.kept.order()
     }
 
     /// Balanced truncation to `order` states.
     ///
     /// # Errors
-    /// [`NumericError`] when `order` is below [`Self::kept`].
+    /// [`NumericError`] when `order` is below the number of poles that are not in the open left half plane.
     pub fn truncated(&self, order: usize) -> Result<StateSpace<Continuous>, NumericError> {
         Ok(append_outputs(
             &self.truncated_part(self.stable_order(order)?),
@@ -177,7 +177,7 @@ impl Balancing {
     ///
     /// # Errors
     /// [`NumericError`] when `order` is too small or a norm fails.
-    pub fn reductions(&self, order: usize) -> Result<Vec<Reduction>, NumericError> {
+    pub(crate) fn reductions(&self, order: usize) -> Result<Vec<Reduction>, NumericError> {
         let r = self.stable_order(order)?;
         let parts = [
             ("balanced_truncation", self.truncated_part(r)),
@@ -258,7 +258,7 @@ impl Balancing {
 
 /// One reduced system.
 #[derive(Clone, Debug)]
-pub struct Reduction {
+pub(crate) struct Reduction {
     /// "balanced_truncation" or "singular_perturbation".
     pub method: &'static str,
     /// The reduced system, kept poles included.

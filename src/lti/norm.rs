@@ -191,7 +191,10 @@ fn linf_norm_with(
 ///
 /// # Errors
 /// [`NumericError`] when γ is a gain of the feedthrough.
-pub fn hamiltonian(s: &StateSpace<Continuous>, gamma: f64) -> Result<Mat<f64>, NumericError> {
+pub(crate) fn hamiltonian(
+    s: &StateSpace<Continuous>,
+    gamma: f64,
+) -> Result<Mat<f64>, NumericError> {
     let (n, m) = (s.order(), s.inputs());
     let dtd = s.d.transpose() * &s.d;
     // Everything is divided by γ: gains of 1e±8 stay in range.

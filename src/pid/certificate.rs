@@ -1,11 +1,10 @@
-//! What a PID is worth on the full plant, sampled with true delay: the figures that its tuning is judged by.
+//! Figures of a PID on the full plant, sampled with true delay, by which its tuning is judged.
 //!
 //! Stability: eigenvalues of the sampled loop, nominal at every speed checked, and with shifted modes (each of the
 //! first six alone, every combination of signs of the first four, all modes of the shaft together). Sensitivity:
-//! ‖S_jj‖∞ by level sets, which no grid can hide a peak from. Noise: rms of the current from white sensor noise, by a
-//! Lyapunov equation.
-//! Stiffness: on lines packed round every closed-loop pole, then refined at the lowest dip; the tool's force is not
-//! held.
+//! ‖S_jj‖∞ by level sets, which cannot miss a peak between lines. Noise: rms of the current from white sensor noise, by
+//! a Lyapunov equation. Stiffness: on lines that are dense round every closed-loop pole, refined at the lowest minimum;
+//! the force at the tool is continuous, without a hold.
 
 use super::parameters::{PidParameters, pid_controller};
 use super::settings::TuneSettings;

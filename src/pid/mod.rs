@@ -1,4 +1,5 @@
-//! The rival: a PID of two axes with notches, searched within the amplifier limits of the machine, and its certificate.
+//! The PID that the μ controller is compared with: two axes with notches, searched within the amplifier limits of the
+//! machine, and its certificate.
 
 pub mod certificate;
 mod law;

@@ -1,5 +1,6 @@
-//! Search of a PID: starts drawn from the machine, screened by the argument principle, the best basins descended with
-//! exact derivatives by the method of the polish ([`crate::controller::polish`]), the best of them to the end.
+//! Search of a PID: starts are drawn from the machine and screened by the argument principle. The best are descended a
+//! few steps with exact derivatives by the method of the polish ([`crate::controller::polish`]), and the best of these
+//! to convergence.
 
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};

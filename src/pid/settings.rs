@@ -1,4 +1,4 @@
-//! What a tuned PID has to keep, and how long it is searched for.
+//! Requirements on a tuned PID, and effort of the search.
 
 use crate::controller::amplifier_demand::AmplifierDemand;
 
@@ -44,8 +44,8 @@ impl TuneSettings {
         }
     }
 
-    /// The same search with the amplifier limits of a delivered controller, so that neither is held shorter than the
-    /// other. Where its loop is unstable and has no noise current, the limit stays.
+    /// The same search with the amplifier limits of a delivered controller. Where its loop is unstable and has no noise
+    /// current, the limit stays.
     #[must_use]
     pub fn held_to(self, demand: &AmplifierDemand) -> Self {
         let noise = demand.noise_current_a;

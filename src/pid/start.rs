@@ -1,9 +1,9 @@
 //! Starts for the search of a PID, from the machine alone: rigid-body dynamics on negative stiffness, and filters drawn
 //! at random between the first bending mode and Nyquist, screened by the argument principle.
 //!
-//! With P unstable poles of the plant the phase of det(I − G K), its integrators taken out, gathers π(P − Z) from zero
-//! to the Nyquist frequency, Z the unstable poles of the loop: a start is stable where it gathers πP, at rest and at
-//! top speed.
+//! With P unstable poles of the plant the phase of det(I − G K), without its integrators, increases by π(P − Z) from
+//! zero to the Nyquist frequency, with Z the unstable poles of the loop: a start is stable where it increases by πP, at
+//! rest and at top speed.
 
 use super::parameters::{AxisParameters, Biquad, PidParameters};
 use crate::controller::polish::matrix2::{Matrix2, ONE, ZERO};

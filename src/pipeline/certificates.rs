@@ -49,7 +49,7 @@ impl PeakFigures {
     }
 
     /// The figure to three digits, or that there is none.
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         mu_words(self.upper)
     }
 }
@@ -63,7 +63,7 @@ pub(crate) fn mu_words(mu: f64) -> String {
     }
 }
 
-/// A controller on its way: order and μ of the three problems.
+/// A stage of the controller: order and μ of the three problems.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage {
     /// States of one plane's controller.

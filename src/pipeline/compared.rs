@@ -1,19 +1,25 @@
-//! Everything that a controller is compared by: its loop at each speed, the proof over all speeds, the worst case over
-//! uncertain modes, and the cut that it bears.
+//! Figures by which controllers are compared: predictions at each speed, stability over speed, worst case over
+//! uncertain modes, and the largest stable depth of cut.
 
 use super::PipelineError;
 use super::comparison::{Prediction, chatter_limit, discrete, predict};
+use super::design::{Design, design_in_words};
+use super::progress::{Event, Listener};
+use super::run::{Rivals, rivals};
+use super::settings::DesignSettings;
 use super::worst::{WorstPrediction, worst_predictions};
+use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::controller::speed_proof::SpeedProof;
 use crate::controller::verification::{Verification, verify_with_proof};
+use crate::pid::settings::TuneSettings;
 use crate::predict::chatter::{Engagement, Material, StabilityLimit};
 use crate::spindle::Machine;
 
 /// Speeds checked for stability, evenly spaced from zero to the top speed.
 const SPEEDS: usize = 11;
 
-/// What controllers are compared on.
+/// Machine, speeds, uncertainty and cut on which controllers are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground<'a> {
     /// Spindle with tool.
@@ -46,12 +52,37 @@ pub struct Compared {
 impl Compared {
     /// Growth rate and speed of a loop that is unstable: at a speed that was asked for, else anywhere up to the top
     /// speed.
-    pub fn unstable(&self) -> Option<(f64, f64)> {
+    pub(crate) fn unstable(&self) -> Option<(f64, f64)> {
         let asked = self.predictions.iter().find(|p| !p.is_stable());
         let asked = asked.map(|p| (p.growth_rate_per_s, p.speed_rpm));
         let anywhere = self.verification.unstable();
         asked.or(anywhere.map(|c| (c.growth_rate_per_s, c.speed_rpm)))
     }
+}
+
+/// The μ design and the PIDs for a machine, for a comparison without given controllers.
+#[derive(Clone, Debug)]
+pub(crate) struct OwnControllers {
+    /// The design.
+    pub design: Design,
+    /// The tuned and the textbook PID within the amplifier limits of the design.
+    pub rivals: Rivals,
+}
+
+/// Designs with the usual settings, and tunes a PID with effort `pid`.
+///
+/// # Errors
+/// [`PipelineError`] of the stage that failed; a PID that is not found is no error.
+pub(crate) fn own_controllers(
+    machine: &Machine,
+    weights: &Weights,
+    pid: TuneSettings,
+    progress: &mut Listener,
+) -> Result<OwnControllers, PipelineError> {
+    let design = design_in_words(machine, weights, &DesignSettings::polished(), progress)?;
+    progress(Event::Begins("PID"));
+    let rivals = rivals(machine, &design, pid)?;
+    Ok(OwnControllers { design, rivals })
 }
 
 /// Compares one controller under a key.

@@ -1,4 +1,4 @@
-//! What controllers do at the tool and at the sensors: dynamic stiffness and sensitivity, side by side.
+//! Predictions for a controller: dynamic stiffness at the tool and sensitivity at the sensors.
 
 use super::PipelineError;
 use super::loop_stability::{LoopPoles, loop_poles};
@@ -59,7 +59,7 @@ impl Prediction {
     }
 
     /// Zone of ISO 14839-3; none of an unstable loop.
-    pub fn zone(&self) -> Option<Zone> {
+    pub(crate) fn zone(&self) -> Option<Zone> {
         self.is_stable().then(|| self.sensitivity.zone())
     }
 
@@ -88,7 +88,7 @@ pub(crate) fn better_in_every_figure(a: &[Prediction], b: &[Prediction]) -> bool
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the norms fail.
-pub fn rival_settings(
+pub(crate) fn rival_settings(
     machine: &Machine,
     delivered: &Controller,
     settings: TuneSettings,

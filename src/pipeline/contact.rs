@@ -1,4 +1,4 @@
-//! The rotor thrown into its backup bearings: one push at the tool, at the top speed, for two controllers.
+//! Contact with the backup bearings: one push at the tool at top speed, with two controllers.
 
 use super::PipelineError;
 use crate::controller::anti_windup::firmware_rows;
@@ -18,7 +18,7 @@ const SHOWN_S: f64 = 0.1;
 /// What the push did.
 #[derive(Clone, Debug)]
 pub struct Contact {
-    /// Peak of the half-sine force: what throws a rotor held with the largest current into the bearings, N.
+    /// Peak of the half-sine force, N: a rotor held with the largest current just touches the backup bearings.
     pub force_n: f64,
     /// Length of the push, s.
     pub length_s: f64,

@@ -67,7 +67,7 @@ pub struct Delivery {
 
 impl Delivery {
     /// Largest μ of the specification: certified at rest, on the exact responses over speed.
-    pub fn largest_mu(&self) -> f64 {
+    pub(crate) fn largest_mu(&self) -> f64 {
         let over_speed = self.speed_mu.iter().map(|s| s.mu);
         over_speed.fold(self.rounded.specification.upper, f64::max)
     }

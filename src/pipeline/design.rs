@@ -110,7 +110,10 @@ impl Design {
     /// # Errors
     /// [`PipelineError`] when the delivered controller is unstable itself or does not levitate the machine, or the
     /// convex problem has no answer.
-    pub fn stiffness_limit(&self, machine: &Machine) -> Result<StiffnessLimit, PipelineError> {
+    pub(crate) fn stiffness_limit(
+        &self,
+        machine: &Machine,
+    ) -> Result<StiffnessLimit, PipelineError> {
         let limits = limits(machine, ZONE_A)?;
         let law = plane_of_law(machine, &self.delivery.controller)?;
         Ok(stiffness_limit(machine, &limits, &law, TAPS)?)
@@ -121,6 +124,27 @@ impl Design {
     pub(crate) fn meets_targets(&self) -> bool {
         self.largest_mu() <= 1.0 && self.is_stable() && self.delivery.speed_proof.is_complete()
     }
+}
+
+/// The whole design, and for the listener what the polish and the scale of the specification have come to.
+///
+/// # Errors
+/// As [`design`].
+pub(crate) fn design_in_words(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    progress: &mut Listener,
+) -> Result<Design, PipelineError> {
+    progress(Event::Begins("design"));
+    let found = design(machine, weights, settings, progress)?;
+    if let Some(polish) = &found.polish {
+        progress(Event::Found(&polish.sentence));
+    }
+    if let Some(scale) = &found.specification_scale {
+        progress(Event::Found(&scale.sentence()));
+    }
+    Ok(found)
 }
 
 /// The whole design.

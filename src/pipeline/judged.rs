@@ -8,7 +8,7 @@ use crate::controller::Controller;
 use crate::predict::sensitivity::Zone;
 use crate::spindle::Machine;
 
-/// A controller with the figures that decide between two.
+/// A controller with the figures that decide which of two is delivered.
 #[derive(Clone, Debug)]
 pub struct Judged {
     /// The controller as it runs.

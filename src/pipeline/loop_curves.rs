@@ -1,5 +1,5 @@
-//! The curves of a loop that control engineers know: response of the controller, characteristic loci, whirl frequencies
-//! and unbalance response over speed.
+//! Classical curves of a loop: response of the controller, characteristic loci, whirl frequencies and unbalance
+//! response over speed.
 
 use super::PipelineError;
 use super::comparison::Prediction;

@@ -1,4 +1,4 @@
-//! Whether a loop is stable, before anything is said about it: at one speed by the poles of the loop as it acts.
+//! Stability of a loop at one speed, from its closed-loop poles.
 //!
 //! A sampled controller: the sampled loop of the full plant with hold and exact delay. A continuous one: the continuous
 //! loop, the delay as a Padé approximant of order 8 (phase error below 1e-6 rad up to ωτ = 5, far above any crossover).
@@ -68,7 +68,7 @@ pub(crate) fn growth_rate_at(
     Ok(loop_poles(&plant, controller)?.growth_rate_per_s)
 }
 
-/// The first line about a loop that is not stable.
+/// The first line of the message about an unstable loop.
 pub(crate) fn unstable_words(growth_rate_per_s: f64, speed_rpm: f64) -> String {
     format!(
         "unstable: the closed loop grows by {growth_rate_per_s:.2} 1/s at {speed_rpm} rpm; it has no stiffness, no \

@@ -1,4 +1,4 @@
-//! What is shown of a model: modes of the free rotor, and the open loop of the coaxial channels front and rear.
+//! Curves of a model: modes of the free rotor, and the open loop of the coaxial channels front and rear.
 
 use super::PipelineError;
 use crate::linalg::c64;

@@ -1,5 +1,5 @@
-//! How stiff a tool controllers of lower order hold: the polished controller is cut and polished again, order by order,
-//! each with every certificate.
+//! Tool stiffness against the order of the controller: the polished controller is truncated and polished again, order
+//! by order, each with every certificate.
 
 use super::PipelineError;
 use super::delivery::{Delivery, plane_of_law, scaled_plane};
@@ -19,7 +19,8 @@ use crate::spindle::Machine;
 
 /// Part of the smallest tool stiffness that a controller of lower order has to keep.
 const KEPT: f64 = 0.95;
-/// The curve ends where less than this part is left, or at the order of a PD controller with its filters.
+/// The curve ends where less than this part of the stiffness is left, or at the order of a PD controller with its
+/// filters.
 const SHOWN: f64 = 0.7;
 const LEAST_ORDER: usize = 4;
 /// States of one plane that one step takes away: a pair of poles.
@@ -27,12 +28,12 @@ const STEP: usize = 2;
 
 /// A controller of one order.
 #[derive(Clone, Debug)]
-pub struct OrderPoint {
+pub(crate) struct OrderPoint {
     /// Order over both planes.
     pub order: usize,
     /// Its figures; none when the cut controller could not be polished.
     pub judged: Option<Judged>,
-    /// Why it could not.
+    /// Why it could not be polished.
     pub failure: Option<String>,
     /// Whether it keeps the stiffness and meets every goal that the controller of full order meets.
     pub keeps: bool,
@@ -40,7 +41,7 @@ pub struct OrderPoint {
 
 /// Tool stiffness against the order of the controller.
 #[derive(Clone, Debug)]
-pub struct OrderCurve {
+pub(crate) struct OrderCurve {
     /// Orders from that of the delivered controller down.
     pub points: Vec<OrderPoint>,
     /// Part of the stiffness that counts as kept.
@@ -49,7 +50,7 @@ pub struct OrderCurve {
 
 impl OrderCurve {
     /// The lowest order that keeps the stiffness.
-    pub fn lowest(&self) -> Option<&OrderPoint> {
+    pub(crate) fn lowest(&self) -> Option<&OrderPoint> {
         self.points
             .iter()
             .filter(|p| p.keeps)
@@ -63,7 +64,7 @@ impl OrderCurve {
 /// # Errors
 /// [`PipelineError`] when the delivered controller has no x plane in the w plane. A cut controller that cannot be
 /// polished ends the curve and says why.
-pub fn lowest_order(
+pub(crate) fn lowest_order(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,

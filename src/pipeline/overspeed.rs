@@ -1,4 +1,4 @@
-//! How far beyond its top speed a loop is asked to hold.
+//! Overspeed up to which a loop has to be stable.
 
 /// Margin over the top speed that the loop should survive.
 pub(crate) const OVERSPEED: f64 = 1.2;

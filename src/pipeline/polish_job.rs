@@ -3,8 +3,8 @@
 //! Limits: |S_jj| within a zone of ISO 14839-3; current from sensor noise, rms, a thirtieth of the smaller bias
 //! current; gain above the modes of the model so that sensor noise at any one frequency asks for that current at most;
 //! μ of the specification as written at rest and, with the true gyroscopics, at top speed and 1.2 times that. After the
-//! descent μ of the whole machine is certified; a peak above one becomes a line of the loss, and the descent goes on
-//! from there.
+//! descent μ of the whole machine is certified; a peak above one is added to the lines of the loss, and the descent
+//! continues.
 
 use super::PipelineError;
 use super::certificates::{PeakFigures, certified};

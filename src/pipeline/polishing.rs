@@ -1,9 +1,9 @@
 //! The polish of the reduced controller in a design: from which starts, and which controller is delivered.
 //!
-//! The polished controller goes through the same rounding and certificates as the one of the D-K iteration.
-//! Of two controllers the one is delivered that meets more goals ([`super::judged`], the most important first), and of
-//! equals the stiffer one. Where the controller of the D-K iteration misses a goal, the polish starts from a tuned PID
-//! as well.
+//! The polished controller goes through the same rounding and certificates as the one of the D-K iteration. Of two
+//! controllers, the one that meets more goals is delivered ([`super::judged`], the most important goal first); of two
+//! equal ones, the stiffer one. Where the controller of the D-K iteration misses a goal, the polish starts from a tuned
+//! PID as well.
 
 use super::PipelineError;
 use super::certificates::mu_words;
@@ -108,7 +108,7 @@ impl Contest<'_> {
                 attempt.rounds = found.rounds;
                 attempt.certificates = found.certificates;
             }
-            // What an earlier start or the D-K iteration gave stands, and the outcome says what failed.
+            // The controller of an earlier start or of the D-K iteration is kept, and the outcome says what failed.
             Err(failure) => attempt.failure = Some(failure),
         }
         self.outcome.attempts.push(attempt);
@@ -169,7 +169,7 @@ fn tuned_pid(machine: &Machine) -> Result<(StateSpace<Discrete>, [f64; 2]), Pipe
     let found = tune(machine, &TuneSettings::quick(), &mut |_, _| {})?;
     let minimum = |rpm: f64| -> Result<f64, PipelineError> {
         let seen = predict(machine, &found.controller, rpm)?;
-        // An unstable loop is no rival.
+        // A PID with an unstable loop is not compared.
         Ok(if seen.is_stable() {
             seen.minimum.0
         } else {

@@ -1,11 +1,11 @@
 //! The problem that a synthesis solves: how much of the gyroscopic split it covers, how far T is bounded, and, where
 //! the specification is out of reach, by how much its limits are widened.
 //!
-//! Constant scales decide: their γ is an upper bound of the μ that the D-K iteration reaches. While it exceeds the
-//! target the cover gives way, that of the guard modes first, then that of the flexible modes from the highest down.
-//! Where even the uncertainty as written is out of reach, the displacements that the specification allows are
-//! multiplied by the smallest factor that brings γ to the target, and then as much is covered as a quarter more of that
-//! factor buys. The tightest bound on T within the target comes last.
+//! γ with constant scales decides; it is an upper bound of the μ that the D-K iteration reaches. While γ exceeds the
+//! target, the cover is reduced: first that of the guard modes, then that of the flexible modes from the highest to the
+//! lowest. If γ exceeds the target even with the uncertainty as written, the allowed displacements are multiplied by
+//! the smallest factor that brings γ to the target; then the cover is extended as far as a quarter more of that factor
+//! allows. Last, the tightest bound on T within the target is chosen.
 
 use super::PipelineError;
 use super::bracket::Bracket;
@@ -32,7 +32,7 @@ const STEPS: usize = 12;
 const PROGRESS: f64 = 0.02;
 /// Width of the widening, relative: far below what it costs the loop.
 const WIDTH: f64 = 0.05;
-/// What covering the split may cost in widening.
+/// Factor by which covering the split may increase the widening.
 const COVER_PRICE: f64 = 1.25;
 
 /// Where the constant scales of a problem are searched from.
@@ -185,7 +185,7 @@ impl Posing<'_> {
             .collect()
     }
 
-    /// Covers in the order in which they give way, the last without any of the split.
+    /// Covers from the full one to none of the split, in the order in which they are tried.
     fn covers(&self) -> Vec<Cover> {
         let mut shares = self.settings.guard_cover.clone();
         shares.retain(|share| *share > 0.0 && self.split.len() > self.kept);
@@ -307,7 +307,7 @@ impl Posing<'_> {
     }
 
     /// The first cover of the list that is within the target with `widening`; where none is, `reached`, a choice with
-    /// the last cover. γ falls as the cover gives way: bisection finds it.
+    /// the last cover. γ falls as the cover is reduced, so bisection finds it.
     fn most_covered(
         &self,
         covers: &[Cover],
@@ -333,7 +333,7 @@ impl Posing<'_> {
         Ok(best)
     }
 
-    /// The choice, or, where it misses the target and may give way, the one with wider limits.
+    /// The choice, or the one with wider limits where it misses the target and the settings allow it.
     fn widened_if_allowed(
         &self,
         choice: Choice,
@@ -446,7 +446,8 @@ impl Posing<'_> {
             widening,
             mut posed,
         } = choice;
-        // γ falls as the bound on T gives way: bisection finds the tightest bound of the list that is within reach.
+        // γ falls as the bound on T is loosened: bisection finds the tightest bound of the list that is within the
+        // target.
         let (mut low, mut high) = (0, tighter.len());
         while low < high {
             let middle = low.midpoint(high);

@@ -5,9 +5,8 @@ use super::PipelineError;
 use super::delivery::scaled_plane;
 use super::design::Design;
 use crate::augment::GeneralizedPlant;
-use crate::augment::assembly::{input_weights, output_weights};
+use crate::augment::assembly::ProblemWeights;
 use crate::augment::plane::x_plane;
-use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::controller::ControlLaw;
 use crate::lti::connect::lower_lft;
@@ -60,17 +59,13 @@ impl ProblemSet {
         let structure =
             Structure::new(&problems.synthesis.blocks).map_err(PipelineError::mu(STAGE))?;
         let (d_left, d_right_inverse) = design.scales.systems(&structure).map_err(&numeric)?;
-        let weights = Weights {
-            complementary_sensitivity_limit: None,
-            ..weights.clone()
-        };
-        let modes = &problems.written_modes;
-        let plane = WeightPlane::Laplace;
+        let round = ProblemWeights::of_specification(&problems.written_modes, weights);
+        let round = round.map_err(&numeric)?;
         Ok(Self {
             synthesis: problems.posed.clone(),
             specification: problems.specification.clone(),
-            input_weights: input_weights(modes, &weights, plane).map_err(&numeric)?,
-            output_weights: output_weights(modes, &weights, plane).map_err(&numeric)?,
+            input_weights: round.input,
+            output_weights: round.output,
             controller,
             closed_loop,
             d_left,

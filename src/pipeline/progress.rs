@@ -1,4 +1,4 @@
-//! What a design tells while it runs: finished steps and finished stages.
+//! Events of a running design: finished steps and stages.
 
 use crate::robust::dk::DkStep;
 

@@ -10,8 +10,8 @@ use crate::robust::prescale::scaled;
 
 /// Lowest order whose μ on the synthesis problem stays within budget and whose loop is stable.
 ///
-/// Balanced truncation of K weighted by what the loop makes of a change of K: F_l(P, K + ΔK) − F_l(P, K) =
-/// N₁₂ ΔK (I − N₂₂ ΔK)⁻¹ N₂₁ (Anderson and Liu 1989), with N the loop closed by K and opened again beside it.
+/// Balanced truncation of K, weighted by the effect of a change of K on the loop: F_l(P, K + ΔK) − F_l(P, K) = N₁₂ ΔK
+/// (I − N₂₂ ΔK)⁻¹ N₂₁ (Anderson and Liu 1989), with N the loop closed by K and opened again beside it.
 pub(super) fn reduce(
     problems: &Problems,
     scales: &[f64],
@@ -21,7 +21,7 @@ pub(super) fn reduce(
 ) -> Result<(StateSpace<Continuous>, Vec<(usize, f64)>), PipelineError> {
     let numeric = || PipelineError::numeric(STAGE);
     let balancing = loop_balancing(problems, scales, full)?;
-    // A cut must not bring in an unstable pole.
+    // Truncation must not add an unstable pole.
     let keep_stable = full.growth_rate().map_err(numeric())? < 0.0;
     let mut tried = vec![];
     for order in balancing.kept().max(1)..full.order() {
@@ -47,7 +47,7 @@ pub(super) fn reduce(
 
 const STAGE: &str = "reduction";
 
-/// Balancing of K weighted by what the loop of the synthesis problem makes of a change of K.
+/// Balancing of K, weighted by the effect of a change of K on the loop of the synthesis problem.
 pub(super) fn loop_balancing(
     problems: &Problems,
     scales: &[f64],

@@ -10,16 +10,15 @@
 
 use super::PipelineError;
 use crate::augment::Block;
-use crate::augment::assembly::{SIGNAL_SCALE_M, UncertainMode, input_weights, output_weights};
-use crate::augment::channels::{Channel, channels, problem_blocks};
+use crate::augment::assembly::{ProblemWeights, SIGNAL_SCALE_M, UncertainMode};
+use crate::augment::channels::problem_blocks;
 use crate::augment::exposure::Exposure;
 use crate::augment::plane::LOOPS;
-use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::held::hold_magnitude;
 use crate::lti::responder::FrequencyResponder;
-use crate::lti::{Continuous, Discrete, Response, StateSpace};
+use crate::lti::{Discrete, Response, StateSpace};
 use crate::spindle::Plant;
 use crate::spindle::plant::CHANNELS;
 
@@ -49,12 +48,8 @@ impl RotatingLoop {
         modes: &[UncertainMode],
         law: &StateSpace<Discrete>,
     ) -> Result<Self, PipelineError> {
-        let numeric = || PipelineError::numeric("weights of μ over speed");
-        // The bound on T is a means of the design, not part of the specification.
-        let weights = &Weights {
-            complementary_sensitivity_limit: None,
-            ..weights.clone()
-        };
+        let round = ProblemWeights::of_specification(modes, weights);
+        let round = round.map_err(PipelineError::numeric("weights of μ over speed"))?;
         let ports = modes.iter().map(|m| m.number + 1).max().unwrap_or(0);
         let x: Vec<usize> = modes
             .iter()
@@ -62,7 +57,6 @@ impl RotatingLoop {
             .chain([4, 6, 8, 0, 2])
             .collect();
         let y = x.iter().map(|k| k + 1).collect();
-        let channels = channels(weights).map_err(numeric())?;
         let part = |rows: [usize; 2]| FrequencyResponder::new(&law.select(&rows, &[0, 2]));
         Ok(Self {
             late_s: (0.5 * plant.sample_period_s() - plant.delay_s()).max(0.0),
@@ -73,12 +67,10 @@ impl RotatingLoop {
                 modes: modes.len(),
                 exposure: Exposure::new(
                     modes.len(),
-                    &channels,
+                    &round.channels,
                     weights.integral_corner_hz.is_some(),
                 ),
-                channels,
-                input: input_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
-                output: output_weights(modes, weights, WeightPlane::Laplace).map_err(numeric())?,
+                round,
             },
         })
     }
@@ -116,10 +108,8 @@ impl RotatingLoop {
 /// Weights round a plane's response at one frequency.
 struct Frame {
     modes: usize,
-    channels: Vec<Channel>,
+    round: ProblemWeights,
     exposure: Exposure,
-    input: StateSpace<Continuous>,
-    output: StateSpace<Continuous>,
 }
 
 impl Frame {
@@ -131,8 +121,8 @@ impl Frame {
         controller: &Mat<c64>,
     ) -> (Mat<c64>, Vec<Block>) {
         let exposed = self.exposure.matrix(|i, j| plane[(i, j)]);
-        let weighted = self.output.at(omega) * exposed * self.input.at(omega);
-        let uncertain = self.modes + self.channels.len();
+        let weighted = self.round.output.at(omega) * exposed * self.round.input.at(omega);
+        let uncertain = self.modes + self.round.channels.len();
         let exposure = &self.exposure;
         let (nz, nw) = (exposure.error_rows(), exposure.disturbance_columns());
         let part = |r, c, h, w| weighted.submatrix(r, c, h, w).to_owned();
@@ -142,7 +132,7 @@ impl Frame {
         let inner = solve_complex(&difference, &part(nz, 0, LOOPS, nw));
         let closed = part(0, 0, nz, nw) + part(0, nw, nz, LOOPS) * (&k * inner);
         let performance = (nw - uncertain, nz - uncertain);
-        let blocks = problem_blocks(self.modes, &self.channels, performance);
+        let blocks = problem_blocks(self.modes, &self.round.channels, performance);
         (closed, blocks)
     }
 }

@@ -1,6 +1,6 @@
 //! The whole chain for one tool, as in the paper: the moduli are moved until the model has the measured resonances and
 //! antiresonances; the μ controller is designed on the updated machine; a PID is tuned within the same amplifier
-//! limits; both loops are predicted on the full plant, and the rotor is thrown into its backup bearings.
+//! limits; both loops are predicted on the full plant, and contact with the backup bearings is simulated.
 
 use super::PipelineError;
 use super::certificates::mu_words;
@@ -105,7 +105,7 @@ pub struct Rivals {
 }
 
 /// A PID with its loop at rest and at top speed, or the reason why none was found.
-pub type Rival = Result<(TunedPid, [Prediction; 2]), String>;
+pub(crate) type Rival = Result<(TunedPid, [Prediction; 2]), String>;
 
 impl Run {
     /// True when the tuned PID is better than the delivered controller in every figure.
@@ -115,7 +115,7 @@ impl Run {
     }
 
     /// The tuned PID.
-    pub fn pid(&self) -> Option<&TunedPid> {
+    pub(crate) fn pid(&self) -> Option<&TunedPid> {
         let tuned = &self.rivals.as_ref()?.tuned;
         tuned.as_ref().ok().map(|(pid, _)| pid)
     }
@@ -226,7 +226,7 @@ fn update(nominal: &Machine, targets: &Targets, extent: Extent) -> Result<Updati
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the loop cannot be built.
-pub fn at_rest_and_top_speed(
+pub(crate) fn at_rest_and_top_speed(
     machine: &Machine,
     controller: &Controller,
 ) -> Result<[Prediction; 2], PipelineError> {
@@ -264,7 +264,7 @@ pub(crate) fn by_arithmetic(
 ///
 /// # Errors
 /// [`PipelineError`] when a plant or a loop cannot be built; a PID that is not found is no error.
-pub fn rivals(
+pub(crate) fn rivals(
     machine: &Machine,
     design: &Design,
     pid: TuneSettings,

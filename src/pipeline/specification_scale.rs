@@ -1,4 +1,4 @@
-//! By how much the limits of a specification have to be widened for a loop that misses it, and which of them binds.
+//! Factor by which the limits of a missed specification have to be widened, and the limit that binds.
 //!
 //! The displacements and the control current that the specification allows are multiplied by one factor; loads, noise
 //! and the natural-frequency uncertainty stay. The factor is the smallest at which μ is at most one at every speed of
@@ -30,7 +30,7 @@ pub struct SpecificationScale {
 
 impl SpecificationScale {
     /// The scale in a sentence.
-    pub fn sentence(&self) -> String {
+    pub(crate) fn sentence(&self) -> String {
         let place = format!(
             "{} at {:.0} Hz and {:.0} rpm binds (`{}` relaxes it)",
             self.binds, self.frequency_hz, self.speed_rpm, self.key

@@ -1,10 +1,10 @@
 //! A stable controller instead of an unstable one, where it costs little.
 //!
 //! The optimal controller of an unstable plant may have poles of its own in the right half plane: the loop is stable,
-//! but a saturated actuator or a lost sensor is not survived, and lift-off needs another controller. The set of
+//! but it does not survive a saturated actuator or a lost sensor, and lift-off needs another controller. The set of
 //! controllers of a level grows with the level, and its central member changes, so a few syntheses with the scales
-//! found are tried: a higher γ, more noise in the assumed sensors, a bound on T. The first stable one within [`PRICE`]
-//! of the μ found is delivered.
+//! found are tried: a higher γ, more noise in the assumed sensors, a bound on T. The first stable one whose μ is at
+//! most 5 % above the one found is delivered.
 
 use super::PipelineError;
 use super::certificates::attained;
@@ -16,7 +16,7 @@ use crate::robust::prescale::scaled;
 use crate::robust::structure::Structure;
 
 /// Growth of μ that a stable controller may cost.
-pub const PRICE: f64 = 0.05;
+pub(crate) const PRICE: f64 = 0.05;
 /// Levels above the optimum at which the central controller is formed.
 const RELAXED: [f64; 5] = [0.003, 0.01, 0.02, 0.035, 0.05];
 /// Factors on the sensor noise.
@@ -53,7 +53,7 @@ impl OwnStability {
     }
 
     /// The stable alternative with the lowest μ.
-    pub fn cheapest(&self) -> Option<&Alternative> {
+    pub(crate) fn cheapest(&self) -> Option<&Alternative> {
         self.alternatives
             .iter()
             .filter(|a| a.growth_rate_per_s < 0.0 && a.mu.is_finite())

@@ -1,8 +1,8 @@
 //! From the machine to the controller of full order, with as many modes in the synthesis as the whole machine needs.
 //!
-//! A mode that the synthesis does not see may still meet the loop. μ of the covered problem is computed on the whole
-//! machine, and where it exceeds one the synthesis is repeated with the modes up to that peak, or, where it has them,
-//! at a level lower by what was missed. The controller with the lowest μ of the whole machine is taken.
+//! A mode that the synthesis model leaves out may still raise μ. μ of the covered problem is therefore computed on the
+//! whole machine. Where it exceeds one, the synthesis is repeated with the modes up to that peak; if the model has them
+//! already, with a target lower by the excess. The controller with the lowest μ of the whole machine is taken.
 
 use super::PipelineError;
 use super::certificates::{attained_at, true_frequency_hz};
@@ -20,7 +20,7 @@ use crate::robust::prescale::scaled;
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
-/// One synthesis and what became of it on the whole machine.
+/// One synthesis and its μ on the whole machine.
 #[derive(Clone, Copy, Debug)]
 pub struct Round {
     /// Flexible modes that the synthesis saw.
@@ -106,7 +106,7 @@ pub(super) fn synthesise_for_machine(
     }
 }
 
-/// Settings of the next synthesis; `None` when μ is within target or nothing is left to turn.
+/// Settings of the next synthesis; `None` when μ is within target or no setting is left to change.
 fn further(
     round: &Round,
     problems: &Problems,

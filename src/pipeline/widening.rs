@@ -21,7 +21,7 @@ impl Widening {
 
     /// One factor on every limit.
     #[must_use]
-    pub const fn all(factor: f64) -> Self {
+    pub(crate) const fn all(factor: f64) -> Self {
         Self {
             tool: factor,
             front: factor,
@@ -45,7 +45,7 @@ impl Widening {
     }
 
     /// The specification with these factors, in words.
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         if self.is_none() {
             return "the specification as written".to_owned();
         }

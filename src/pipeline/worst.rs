@@ -1,6 +1,6 @@
 //! Worst cases of a controller over the natural frequencies of the rotor within the specification's uncertainty: at
-//! each speed asked for, and at speeds spread from rest to the top speed, gyroscopic moments exact. A set of loops that
-//! holds an unstable one has no worst case.
+//! each speed asked for, and at speeds spread from rest to the top speed, gyroscopic moments exact. There is no worst
+//! case where a loop of the set is unstable.
 
 use super::PipelineError;
 use super::comparison::{BAND_HZ, LOW_HZ, LoopAtSpeed, below_nyquist, closed_loop, discrete};
@@ -37,7 +37,7 @@ impl WorstPrediction {
 
     /// Tool stiffness that no rotor within the uncertainty falls below at this speed, over both axes, N/m, and where,
     /// Hz.
-    pub fn least_stiffness(&self) -> Option<(f64, f64)> {
+    pub(crate) fn least_stiffness(&self) -> Option<(f64, f64)> {
         let peaks = self.worst.compliance.iter().filter_map(|c| c.peak());
         let least = peaks.map(|(hz, e)| (1.0 / e.upper, hz));
         least
@@ -47,7 +47,7 @@ impl WorstPrediction {
 }
 
 /// Speeds spread from rest to the top speed, or to where stability is proven: rest, quarters, the end.
-pub const SPREAD: usize = 5;
+pub(crate) const SPREAD: usize = 5;
 
 /// Points of the plain grid.
 const GRID_POINTS: usize = 240;
@@ -72,7 +72,7 @@ pub fn uncertainty(machine: &Machine, mode_uncertainty: &[f64]) -> ModeUncertain
 ///
 /// # Errors
 /// [`PipelineError`] when the plant or the loop cannot be built.
-pub fn worst_prediction(
+pub(crate) fn worst_prediction(
     machine: &Machine,
     controller: &Controller,
     (speed_rpm, asked): (f64, bool),

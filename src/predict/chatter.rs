@@ -7,9 +7,9 @@
 //! Orthogonal cutting by Tlusty:  b_lim = −1 / (2 K_s Re G).
 //!
 //! x is the feed direction, the cutter turns from y towards x as in the source. The response may be that of a turning
-//! rotor (2×2, not symmetric); for one that changes with speed take a curve a speed. Zero order means: good for many
-//! teeth in the cut, optimistic or pessimistic for a few percent of immersion, where flip lobes appear that it does not
-//! know.
+//! rotor (2×2, not symmetric); for one that changes with speed take a curve a speed. The zero-order form is accurate
+//! for many teeth in the cut. At a few percent of immersion it may be too high or too low, because it lacks the flip
+//! lobes that appear there.
 
 use crate::linalg::{Mat, c64};
 use std::f64::consts::{PI, TAU};
@@ -331,25 +331,4 @@ fn check(
         });
     }
     ascending(omega_rad_s, fitting)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn up_and_down_milling_mirror_each_other_and_end_in_a_slot() {
-        for width in [0.1, 0.5, 0.8] {
-            let (up, down) = (
-                Engagement::up_milling(4, width),
-                Engagement::down_milling(4, width),
-            );
-            assert!((up.exit_rad + down.entry_rad - PI).abs() < 1e-12);
-            // The radial width of cut, in diameters, between entry and exit of the tooth.
-            let cut = 0.5 * (up.entry_rad.cos() - up.exit_rad.cos());
-            assert!((cut - width).abs() < 1e-12);
-        }
-        assert_eq!(Engagement::up_milling(2, 1.0), Engagement::slot(2));
-        assert_eq!(Engagement::down_milling(2, 1.0), Engagement::slot(2));
-    }
 }

@@ -1,8 +1,8 @@
 //! Dips of a stiffness curve: where a resonance shows, and how much. The same for predictions and for measured records.
 //!
-//! The prominence of a local minimum is the ratio of the lower of the two highest values that part it from deeper
-//! ground on either side (or from the ends of the curve) to its own value: a resonance that no one would notice has a
-//! ratio near one.
+//! The prominence of a local minimum is M/m: m is its value, M the lower of two maxima, those between it and the next
+//! deeper minimum (or the end of the curve) on either side. A resonance that is hardly visible has a prominence near
+//! one.
 
 /// A dip of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]

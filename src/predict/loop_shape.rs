@@ -1,5 +1,5 @@
-//! The loop as classical control theory draws it: response of the controller, characteristic loci of the open loop,
-//! disc margin, and the response to an unbalance over speed.
+//! Classical analysis of a loop: response of the controller, characteristic loci of the open loop, disc margin, and the
+//! response to an unbalance over speed.
 //!
 //! L = −G K, so that the critical point is −1 though feedback is positive. The disc margin is that of the sensitivity:
 //! with α = 1/max σ̄(S), S = (I + L)⁻¹, the loop stays stable for every factor 1/(1 + δ), |δ| < α complex, independent

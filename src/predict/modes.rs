@@ -1,9 +1,9 @@
 //! Modes of the sampled closed loop: frequency and damping of the flexible modes and of the rigid-body modes.
 //!
-//! A loop of fifty states has many poles; the one that belongs to a mode is the one that shows in it. A pole λ with
-//! residue R in a response adds a resonance of height |R|/|Re λ|; the residue is read off the response beside the pole,
-//! R ≈ δ·T(λ + δ). Flexible mode k: modal coordinate k per force on it. Rigid modes: displacements per forces at the
-//! two actuators.
+//! A loop of fifty states has many poles; the pole of a mode is the one with the highest resonance in its response. A
+//! pole λ with residue R in a response adds a resonance of height |R|/|Re λ|; the residue is read off the response
+//! beside the pole, R ≈ δ·T(λ + δ). Flexible mode k: modal coordinate k per force on it. Rigid modes: displacements per
+//! forces at the two actuators.
 
 use super::closed_loop::AXES;
 use crate::linalg::{Mat, NumericError, c64};

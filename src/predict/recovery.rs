@@ -1,5 +1,5 @@
-//! What became of a touch of the backup bearings: whether the rotor comes free again, and how soon; and the push that
-//! makes a rotor touch.
+//! Recovery from contact with the backup bearings: whether and when the rotor comes free again, and the push that
+//! causes contact.
 
 use super::time::TimeResponse;
 use crate::spindle::{Machine, Side, SpindleError};
@@ -56,7 +56,7 @@ impl Recovery {
     }
 
     /// The sentence of a verdict.
-    pub fn sentence(self) -> String {
+    pub(crate) fn sentence(self) -> String {
         match self {
             Self::Clear => "the rotor stays clear of the backup bearings".to_owned(),
             Self::Recovered { after_s } => format!(

@@ -178,7 +178,7 @@ impl Quantisation {
     }
 
     /// What is left, in words.
-    pub fn sentence(&self) -> String {
+    pub(crate) fn sentence(&self) -> String {
         format!(
             "what is left at the tool, {:.0} nm, is the limit cycle of the sensors' step of {:.0} nm",
             1e9 * self.displacement_m[0],

@@ -72,13 +72,13 @@ pub struct WorstCurve {
 
 impl WorstCurve {
     /// The line with the largest upper bound and its frequency, Hz; `None` on an empty grid.
-    pub fn peak(&self) -> Option<(f64, &Extreme)> {
+    pub(crate) fn peak(&self) -> Option<(f64, &Extreme)> {
         let all = self.frequency_hz.iter().copied().zip(&self.lines);
         all.max_by(|a, b| a.1.upper.total_cmp(&b.1.upper))
     }
 
     /// The bounds at the line nearest to a frequency; `None` on an empty grid.
-    pub fn near(&self, frequency_hz: f64) -> Option<&Extreme> {
+    pub(crate) fn near(&self, frequency_hz: f64) -> Option<&Extreme> {
         let all = self.frequency_hz.iter().zip(&self.lines);
         all.min_by(|a, b| {
             (a.0 - frequency_hz)

@@ -97,7 +97,7 @@ impl Row {
     }
 
     /// The row of a tool whose run failed.
-    pub fn failed(tool: &str, inputs_sha256: &str, failure: String) -> Self {
+    pub(crate) fn failed(tool: &str, inputs_sha256: &str, failure: String) -> Self {
         Self {
             tool: tool.to_owned(),
             inputs_sha256: inputs_sha256.to_owned(),
@@ -107,7 +107,7 @@ impl Row {
     }
 
     /// True when the specification is met.
-    pub fn met(&self) -> bool {
+    pub(crate) fn met(&self) -> bool {
         self.figures.as_ref().is_some_and(|f| f.meets_specification)
     }
 

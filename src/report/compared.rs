@@ -5,6 +5,7 @@ use super::comparison::{
 };
 use super::comparison_figures::{NamedWorst, worst_figures};
 use super::pictures::Picture;
+use super::pid_summary::{CertificateSummary, NoPid, PidSummary};
 use super::plot::machining::chatter_lobes;
 use super::plot::{Curve, Role};
 use super::prediction_summary::damping_ratios;
@@ -13,13 +14,17 @@ use super::speed_summary::{SpeedProofSummary, VerificationSummary};
 use super::summary::{Summary, finite, finite_all};
 use super::whole::{Report, ReportError};
 use super::worst::worst_records;
+use crate::controller::Controller;
 use crate::controller::verification::Verification;
+use crate::identify::HammerFrf;
 use crate::identify::peaks::Resonance;
-use crate::pipeline::compared::{Compared, Ground};
+use crate::pipeline::compared::{Compared, Ground, OwnControllers};
 use crate::pipeline::comparison::Prediction;
+use crate::pipeline::run::Rivals;
 use crate::predict::chatter::StabilityLimit;
 use serde::Serialize;
 use std::f64::consts::TAU;
+use std::path::Path;
 
 /// Points of the stability lobes over speed: lobes of a two-tooth cutter stay smooth down to a tenth of the top speed.
 const LOBE_POINTS: usize = 1000;
@@ -34,6 +39,51 @@ pub(crate) struct Hammer {
     pub resonances: Vec<Resonance>,
 }
 
+impl Hammer {
+    /// Of the record in a file.
+    pub(crate) fn of(file: &str, frf: &HammerFrf) -> Self {
+        let name = Path::new(file).file_stem().and_then(|s| s.to_str());
+        let name = name.unwrap_or(file);
+        Self {
+            curve: Measured {
+                name: format!("measured ({name})"),
+                role: Role::Measured,
+                speed_rpm: frf.speed_rpm,
+                frequency_hz: frf.frequency_hz.clone(),
+                stiffness_n_per_m: frf.compliance.iter().map(|c| c.norm().recip()).collect(),
+            },
+            key: format!("tool_plane.measured_{}", name.replace(['.', ' '], "_")),
+            resonances: frf.lightly_damped(),
+        }
+    }
+}
+
+/// Adds what the PID search found to the summary, and returns the controllers that there are.
+pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, Controller)> {
+    let Rivals {
+        tuned,
+        textbook,
+        effort,
+    } = own.rivals;
+    let mut controllers = vec![(Role::Mu, own.design.delivery.controller)];
+    match tuned {
+        Ok((pid, _)) => {
+            summary.set("pid", PidSummary::of(&pid, &effort));
+            controllers.push((Role::Pid, pid.controller));
+        }
+        Err(reason) => {
+            let words = format!("No PID was found ({reason}).");
+            summary.set("pid", NoPid::because(words));
+        }
+    }
+    if let Ok((plain, _)) = textbook {
+        let certificate = CertificateSummary::from(&plain.certificate);
+        summary.set("pid.textbook", certificate);
+        controllers.push((Role::TextbookPid, plain.controller));
+    }
+    controllers
+}
+
 /// Adds controllers and hammer tests to a report.
 ///
 /// # Errors
@@ -41,23 +91,22 @@ pub(crate) struct Hammer {
 pub(crate) fn add_compared(
     report: &mut Report,
     ground: &Ground<'_>,
-    flexible_rad_s: &[f64],
+    flexible_hz: &[f64],
     list: &[(Role, Compared)],
     hammers: Vec<Hammer>,
 ) -> Result<(), ReportError> {
     let top_hz = ground.machine.spindle.max_rpm / 60.0;
-    let flexible_hz: Vec<f64> = flexible_rad_s.iter().map(|w| w / TAU).collect();
     for (_, each) in list {
         if let (Some(first), Some(last)) = (each.predictions.first(), each.predictions.last()) {
             report.predictions(&each.name, [first, last]);
-            let damping = damping_ratios(first, flexible_rad_s.len());
+            let damping = damping_ratios(first, flexible_hz.len());
             let key = format!("damping_ratio.{}", each.name);
             report.summary.set(&key, damping);
         }
-        add_one(&mut report.summary, each, &flexible_hz, top_hz);
+        add_one(&mut report.summary, each, flexible_hz, top_hz);
     }
     for hammer in &hammers {
-        let own = MeasuredSummary::of(&hammer.curve, &hammer.resonances, &flexible_hz, top_hz);
+        let own = MeasuredSummary::of(&hammer.curve, &hammer.resonances, flexible_hz, top_hz);
         report.summary.set(&hammer.key, own);
     }
     let measured: Vec<Measured> = hammers.into_iter().map(|h| h.curve).collect();
@@ -67,9 +116,9 @@ pub(crate) fn add_compared(
         .iter()
         .map(|(role, c)| (*role, c.name.clone(), c.worst.clone()))
         .collect();
-    let mut statements = statements_table(&every, &worst, &flexible_hz, top_hz);
+    let mut statements = statements_table(&every, &worst, flexible_hz, top_hz);
     let rows = measured.iter();
-    statements.extend(rows.map(|m| StatementRow::measured(m, &flexible_hz, top_hz)));
+    statements.extend(rows.map(|m| StatementRow::measured(m, flexible_hz, top_hz)));
     let summary = &mut report.summary;
     summary.set("statements", statements);
     summary.set("plain_words", figure_9_words(&every, &worst));

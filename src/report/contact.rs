@@ -2,10 +2,11 @@
 
 use super::pictures::Picture;
 use super::plot::Role;
-use super::simulation::{Limits, RecoverySummary, push_figure};
+use super::simulation::{RecoverySummary, push_figure};
 use super::summary::{Named, finite};
 use super::whole::{Report, ReportError};
 use crate::pipeline::contact::Contact;
+use crate::pipeline::simulation::Limits;
 use crate::predict::recovery::Recovery;
 use crate::predict::time::TimeResponse;
 use crate::spindle::Machine;

@@ -2,9 +2,11 @@
 //! covariance as CSV.
 
 use super::summary::finite;
+use super::uff::{UffRecord, universal_file};
 use crate::identify::frf::AXIS_NAMES;
 use crate::identify::plausibility::{Plausibility, RecordFault, Signal};
 use crate::identify::{Identification, MeasuredFrf, Reading};
+use crate::input::measurement::Hammer;
 use serde::Serialize;
 use std::fmt::Write as _;
 
@@ -285,8 +287,36 @@ impl From<&Identification> for IdentificationSummary {
     }
 }
 
+/// Files of the responses: name and text of `frf-<k>.csv` for each sweep, `hammer-<k>.csv` and `hammer-<k>.uff` for
+/// each hammer test.
+pub(crate) fn response_files(frfs: &[MeasuredFrf], hammers: &[Hammer]) -> Vec<(String, String)> {
+    let sweeps = frfs.iter().enumerate();
+    let mut files: Vec<(String, String)> = sweeps
+        .map(|(k, frf)| (format!("frf-{k}.csv"), frf_csv(frf)))
+        .collect();
+    for (k, hammer) in hammers.iter().enumerate() {
+        let (frequency_hz, compliance) = (&hammer.frf.frequency_hz, &hammer.frf.compliance);
+        let mut text = String::from("frequency_hz,h_re,h_im,sigma\n");
+        for (l, (f, h)) in frequency_hz.iter().zip(compliance).enumerate() {
+            let sigma = hammer.frf.sigma(l, 0.0);
+            let _ = writeln!(text, "{f},{:e},{:e},{sigma:e}", h.re, h.im);
+        }
+        files.push((format!("hammer-{k}.csv"), text));
+        let direction = 1 + hammer.axis as i64;
+        let record = UffRecord {
+            description: "compliance at the tool plane",
+            response: (1, direction),
+            reference: (1, direction),
+            frequency_hz,
+            compliance,
+        };
+        files.push((format!("hammer-{k}.uff"), universal_file(&[record])));
+    }
+    files
+}
+
 /// FRF with covariance: entries, then the upper triangle of Cov(vec G) (index = output + 4·input, from 1).
-pub(crate) fn frf_csv(frf: &MeasuredFrf) -> String {
+fn frf_csv(frf: &MeasuredFrf) -> String {
     let mut text = String::from("frequency_hz");
     for i in 1..=4 {
         for j in 1..=4 {

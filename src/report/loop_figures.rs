@@ -116,16 +116,6 @@ impl From<&DiscMargin> for MarginSummary {
     }
 }
 
-fn top_speed(value: f64) -> Mark {
-    Mark {
-        value,
-        label: "top speed".to_owned(),
-        color: Color::Grey,
-        dash: Dash::Dotted,
-        legend: String::new(),
-    }
-}
-
 fn poles(runs: [&Prediction; 2]) -> Figure {
     let mut panel = Panel::new(
         "",
@@ -161,7 +151,7 @@ fn unbalance(curve: &UnbalanceCurve, top_rpm: f64) -> Figure {
         Axis::linear("Speed", "rpm"),
         Axis::log("Displacement for 1 g mm at the tool", "µm"),
     );
-    panel.marks.push(top_speed(top_rpm));
+    panel.marks.push(Mark::top_speed(top_rpm));
     let looks = [
         ("tool", Color::Blue, Dash::Solid),
         ("front bearing", Color::Vermillion, Dash::Dashed),

@@ -7,6 +7,7 @@ pub(crate) mod comparison;
 pub(crate) mod comparison_figures;
 pub(crate) mod contact;
 pub(crate) mod corrected_records;
+pub(crate) mod design_study;
 pub(crate) mod design_summary;
 pub mod diagnosis;
 pub(crate) mod diagnosis_summary;

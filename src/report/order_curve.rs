@@ -1,7 +1,7 @@
 //! Tool stiffness against the order of the controller: figures and picture.
 
-use super::plot::figure::{Axis, Figure, Level, Panel, Series};
-use super::plot::{Color, Dash, Look, Marker};
+use super::plot::figure::{Axis, Figure, Panel, Series};
+use super::plot::{Color, Look, Marker};
 use super::summary::finite;
 use crate::pipeline::order_curve::{OrderCurve, OrderPoint};
 use crate::predict::sensitivity::Zone;
@@ -105,11 +105,10 @@ pub(crate) fn order_figure(curve: &OrderCurve) -> Figure {
             .push(Series::curve(name, &orders, &values, look));
     }
     if let Some((_, full)) = polished.first() {
-        panel.levels.push(Level {
-            value: PER_MICROMETRE * curve.kept_part * full[0].min(full[1]),
-            label: format!("{:.0} % kept", 100.0 * curve.kept_part),
-            dash: Dash::Dashed,
-        });
+        panel.level(
+            PER_MICROMETRE * curve.kept_part * full[0].min(full[1]),
+            format!("{:.0} % kept", 100.0 * curve.kept_part),
+        );
     }
     Figure::new(
         "Tool stiffness against the order of the controller",

@@ -163,7 +163,7 @@ impl From<Picture> for PictureName {
 
 impl PictureName {
     /// The section that shows it.
-    pub fn section(&self) -> Section {
+    pub(crate) fn section(&self) -> Section {
         self.kind.entry().1
     }
 

@@ -46,3 +46,21 @@ pub(crate) fn hammer_csv(record: &HammerFrf) -> String {
     }
     text
 }
+
+/// Kind, file and speed (rpm) of a record.
+pub(crate) type Listed = (&'static str, String, f64);
+
+/// The list `measurement.yaml` of computed records under the controller `pid.json`.
+pub(crate) fn rehearsed_list(records: &[Listed]) -> String {
+    let mut text = String::from(
+        "# Computed from a model, not measured.\nspindle: spindle.yaml\ntool: tool.yaml\nrecords:\n",
+    );
+    for (kind, file, rpm) in records {
+        let axis = if *kind == "hammer" { ", axis: x" } else { "" };
+        let _ = writeln!(
+            text,
+            "  - {{kind: {kind}, file: {file}, speed_rpm: {rpm}, controller: pid.json{axis}}}"
+        );
+    }
+    text
+}

@@ -6,22 +6,14 @@ use super::plot::motion::{TimePanel, time_responses};
 use super::plot::{Curve, Role};
 use super::summary::finite;
 use crate::controller::anti_windup::AntiWindup;
+use crate::pipeline::simulation::{Limits, Simulated};
 use crate::predict::recovery::Recovery;
 use crate::predict::shaft_line::ShaftLine;
 use crate::predict::time::{TimeResponse, TimeSample};
-use crate::predict::time_cases::{Quantisation, TimeFigures};
+use crate::predict::time_cases::Quantisation;
 use crate::spindle::{Machine, SpindleError};
 use serde::Serialize;
 use std::f64::consts::TAU;
-
-/// Limits that the spindle file does not hold in this form.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Limits {
-    /// Control current that the firmware allows, A.
-    pub current_a: f64,
-    /// Bus voltage of the amplifiers, V.
-    pub voltage_v: f64,
-}
 
 /// Frames of an animation at most, and stations along its shaft.
 const FRAMES: usize = 96;
@@ -116,29 +108,11 @@ struct MarginSummary {
     force: Sides,
 }
 
-/// What a simulation found.
-pub(crate) struct Simulated<'a> {
-    /// The response.
-    pub(crate) response: &'a TimeResponse,
-    /// Its figures.
-    pub(crate) figures: &'a TimeFigures,
-    /// Limits that the spindle file does not hold in this form.
-    pub(crate) limits: &'a Limits,
-    /// Whether the loop is stable at the speed.
-    pub(crate) stable: bool,
-    /// The anti-windup of the controller.
-    pub(crate) anti_windup: &'a AntiWindup,
-    /// What became of the rotor.
-    pub(crate) recovery: Recovery,
-    /// What the steps of the sensors do.
-    pub(crate) steps: &'a Quantisation,
-}
-
 impl SimulationSummary {
-    /// Of a simulation of a machine.
-    pub(crate) fn of(machine: &Machine, simulated: &Simulated<'_>) -> Self {
-        let (response, found) = (simulated.response, simulated.figures);
-        let limits = simulated.limits;
+    /// Of a simulation of a machine, with the anti-windup of the controller.
+    pub(crate) fn of(machine: &Machine, simulated: &Simulated, anti_windup: &AntiWindup) -> Self {
+        let (response, found) = (&simulated.response, &simulated.figures);
+        let limits = &simulated.limits;
         let (front, rear) = (&machine.spindle.front, &machine.spindle.rear);
         let clearance = machine.spindle.backup_clearance_m;
         let capacity = [front.max_force_n, rear.max_force_n];
@@ -171,9 +145,9 @@ impl SimulationSummary {
             share_voltage_limited: finite(response.voltage_limited),
             share_in_contact: finite(response.in_contact),
             diverged: response.diverged,
-            anti_windup: AntiWindupSummary::from(simulated.anti_windup),
+            anti_windup: AntiWindupSummary::from(anti_windup),
             backup_bearings: RecoverySummary::from(simulated.recovery),
-            quantisation: QuantisationSummary::from(simulated.steps),
+            quantisation: QuantisationSummary::from(&simulated.steps),
         }
     }
 }

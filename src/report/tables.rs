@@ -43,16 +43,6 @@ impl Table {
         }
     }
 
-    /// Column names.
-    pub fn header(&self) -> &[String] {
-        &self.header
-    }
-
-    /// Rows of cells.
-    pub fn rows(&self) -> &[Vec<String>] {
-        &self.rows
-    }
-
     /// The table as CSV text. Rows shorter than the header are filled, longer ones cut, so that every line has its
     /// columns.
     pub fn to_csv(&self) -> String {

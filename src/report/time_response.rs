@@ -1,23 +1,42 @@
 //! A time response as table and pictures: displacements, currents, voltages and forces beside their limits, orbits.
 
 use super::pictures::Picture;
+use super::plot::animation::animate;
 use super::plot::motion::{TimePanel, orbits, time_responses};
 use super::plot::{Curve, Role};
-use super::simulation::Limits;
+use super::simulation::motion;
 use super::tables::Table;
 use super::whole::{Report, ReportError};
+use crate::pipeline::simulation::{Limits, Simulated};
 use crate::predict::time::{TimeResponse, TimeSample};
 use crate::spindle::Machine;
+use std::f64::consts::TAU;
 
 /// Names of the axes of sensors and magnets, and of the places whose displacement is recorded.
 const AXES: [&str; 4] = ["front_x", "front_y", "rear_x", "rear_y"];
 const PLACES: [&str; 6] = ["tool_x", "tool_y", "front_x", "front_y", "rear_x", "rear_y"];
 
-/// Adds `response.csv` and the pictures `response` and `orbits`.
+/// Adds the verdict of a simulation, `response.csv`, its pictures, and the shaft in motion; `name` is that of the case.
 ///
 /// # Errors
 /// [`ReportError`] when a picture cannot be drawn.
-pub(crate) fn add_response(
+pub(crate) fn add_simulation(
+    report: &mut Report,
+    machine: &Machine,
+    (name, speed_rpm): (&str, f64),
+    simulated: &Simulated,
+) -> Result<(), ReportError> {
+    let response = &simulated.response;
+    report.verdict(simulated.met, &simulated.end);
+    add_response(report, machine, response, name, &simulated.limits)?;
+    let title = format!("Shaft in motion, {name}");
+    let speed_rad_s = speed_rpm * TAU / 60.0;
+    let moving = animate(&motion(machine, response, &title, speed_rad_s)?);
+    Ok(report.folder.add_picture(Picture::Animation, moving)?)
+}
+
+/// Adds `response.csv` and the pictures `response` and `orbits`.
+fn add_response(
     report: &mut Report,
     machine: &Machine,
     response: &TimeResponse,

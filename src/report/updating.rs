@@ -7,7 +7,7 @@ use super::plot::{Figure, Role};
 use super::summary::{Named, finite};
 use super::tables::Table;
 use crate::spindle::Machine;
-use crate::update::{PeakError, PeakKind, Updated};
+use crate::update::{PeakError, PeakKind, ShapeComparison, Updated};
 use serde::{Deserialize, Serialize};
 
 /// `updating`. Lists stand in the order of the measured lists; none where a peak was not measured or has no counterpart
@@ -88,6 +88,18 @@ pub(crate) struct HammerError {
     pub(crate) after_db_rms: Option<f64>,
     pub(crate) before_growth_rate_per_s: Option<f64>,
     pub(crate) after_growth_rate_per_s: Option<f64>,
+}
+
+impl UpdatingSummary {
+    /// Of the delivered fit, with the full one where that is to resonances only, and the errors at the tool.
+    pub(crate) fn beside(fit: &Updated, full: Option<&Updated>, tool: Vec<HammerError>) -> Self {
+        Self {
+            resonances_only: Some(full.is_some()),
+            full_update: full.map(|full| Box::new(Self::from(full))),
+            held_out_tool_frf: tool,
+            ..Self::from(fit)
+        }
+    }
 }
 
 impl From<&Updated> for UpdatingSummary {
@@ -230,6 +242,17 @@ pub(crate) fn error_table(models: &[(&str, &Updated)]) -> Table {
             row.push(cell(of.and_then(PeakError::error_percent)));
         }
         table.push(row);
+    }
+    table
+}
+
+/// Measured mode shapes beside those of the model.
+pub(crate) fn shape_table(shapes: &[ShapeComparison]) -> Table {
+    let mut table = Table::with_columns(&["mode", "position_m", "measured_scaled", "model"]);
+    for shape in shapes {
+        for (z, measured, model) in &shape.points {
+            table.push_numbers(&[shape.mode as f64, *z, *measured, *model]);
+        }
     }
     table
 }

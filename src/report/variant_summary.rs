@@ -7,6 +7,8 @@ use crate::augment::plane::Route;
 use crate::controller::stiffness_limit::StiffnessLimit;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
+use crate::pipeline::study::{AsWritten, OtherRoute};
+use crate::pipeline::tightening::Tightening;
 use serde::{Serialize, Serializer};
 
 /// The route in a word.
@@ -133,8 +135,23 @@ impl VariantSummary {
         }))
     }
 
+    /// Designs by both routes, the direct one first: `own` with its loop at rest, and the other.
+    pub(crate) fn of_routes(own: (Route, &Design, &Prediction), other: &OtherRoute) -> [Self; 2] {
+        let (route, design, rest) = own;
+        let own = Self::of(route_word(route), design, rest);
+        let name = route_word(other.route);
+        let found = match &other.found {
+            Ok(found) => Self::of(name, &found.0, &found.1),
+            Err(failure) => Self::failed(name, failure.clone()),
+        };
+        match route {
+            Route::Direct => [own, found],
+            Route::Emulation { .. } => [found, own],
+        }
+    }
+
     /// A design that does not survive sampling.
-    pub(crate) fn failed(name: &str, failure: String) -> Self {
+    fn failed(name: &str, failure: String) -> Self {
         Self::Failed {
             design: name.to_owned(),
             stable: false,
@@ -143,16 +160,8 @@ impl VariantSummary {
     }
 }
 
-/// How far a specification was asked to be tightened: the word `auto` or the factor.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum AskedTightening {
-    /// As far as µ ≤ 1 allows.
-    Auto,
-    /// By this factor.
-    By(f64),
-}
-
-impl Serialize for AskedTightening {
+impl Serialize for Tightening {
+    /// The word `auto` or the factor.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Auto => serializer.serialize_str("auto"),
@@ -166,7 +175,7 @@ impl Serialize for AskedTightening {
 pub(crate) struct TighteningSummary {
     sentence: String,
     factor: Option<f64>,
-    asked: AskedTightening,
+    asked: Tightening,
     designs: [VariantSummary; 2],
     minimum_stiffness_gain: Option<f64>,
     stiffness_at_10_hz_gain: Option<f64>,
@@ -174,14 +183,9 @@ pub(crate) struct TighteningSummary {
 }
 
 impl TighteningSummary {
-    /// `written` and `tightened` with their predictions at rest.
-    pub(crate) fn of(
-        written: (&Design, &Prediction),
-        tightened: (&Design, &Prediction),
-        factor: f64,
-        asked: AskedTightening,
-    ) -> Self {
-        let ((design, rest), (_, before)) = (tightened, written);
+    /// `design` is the tightened one, `rest` its loop at rest.
+    pub(crate) fn of(written: &AsWritten, design: &Design, rest: &Prediction) -> Self {
+        let (before, factor) = (&written.rest, written.factor);
         let gain = |now: f64, then: f64| finite(now / then);
         let percent = |now: f64, then: f64| 100.0 * (now / then - 1.0);
         let sentence = format!(
@@ -197,9 +201,9 @@ impl TighteningSummary {
         Self {
             sentence,
             factor: finite(factor),
-            asked,
+            asked: written.asked,
             designs: [
-                VariantSummary::of("as written", written.0, before),
+                VariantSummary::of("as written", &written.design, before),
                 VariantSummary::of("tightened", design, rest),
             ],
             minimum_stiffness_gain: gain(rest.minimum.0, before.minimum.0),

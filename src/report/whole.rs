@@ -28,7 +28,7 @@ use thiserror::Error;
 
 /// Why a report could not be made.
 #[derive(Debug, Error)]
-pub enum ReportError {
+pub(crate) enum ReportError {
     /// The folder.
     #[error(transparent)]
     Results(#[from] ResultsError),

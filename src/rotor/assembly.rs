@@ -124,7 +124,11 @@ impl Rotor {
     ///
     /// # Errors
     /// [`RotorError::Part`] when the ends do not meet or a joint stiffness is not positive.
-    pub fn join(left: &Self, right: &Self, joint: Option<Joint>) -> Result<Self, RotorError> {
+    pub(crate) fn join(
+        left: &Self,
+        right: &Self,
+        joint: Option<Joint>,
+    ) -> Result<Self, RotorError> {
         let gap = right.from_m() - left.to_m();
         if gap.abs() > NODE_TOLERANCE_M {
             return Err(RotorError::Part {
@@ -180,7 +184,7 @@ impl Rotor {
     }
 
     /// Sections from the tool end to the tail.
-    pub fn sections(&self) -> &[Section] {
+    pub(crate) fn sections(&self) -> &[Section] {
         &self.sections
     }
 
@@ -352,7 +356,7 @@ impl Rotor {
     }
 
     /// Shear angle of element `i`: its dofs with their coefficients.
-    pub fn shear(&self, i: usize) -> Vec<(usize, f64)> {
+    pub(crate) fn shear(&self, i: usize) -> Vec<(usize, f64)> {
         let coefficients = element::shear(&self.sections[i]);
         self.element_dofs(i).into_iter().zip(coefficients).collect()
     }

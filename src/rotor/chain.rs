@@ -18,7 +18,7 @@ pub struct Blocks {
 
 impl Blocks {
     /// Zero matrix for a number of nodes.
-    pub fn zeros(nodes: usize) -> Self {
+    pub(crate) fn zeros(nodes: usize) -> Self {
         Self {
             diagonal: vec![[0.0; 3]; nodes],
             off: vec![[0.0; 4]; nodes.saturating_sub(1)],
@@ -26,7 +26,7 @@ impl Blocks {
     }
 
     /// Adds `scale` times a symmetric 4×4 element matrix between nodes `node` and `node + 1`.
-    pub fn add_element(&mut self, node: usize, matrix: &[[f64; 4]; 4], scale: f64) {
+    pub(crate) fn add_element(&mut self, node: usize, matrix: &[[f64; 4]; 4], scale: f64) {
         let m = matrix;
         for (at, s) in [(node, 0), (node + 1, 2)] {
             let d = &mut self.diagonal[at];
@@ -42,7 +42,7 @@ impl Blocks {
     }
 
     /// xᵀ·self·y for two nodal vectors.
-    pub fn quadratic(&self, x: &[[f64; 2]], y: &[[f64; 2]]) -> f64 {
+    pub(crate) fn quadratic(&self, x: &[[f64; 2]], y: &[[f64; 2]]) -> f64 {
         let mut sum = 0.0;
         for ((d, x), y) in self.diagonal.iter().zip(x).zip(y) {
             sum += x[0] * (d[0] * y[0] + d[1] * y[1]) + x[1] * (d[1] * y[0] + d[2] * y[1]);
@@ -57,7 +57,7 @@ impl Blocks {
     }
 
     /// self·x for a nodal vector.
-    pub fn times(&self, x: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    pub(crate) fn times(&self, x: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut y: Vec<[f64; 2]> = self
             .diagonal
             .iter()
@@ -122,12 +122,12 @@ pub struct Chain {
 
 impl Chain {
     /// Number of nodes.
-    pub fn nodes(&self) -> usize {
+    pub(crate) fn nodes(&self) -> usize {
         self.position_m.len()
     }
 
     /// Stiffness K₀ + Σ θᵣKᵣ.
-    pub fn stiffness(&self, factors: &[f64]) -> Blocks {
+    pub(crate) fn stiffness(&self, factors: &[f64]) -> Blocks {
         let mut k = self.fixed.clone();
         for (region, factor) in self.regions.iter().zip(factors) {
             for (node, element) in &region.elements {

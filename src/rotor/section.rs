@@ -102,7 +102,7 @@ impl Section {
     }
 
     /// The same section seen from the other end.
-    pub fn reversed(&self) -> Self {
+    pub(crate) fn reversed(&self) -> Self {
         let flip = |d: [f64; 2]| [d[1], d[0]];
         Self {
             outer_diameter_m: flip(self.outer_diameter_m),
@@ -214,6 +214,14 @@ pub struct Disc {
 }
 
 impl Disc {
+    /// The disc in the coordinate that counts the other way from the nose face.
+    pub(crate) fn mirrored(&self) -> Self {
+        Self {
+            position_m: -self.position_m,
+            ..*self
+        }
+    }
+
     /// Checks every rule; `index` is the disc's place in its list.
     ///
     /// # Errors

@@ -43,7 +43,7 @@ pub fn lambda(frequency_hz: f64) -> f64 {
 }
 
 /// Frequency of a λ.
-pub fn hz(lambda: f64) -> f64 {
+pub(crate) fn hz(lambda: f64) -> f64 {
     lambda.max(0.0).sqrt() / TAU
 }
 

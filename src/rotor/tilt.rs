@@ -20,7 +20,7 @@ const FREEDOMS: usize = 2 * (PARTS + 1);
 
 /// What a moment at a place acts on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tilt {
+pub(crate) struct Tilt {
     /// Element of the file.
     pub element: usize,
     /// Slope over (w₁, ψ₁, w₂, ψ₂) of its ends.

@@ -23,7 +23,7 @@ impl Side {
     pub(crate) const BOTH: [Self; 2] = [Self::Front, Self::Rear];
 
     /// The name in files.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Front => "front",
             Self::Rear => "rear",
@@ -185,11 +185,7 @@ impl Tool {
     /// The tool as a shaft at z ≤ 0, tip first.
     fn rotor(&self) -> Result<Rotor, SpindleError> {
         let sections = self.sections.iter().rev().map(Section::reversed).collect();
-        let outwards = |d: &Disc| Disc {
-            position_m: -d.position_m,
-            ..*d
-        };
-        let discs: Vec<Disc> = self.discs.iter().map(outwards).collect();
+        let discs: Vec<Disc> = self.discs.iter().map(Disc::mirrored).collect();
         Rotor::new(-self.length_m(), sections, &discs).map_err(SpindleError::Tool)
     }
 }

@@ -32,7 +32,6 @@ pub struct Plant {
     pub(super) mechanics: Mechanics,
     pub(super) effective: Effective,
     pub(super) sample_period_s: f64,
-    speed_rad_s: f64,
     /// Modal ports behind the ten channels of the frequency response.
     modal_ports: usize,
 }
@@ -52,7 +51,6 @@ impl Plant {
             mechanics: Mechanics::new(machine, &effective, speed_rad_s, detail)?,
             effective,
             sample_period_s: machine.spindle.electronics.sample_period_s(),
-            speed_rad_s,
             modal_ports: 0,
         })
     }
@@ -93,13 +91,8 @@ impl Plant {
         }
     }
 
-    /// Speed, rad/s.
-    pub fn speed_rad_s(&self) -> f64 {
-        self.speed_rad_s
-    }
-
     /// Total delay τ from sampling to current command, s.
-    pub fn delay_s(&self) -> f64 {
+    pub(crate) fn delay_s(&self) -> f64 {
         self.effective.delay_s
     }
 

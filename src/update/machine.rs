@@ -6,6 +6,7 @@ use super::nelder_mead::nelder_mead_rotor;
 use super::outcome::Updated;
 use super::problem::UpdateSettings;
 use super::targets::{FrfTargets, Target, Targets};
+use crate::identify::{Identification, Reading};
 use crate::rotor::Section;
 use crate::spindle::Machine;
 
@@ -38,6 +39,29 @@ pub fn front_and_rear(
         antiresonances: vec![frf("front", &f, front), frf("rear", &r, rear)],
         mode_shapes: vec![],
     }
+}
+
+/// Targets of what was identified from a sweep at rest; the crossed FRFs are held out.
+pub(crate) fn identified_targets(machine: &Machine, found: &Identification) -> Targets {
+    let list = |readings: &[Reading]| readings.iter().map(Target::of).collect();
+    let lists = [&found.resonances, &found.front, &found.rear].map(|readings| list(readings));
+    let [resonances, front, rear] = lists;
+    let mut targets = front_and_rear(machine, resonances, front, rear);
+    let [f, r] = machine.effective().bearings;
+    let crossed = [
+        ("13", f.sensor_m, r.actuator_m, &found.front_over_rear),
+        ("31", r.sensor_m, f.actuator_m, &found.rear_over_front),
+    ];
+    for (name, output_m, input_m, readings) in crossed {
+        targets.antiresonances.push(FrfTargets {
+            name: name.to_owned(),
+            output_m,
+            input_m,
+            antiresonances: list(readings),
+            held_out: true,
+        });
+    }
+    targets
 }
 
 /// Gauss–Newton on the moduli of a machine; see [`super::gauss_newton`](mod@super::gauss_newton).

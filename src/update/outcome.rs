@@ -21,7 +21,7 @@ pub enum Method {
 
 impl Method {
     /// Name on the command line and in `summary.json`.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::GaussNewton => "gauss-newton",
             Self::NelderMead => "nelder-mead",

@@ -1,6 +1,8 @@
 //! What the model is moved towards: measured resonances and antiresonances, each with a standard deviation where one is
 //! known, and measured mode shapes, which are compared but not fitted.
 
+use crate::identify::Reading;
+
 /// A measured frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
@@ -11,6 +13,14 @@ pub struct Target {
 }
 
 impl Target {
+    /// A reading of a measured peak; none of a peak that was not found.
+    pub(super) fn of(reading: &Reading) -> Option<Self> {
+        Some(Self {
+            frequency_hz: reading.frequency_hz()?,
+            standard_deviation_hz: reading.standard_deviation_hz(),
+        })
+    }
+
     /// A frequency without a standard deviation.
     pub fn read_off(frequency_hz: f64) -> Self {
         Self {
@@ -57,7 +67,7 @@ pub struct Targets {
 
 impl Targets {
     /// Number of measured frequencies; antiresonances count only with `with_antiresonances`.
-    pub fn count(&self, with_antiresonances: bool) -> usize {
+    pub(crate) fn count(&self, with_antiresonances: bool) -> usize {
         let fitted = self.antiresonances.iter().filter(|f| !f.held_out);
         let zeros = fitted.flat_map(|f| &f.antiresonances);
         self.resonances.iter().flatten().count()
@@ -69,7 +79,7 @@ impl Targets {
     }
 
     /// Highest measured frequency, Hz; 0 when there is none.
-    pub fn highest_hz(&self) -> f64 {
+    pub(crate) fn highest_hz(&self) -> f64 {
         self.antiresonances
             .iter()
             .flat_map(|f| &f.antiresonances)

@@ -6,34 +6,34 @@ use serde_json::{Map, Value, json};
 
 /// JSON object under construction.
 #[derive(Default)]
-pub struct Answer {
+pub(crate) struct Answer {
     fields: Map<String, Value>,
 }
 
 impl Answer {
     /// An empty answer.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::default()
     }
 
     /// Adds a field; a second one of the same name replaces the first.
-    pub fn with(mut self, field: &str, value: impl Into<Value>) -> Self {
+    pub(crate) fn with(mut self, field: &str, value: impl Into<Value>) -> Self {
         self.fields.insert(field.to_string(), value.into());
         self
     }
 
     /// Adds a number that must be finite; infinity and NaN become `null`.
-    pub fn with_number(self, field: &str, value: f64) -> Self {
+    pub(crate) fn with_number(self, field: &str, value: f64) -> Self {
         self.with(field, number(value))
     }
 
     /// Adds a real matrix.
-    pub fn with_matrix(self, field: &str, value: &Mat<f64>) -> Self {
+    pub(crate) fn with_matrix(self, field: &str, value: &Mat<f64>) -> Self {
         self.with(field, matrix(value))
     }
 
     /// The object as text, one field a line.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut text = String::from("{\n");
         for (k, (name, value)) in self.fields.iter().enumerate() {
             let comma = if k + 1 < self.fields.len() { "," } else { "" };
@@ -44,7 +44,7 @@ impl Answer {
     }
 
     /// The fields that are single numbers, as rows of a table.
-    pub fn numbers(&self) -> Vec<Vec<String>> {
+    pub(crate) fn numbers(&self) -> Vec<Vec<String>> {
         let single = self.fields.iter().filter(|(_, value)| value.is_number());
         single
             .map(|(name, value)| vec![name.clone(), value.to_string()])

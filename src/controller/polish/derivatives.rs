@@ -1,8 +1,8 @@
-//! The derivatives of the loss held against central differences: what a new limit has to pass.
+//! Derivatives of the loss compared with central differences, a check that every new limit has to pass.
 
 use super::limits::WEAK_MAGNETS;
 use super::lines::lines;
-use super::loss::{Group, LIMITS};
+use super::loss::{GROUPS, LIMITS};
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, loss_on};
 use super::responses::Plants;
@@ -28,16 +28,8 @@ pub fn derivative_errors(
     let loss = loss_on(&plants, task, lines)?;
     let found = loss.evaluate(&law, &x);
     let natural = law.natural_steps(&x);
-    let groups = [
-        Group::Compliance,
-        Group::Sensitivity,
-        Group::HighGain,
-        Group::NoiseCurrent,
-        Group::Specification,
-        Group::Margin,
-    ];
     let mut errors = [f64::NAN; LIMITS + 1];
-    for (error, group) in errors.iter_mut().zip(groups) {
+    for (error, group) in errors.iter_mut().zip(GROUPS) {
         let of_group = (0..found.values.len()).filter(|k| found.values[*k].group == group);
         let largest =
             of_group.max_by(|a, b| found.values[*a].value.total_cmp(&found.values[*b].value));

@@ -5,7 +5,7 @@
 //! the loop (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does not depend on how the controller
 //! is written. A step that raises φ or changes the encirclements of a rotor's det(I − G K) is refused and shortened.
 
-use super::loss::{Evaluation, Group, LIMITS, Loss, Value};
+use super::loss::{Evaluation, GROUPS, Group, LIMITS, Loss, Value};
 use super::structure::Structure;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::{Mat, symmetric_eigen};
@@ -197,15 +197,7 @@ fn linearised(
 
 /// The values that can be the largest after a step: near their group's largest and, for limits, near zero.
 fn near_largest(found: &Evaluation) -> Vec<Value> {
-    let groups = [
-        Group::Compliance,
-        Group::Sensitivity,
-        Group::HighGain,
-        Group::NoiseCurrent,
-        Group::Specification,
-        Group::Margin,
-    ];
-    let reference = groups.map(|g| {
+    let reference = GROUPS.map(|g| {
         let largest = found.largest(g);
         if g == Group::Compliance {
             largest

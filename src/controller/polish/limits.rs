@@ -1,4 +1,4 @@
-//! What a polish may not exceed.
+//! Limits of a polish.
 
 /// Limits of a loop, each kept apart.
 #[derive(Clone, Copy, Debug, PartialEq)]

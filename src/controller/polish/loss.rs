@@ -1,4 +1,4 @@
-//! The values of a loop that a polish weighs against each other, over all rotors and lines, with exact derivatives.
+//! Objective and limits of a polish over all rotors and lines, with exact derivatives.
 //!
 //! With G the loop, K the controller, S = (I − G K)⁻¹, S_u = (I − K G)⁻¹: H = G_td + G_tu K S G_yd is the tool's
 //! compliance,
@@ -33,14 +33,21 @@ pub(crate) enum Group {
 /// Number of limits.
 pub(crate) const LIMITS: usize = 5;
 
-/// The limits in their order.
-pub(super) const LIMIT_GROUPS: [Group; LIMITS] = [
+/// The objective and the limits in their order.
+pub(super) const GROUPS: [Group; LIMITS + 1] = [
+    Group::Compliance,
     Group::Sensitivity,
     Group::HighGain,
     Group::NoiseCurrent,
     Group::Specification,
     Group::Margin,
 ];
+
+/// The limits in their order.
+pub(super) const LIMIT_GROUPS: [Group; LIMITS] = {
+    let [_, limits @ ..] = GROUPS;
+    limits
+};
 
 impl Group {
     /// Number of the limit; `None` for the objective.

@@ -1,8 +1,8 @@
-//! Fixed-structure polish of a controller of one plane: its parameters are moved, with exact derivatives, to raise
-//! the smallest dynamic stiffness of the tool, with every limit kept apart.
+//! Fixed-structure polish of a controller of one plane: its parameters are moved, with exact derivatives, to raise the
+//! smallest dynamic stiffness of the tool, with every limit as a constraint of its own.
 //!
-//! μ-synthesis with one full performance block makes all rows of a specification share one scalar, and spends the slack
-//! where nobody asked for it. The polish starts from its reduced controller and maximises the smallest tool stiffness
+//! In μ-synthesis with one full performance block all rows of a specification share one scalar, and slack in one row
+//! cannot be used in another. The polish starts from its reduced controller and maximises the smallest tool stiffness
 //! over the machine at rest, at top speed and over rotors with shifted modes, subject to: sensitivity of both loops,
 //! gain above the band, current from sensor noise, and the D-scaled μ bound of the specification itself. All of it on
 //! the sampled machine with every mode below Nyquist and the static flexibility of the rest, with hold and delay,

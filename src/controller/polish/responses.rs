@@ -9,11 +9,9 @@
 use super::limits::WEAKEST_BELOW;
 use super::matrix2::{Matrix2, ZERO};
 use super::structure::Line;
-use crate::augment::assembly::{UncertainMode, input_weights, output_weights};
-use crate::augment::channels::channels;
+use crate::augment::assembly::{ProblemWeights, UncertainMode};
 use crate::augment::exposure::Exposure;
 use crate::augment::plane::{LOADS, LOOPS, isotropic};
-use crate::augment::weight_plane::WeightPlane;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64};
 use crate::lti::held::hold_magnitude;
@@ -219,18 +217,15 @@ impl Plants {
         modes: &[UncertainMode],
         weights: &Weights,
     ) -> Result<Vec<Vec<SpecificationLine>>, crate::linalg::NumericError> {
-        let weights = Weights {
-            complementary_sensitivity_limit: None,
-            ..weights.clone()
-        };
+        let round = ProblemWeights::of_specification(modes, weights)?;
         let frame = Frame {
             exposure: Exposure::new(
                 modes.len(),
-                &channels(&weights)?,
+                &round.channels,
                 weights.integral_corner_hz.is_some(),
             ),
-            input: input_weights(modes, &weights, WeightPlane::Laplace)?,
-            output: output_weights(modes, &weights, WeightPlane::Laplace)?,
+            input: round.input,
+            output: round.output,
             ports: modes
                 .iter()
                 .map(|m| CHANNELS + 2 * m.number)

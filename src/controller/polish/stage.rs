@@ -1,7 +1,7 @@
-//! The polish of a controller under way: rounds of descent, the lines renewed round the poles of the loop in between.
+//! Rounds of a polish: descent, and between two rounds new lines round the closed-loop poles.
 //!
-//! A certificate of the whole machine that finds a peak of μ above one between the lines hands it back
-//! ([`Polisher::add_peak`]): the next round has lines there. So the limit on μ is held by cutting planes.
+//! Where a certificate of the whole machine finds a peak of μ above one between the lines, [`Polisher::add_peak`] adds
+//! lines there for the next round: the limit on μ is enforced by cutting planes.
 
 use super::descent::{Effort, FIRST_WEIGHT, PENALTY, descend};
 use super::limits::WEAK_MAGNETS;

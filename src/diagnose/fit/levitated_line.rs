@@ -23,23 +23,17 @@ impl Problem<'_> {
         predicted: &Prediction,
         (r, block): (&mut Vec<f64>, &mut Mat<f64>),
     ) {
-        let Prediction {
-            f,
-            derivatives,
-            order,
-            p,
-            model_error,
-        } = *predicted;
+        let (f, p) = (predicted.f, predicted.p);
         let (first, sweep) = (r.len(), &self.evidence.sweeps[s]);
-        let (measured, sd) = sweep.levitated(line, levitation, model_error);
+        let (measured, sd) = sweep.levitated(line, levitation, predicted.model_error);
         let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[self.model.layout.axis(s, i)]);
         let g = std::array::from_fn(|n| f[SIDE * (n / 4) + n % 4] * gain[n / 4]);
         let closed = Closed::new(levitation, sweep.omega_rad_s[line], &g);
         push(r, &measured.off(&closed, &sd));
-        for (c, column) in order.iter().enumerate() {
+        for (c, column) in predicted.order.iter().enumerate() {
             let change = |i: usize, j: usize| match *column {
                 Column::Axis(record, axis) if (record, axis) == (s, i) => f[SIDE * i + j],
-                _ => column.entry(f, derivatives, i, j) * gain[i],
+                _ => column.entry(f, predicted.derivatives, i, j) * gain[i],
             };
             if !matches!(column, Column::Nothing) {
                 let change = std::array::from_fn(|n| change(n / 4, n % 4));

@@ -163,7 +163,7 @@ impl RecordFault {
     }
 
     /// What is wrong, as a clause.
-    pub fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         match *self {
             Self::ChannelsSwapped { a, b, signal } => format!(
                 "the {}s of {} and {} are swapped",

@@ -84,7 +84,7 @@ impl Plausibility {
     }
 
     /// Remarks: checks that fail without deciding; none where a mistake was found, which is behind them.
-    pub fn remarks(&self) -> impl Iterator<Item = String> {
+    pub(crate) fn remarks(&self) -> impl Iterator<Item = String> {
         let silent = !self.faults.is_empty();
         let failed = self
             .checks

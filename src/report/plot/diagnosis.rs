@@ -2,7 +2,7 @@
 //! hypotheses.
 
 use super::Curve;
-use super::figure::{Axis, Figure, HeatMap, Level, Panel, Series, Shape};
+use super::figure::{Axis, Figure, HeatMap, Panel, Series, Shape};
 use super::style::{Color, Dash, Look, Marker, Role};
 use crate::linalg::c64;
 
@@ -18,11 +18,7 @@ pub fn residual(title: &str, panels: &[(&str, Vec<Curve>)]) -> Figure {
             Axis::log("Residual", "σ"),
         );
         panel.series = curves.iter().map(Curve::series).collect();
-        panel.levels.push(Level {
-            value: 1.0,
-            label: "1 σ".to_owned(),
-            dash: Dash::Dashed,
-        });
+        panel.level(1.0, "1 σ");
         panel.height_px = 215;
         panel
     });
@@ -67,11 +63,7 @@ pub fn channel(
             .series
             .push(Series::curve(name, frequency_hz, values, role.look()));
     }
-    sigma.levels.push(Level {
-        value: 1.0,
-        label: "1 σ".to_owned(),
-        dash: Dash::Dashed,
-    });
+    sigma.level(1.0, "1 σ");
     magnitude.height_px = 215;
     phase.height_px = 130;
     sigma.height_px = 190;
@@ -266,24 +258,6 @@ pub fn ranking(title: &str, names: &[String], scores: &[f64], label: &str) -> Fi
     Figure::new(
         title,
         "Hypotheses in order of how well they explain the difference.",
-        vec![panel],
-    )
-}
-
-/// Measured, model before and model after in one magnitude plot (held-out hammer response).
-pub fn before_after(title: &str, quantity: &str, unit: &str, curves: &[Curve]) -> Figure {
-    let mut panel = Panel::new("", Axis::log("Frequency", "Hz"), Axis::log(quantity, unit));
-    panel.series = curves
-        .iter()
-        .map(|c| match c.role {
-            Role::Measured => Series::curve(c.name, c.x, c.y, data_look(c.x.len())),
-            _ => c.series(),
-        })
-        .collect();
-    panel.height_px = 360;
-    Figure::new(
-        title,
-        "Measured response with the model before and after the correction.",
         vec![panel],
     )
 }

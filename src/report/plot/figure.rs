@@ -57,7 +57,7 @@ impl Axis {
     }
 
     /// A linear axis whose positions 0, 1, 2, … carry names.
-    pub fn categories(label: &str, names: Vec<String>) -> Self {
+    pub(crate) fn categories(label: &str, names: Vec<String>) -> Self {
         let last = names.len() as f64 - 0.5;
         Self {
             categories: names,
@@ -91,7 +91,7 @@ impl Axis {
     }
 
     /// Label with its unit, as printed beside the axis.
-    pub fn caption(&self) -> String {
+    pub(crate) fn caption(&self) -> String {
         if self.unit.is_empty() {
             self.label.clone()
         } else {
@@ -198,6 +198,19 @@ pub struct Mark {
     pub legend: String,
 }
 
+impl Mark {
+    /// The top speed on an axis of speed or frequency.
+    pub(crate) fn top_speed(value: f64) -> Self {
+        Self {
+            value,
+            label: "top speed".to_owned(),
+            color: Color::Grey,
+            dash: Dash::Dotted,
+            legend: String::new(),
+        }
+    }
+}
+
 /// A map of values over a numeric x and named rows.
 #[derive(Clone, Debug)]
 pub struct HeatMap {
@@ -249,6 +262,15 @@ impl Panel {
             height_px: 300,
         }
     }
+
+    /// Adds a dashed reference line.
+    pub(crate) fn level(&mut self, value: f64, label: impl Into<String>) {
+        self.levels.push(Level {
+            value,
+            label: label.into(),
+            dash: Dash::Dashed,
+        });
+    }
 }
 
 /// A picture: title, panels in a grid, one legend for all of them.
@@ -279,7 +301,7 @@ impl Figure {
     }
 
     /// The same figure with that many panels a row.
-    pub fn with_columns(self, columns: usize) -> Self {
+    pub(crate) fn with_columns(self, columns: usize) -> Self {
         Self {
             columns: columns.max(1),
             ..self

@@ -111,7 +111,7 @@ fn outlier_free(q: &ToolQuantity) -> Option<[f64; 2]> {
 }
 
 /// Dynamic stiffness of every tool (N/m over Hz, drawn in N/µm), one panel a controller: heading and curves.
-pub fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: f64) -> Figure {
+pub(crate) fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: f64) -> Figure {
     // One range for both, round the softest points of the tools: far above them, and far below the usual, nothing is
     // decided.
     let softest = panels.iter().flat_map(|(_, curves)| curves).map(|c| {
@@ -127,13 +127,7 @@ pub fn tool_stiffness(title: &str, panels: &[(&str, Vec<Curve>)], marked_hz: f64
         let y = range.map_or(y.clone(), |(low, high)| y.with_range(low, high));
         let mut panel = Panel::new(name, Axis::log("Frequency", "Hz"), y);
         panel.series = curves.iter().map(|c| c.scaled(1e-6)).collect();
-        panel.marks = vec![super::figure::Mark {
-            value: marked_hz,
-            label: "top speed".to_owned(),
-            color: Color::Grey,
-            dash: Dash::Dotted,
-            legend: String::new(),
-        }];
+        panel.marks = vec![super::figure::Mark::top_speed(marked_hz)];
         panel.height_px = 330;
         panel
     });

@@ -114,7 +114,7 @@ impl Figure {
     ///
     /// # Errors
     /// [`PlotError::Empty`], [`PlotError::Lengths`].
-    pub fn check(&self) -> Result<(), PlotError> {
+    pub(crate) fn check(&self) -> Result<(), PlotError> {
         if self.panels.is_empty() {
             return Err(PlotError::Empty {
                 title: self.title.clone(),

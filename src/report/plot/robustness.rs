@@ -1,7 +1,7 @@
 //! Pictures of synthesis: μ per iteration with both bounds, D-scale fits, μ against the controller's order.
 
 use super::Curve;
-use super::figure::{Axis, Figure, Level, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Panel, Series, Shape};
 use super::style::{Color, Dash, Look, Marker, Role};
 
 /// μ over frequency after one step of the iteration.
@@ -45,11 +45,7 @@ pub fn mu_over_frequency(title: &str, steps: &[MuStep]) -> Figure {
             .series
             .push(Series::curve(&name, step.frequency_hz, step.upper, look));
     }
-    panel.levels.push(Level {
-        value: 1.0,
-        label: "µ = 1".to_owned(),
-        dash: Dash::Dashed,
-    });
+    panel.level(1.0, "µ = 1");
     let top = steps
         .iter()
         .flat_map(|s| s.upper)
@@ -94,11 +90,7 @@ pub fn mu_per_iteration(title: &str, gamma: &[f64], mu_peak: &[f64]) -> Figure {
             blue.with_marker(Marker::Disc),
         ),
     ];
-    panel.levels.push(Level {
-        value: 1.0,
-        label: "1".to_owned(),
-        dash: Dash::Dashed,
-    });
+    panel.level(1.0, "1");
     panel.height_px = 260;
     Figure::new(
         title,
@@ -165,11 +157,7 @@ pub fn mu_against_order(title: &str, curves: &[Curve], budget: f64, chosen: (f64
     panel
         .series
         .push(Series::curve(&name, &[chosen.0], &[chosen.1], star));
-    panel.levels.push(Level {
-        value: budget,
-        label: format!("budget {budget:.3}"),
-        dash: Dash::Dashed,
-    });
+    panel.level(budget, format!("budget {budget:.3}"));
     // Orders too low to stabilise give values without meaning for the choice.
     let finite = curves.iter().flat_map(|c| c.y).filter(|y| y.is_finite());
     let high = finite.fold(budget, |a: f64, b| a.max(*b)).min(3.0 * budget);

@@ -1,6 +1,6 @@
 //! Pictures over speed: decay with the intervals in which stability is proven, and μ of the rotating plant.
 
-use super::figure::{Axis, Figure, Level, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Panel, Series, Shape};
 use super::style::{Color, Dash, Look, Marker};
 
 /// A proven interval: centre and half width, in rpm, and the growth rate at the centre.
@@ -46,11 +46,7 @@ pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64
         &y,
         Look::line(Color::Vermillion, Dash::Solid).with_marker(Marker::Circle),
     ));
-    growth.levels.push(Level {
-        value: 0.0,
-        label: "unstable above".to_owned(),
-        dash: Dash::Dashed,
-    });
+    growth.level(0.0, "unstable above");
     let last = centres
         .iter()
         .map(|c| c.centre_rpm + c.radius_rpm)
@@ -58,13 +54,7 @@ pub(crate) fn stability_over_speed(title: &str, centres: &[Proven], max_rpm: f64
     for panel in [&mut reach, &mut growth] {
         panel.height_px = 230;
         panel.x.range = Some([0.0, last]);
-        panel.marks.push(super::figure::Mark {
-            value: max_rpm,
-            label: "top speed".to_owned(),
-            color: Color::Grey,
-            dash: Dash::Dotted,
-            legend: String::new(),
-        });
+        panel.marks.push(super::figure::Mark::top_speed(max_rpm));
     }
     Figure::new(
         title,
@@ -86,11 +76,7 @@ pub(crate) fn mu_over_speed(title: &str, speed_rpm: &[f64], mu: &[f64]) -> Figur
         mu,
         Look::line(Color::Blue, Dash::Solid).with_marker(Marker::Disc),
     ));
-    panel.levels.push(Level {
-        value: 1.0,
-        label: "µ = 1".to_owned(),
-        dash: Dash::Dashed,
-    });
+    panel.level(1.0, "µ = 1");
     let top = mu
         .iter()
         .filter(|m| m.is_finite())

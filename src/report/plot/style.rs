@@ -96,7 +96,7 @@ impl Look {
     }
 
     /// Markers without a line.
-    pub fn points(color: Color, marker: Marker) -> Self {
+    pub(crate) fn points(color: Color, marker: Marker) -> Self {
         Self {
             color,
             line: None,
@@ -144,7 +144,7 @@ pub enum Role {
 
 impl Role {
     /// Its look.
-    pub fn look(self) -> Look {
+    pub(crate) fn look(self) -> Look {
         match self {
             Self::Nominal => Look::line(Color::Grey, Dash::Dashed),
             Self::Updated | Self::Mu => Look::line(Color::Blue, Dash::Solid),

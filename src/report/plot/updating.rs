@@ -1,6 +1,6 @@
 //! Pictures of model updating: modulus factors, what the data determine, errors per frequency.
 
-use super::figure::{Axis, Figure, Level, Panel, Series, Shape};
+use super::figure::{Axis, Figure, Panel, Series, Shape};
 use super::style::{Color, Dash, Look};
 
 /// Modulus factors as bars with the standard deviations that data and prior leave.
@@ -34,11 +34,7 @@ pub fn modulus_factors(
         .map(|(k, f)| f + standard_deviation.get(k).copied().unwrap_or(0.0));
     let top = tops.filter(|t| t.is_finite()).fold(1.0, f64::max);
     panel.y.range = Some([0.0, (top * 5.5).ceil() / 5.0]);
-    panel.levels.push(Level {
-        value: 1.0,
-        label: "nominal".to_owned(),
-        dash: Dash::Dashed,
-    });
+    panel.level(1.0, "nominal");
     Figure::new(
         title,
         "Factor on the modulus of each region after updating, with its standard deviation.",

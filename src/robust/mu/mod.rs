@@ -14,7 +14,6 @@ pub mod minimax_step;
 pub mod mixed;
 pub mod peak;
 pub(crate) mod reduction;
-pub mod robstab;
 mod search;
 pub mod system;
 

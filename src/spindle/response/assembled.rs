@@ -58,7 +58,7 @@ impl Assembled {
     }
 
     /// Negative stiffness, front and rear, N/m.
-    pub fn negative_stiffness(&self) -> [f64; 2] {
+    pub(crate) fn negative_stiffness(&self) -> [f64; 2] {
         [0, 1].map(|b| self.effective.bearings[b].ks_n_per_m)
     }
 
@@ -68,7 +68,7 @@ impl Assembled {
     }
 
     /// Whether x and y are coupled.
-    pub fn coupled(&self) -> bool {
+    pub(crate) fn coupled(&self) -> bool {
         self.coupled
     }
 

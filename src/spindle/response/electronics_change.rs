@@ -44,7 +44,7 @@ impl Change {
     }
 
     /// ∂F of a response F of a machine at a line.
-    pub fn slope(&self, machine: &Effective, f: &Square, omega_rad_s: f64) -> Square {
+    pub(crate) fn slope(&self, machine: &Effective, f: &Square, omega_rad_s: f64) -> Square {
         let s = c64::new(0.0, omega_rad_s);
         let mut all = [ZERO; SIDE * SIDE];
         for b in (0..2).filter(|b| self.axes[2 * b] || self.axes[2 * b + 1]) {

@@ -25,7 +25,7 @@ pub enum Law {
 
 impl Law {
     /// The springs and circulatory laws, with their stiffness, that make up a constant gain.
-    pub fn parts(gain: c64) -> impl Iterator<Item = (Self, f64)> {
+    pub(crate) fn parts(gain: c64) -> impl Iterator<Item = (Self, f64)> {
         let all = [(Self::Spring, -gain.re), (Self::Circulatory, gain.im)];
         all.into_iter().filter(|(_, value)| *value != 0.0)
     }

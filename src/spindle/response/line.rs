@@ -24,7 +24,7 @@ pub struct Line {
 impl Line {
     /// A line of electronics round a shaft that is known, with derivatives to `numbers` of the electronics; those to
     /// numbers of the shaft are zero.
-    pub fn round(
+    pub(crate) fn round(
         receptance: &Receptance,
         machine: &Effective,
         omega_rad_s: f64,

@@ -70,12 +70,12 @@ impl MachineParameters {
     }
 
     /// Number of parameters.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.reading(4)
     }
 
     /// Index of ln ki of bearing 0 or 1.
-    pub fn ki(&self, bearing: usize) -> usize {
+    pub(crate) fn ki(&self, bearing: usize) -> usize {
         self.groups + bearing
     }
 
@@ -111,7 +111,7 @@ impl MachineParameters {
     }
 
     /// The machine with bearings and damping moved (moduli are moved in the reduced model).
-    pub fn bearings(&self, machine: &Machine, p: &[f64]) -> Machine {
+    pub(crate) fn bearings(&self, machine: &Machine, p: &[f64]) -> Machine {
         let mut moved = machine.clone();
         for (b, bearing) in [&mut moved.spindle.front, &mut moved.spindle.rear]
             .into_iter()

@@ -68,12 +68,12 @@ impl Assembled {
 
 impl Ported {
     /// The 3×3 part between sensors, tool and bearings of a matrix of this shape.
-    pub fn block(&self, of: &[c64]) -> [c64; 9] {
+    pub(crate) fn block(&self, of: &[c64]) -> [c64; 9] {
         std::array::from_fn(|n| of[n / 3 * self.side + n % 3])
     }
 
     /// An entry.
-    pub fn at(&self, row: usize, column: usize) -> c64 {
+    pub(crate) fn at(&self, row: usize, column: usize) -> c64 {
         self.response[row * self.side + column]
     }
 }

@@ -27,7 +27,7 @@ impl Probe {
     ///
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
-    pub fn row(self, shaft: &ReducedShaft) -> Result<Vec<f64>, SpindleError> {
+    pub(crate) fn row(self, shaft: &ReducedShaft) -> Result<Vec<f64>, SpindleError> {
         let joint = |i: usize| {
             shaft
                 .joint

@@ -39,7 +39,7 @@ const JOINT_START: [f64; 3] = [2e8, 1e5, 0.0];
 
 /// Reduced matrices of a shaft, and what its ports see.
 #[derive(Clone, Debug)]
-pub struct ReducedShaft {
+pub(crate) struct ReducedShaft {
     rotor: Rotor,
     /// The same with the elements of the file.
     file: Rotor,
@@ -72,7 +72,7 @@ impl ReducedShaft {
     ///
     /// # Errors
     /// [`SpindleError`] when the machine breaks a rule or an eigenvalue iteration fails.
-    pub fn new(
+    pub(crate) fn new(
         machine: &Machine,
         group_of_element: &[usize],
         movable_joint: bool,
@@ -143,17 +143,12 @@ impl ReducedShaft {
     }
 
     /// Number of coordinates.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.shapes.ncols()
     }
 
-    /// True without coordinates.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// First and last position on the shaft, m.
-    pub fn span_m(&self) -> (f64, f64) {
+    pub(crate) fn span_m(&self) -> (f64, f64) {
         (self.rotor.from_m(), self.rotor.to_m())
     }
 
@@ -161,7 +156,7 @@ impl ReducedShaft {
     ///
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
-    pub fn row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
+    pub(crate) fn row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         Ok(self.reduced(&self.rotor.shape_at("port", position_m)?))
     }
 
@@ -169,7 +164,7 @@ impl ReducedShaft {
     ///
     /// # Errors
     /// [`SpindleError`] for a position off the shaft.
-    pub fn slope_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
+    pub(crate) fn slope_row(&self, position_m: f64) -> Result<Vec<f64>, SpindleError> {
         Ok(self.reduced(&self.rotor.slope_at("port", position_m)?))
     }
 

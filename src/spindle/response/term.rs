@@ -40,7 +40,7 @@ impl Term {
 }
 
 /// A sum of terms with factors.
-pub type Sum = Vec<(f64, Term)>;
+pub(crate) type Sum = Vec<(f64, Term)>;
 
 /// What a derivative to a number of an effect consists of.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +70,7 @@ impl Number {
     }
 
     /// Whether it couples x and y.
-    pub fn couples(&self) -> bool {
+    pub(crate) fn couples(&self) -> bool {
         self.any(|term| match term {
             Term::Bond(_, law) | Term::Shift(_, _, law) => *law == Law::Circulatory,
             _ => false,
@@ -78,7 +78,7 @@ impl Number {
     }
 
     /// Whether it needs the strains of the shaft.
-    pub fn bends(&self) -> bool {
+    pub(crate) fn bends(&self) -> bool {
         self.any(|term| matches!(term, Term::Modulus(_)))
     }
 }

@@ -1,19 +1,18 @@
 //! Uncertainty of actuators, sensors, magnets and delay: the problem closed with an error is the problem of the machine
 //! that has it, and μ of two errors alone against the largest spectral radius over their phases.
 
+use crate::support::inputs::short_search;
 use muspin::augment::assembly::{UncertainMode, generalized_plane};
 use muspin::augment::hardware::Uncertainty;
 use muspin::augment::plane::{Route, design_plane};
 use muspin::augment::shape::Shape;
 use muspin::augment::weight_plane::WeightPlane;
 use muspin::augment::weights::{Limits, Weights};
-use muspin::controller::ControlLaw;
 use muspin::input::{load_machine, load_weights, read_weights};
 use muspin::linalg::{Mat, c64, solve_complex};
 use muspin::lti::Response;
-use muspin::lti::sample::tustin;
-use muspin::pid::settings::TuneSettings;
 use muspin::pid::tune::textbook;
+use muspin::pipeline::comparison::discrete;
 use muspin::pipeline::speed_mu::mu_at_speed;
 use muspin::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::{PI, TAU};
@@ -151,19 +150,10 @@ fn mu_of_two_errors_alone_is_the_largest_spectral_radius_over_their_phases() {
         max_hf_displacement_m: 1e4 * l.max_hf_displacement_m,
         ..*l
     };
-    let settings = TuneSettings {
-        starts: 400,
-        basins: 1,
-        steps: 12,
-        speeds: 2,
-        ..TuneSettings::quick()
-    };
     for machine in machines() {
         let period_s = machine.spindle.electronics.sample_period_s();
-        let law = match textbook(&machine, &settings).unwrap().controller.law {
-            ControlLaw::Discrete(law) => law,
-            ControlLaw::Continuous(law) => tustin(&law, period_s).unwrap(),
-        };
+        let pid = textbook(&machine, &short_search()).unwrap();
+        let law = discrete(&pid.controller, period_s).unwrap();
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
         let ks = [&machine.spindle.front, &machine.spindle.rear].map(|b| b.ks_n_per_m);
         let kinds = [

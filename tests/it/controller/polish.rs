@@ -1,5 +1,6 @@
 //! The polish of a controller: its derivatives, and what a few steps make of a start.
 
+use crate::support::inputs::short_search;
 use muspin::augment::assembly::UncertainMode;
 use muspin::augment::plane::connected_part;
 use muspin::augment::split::gyroscopic_split;
@@ -13,7 +14,6 @@ use muspin::input::{load_machine, load_weights};
 use muspin::linalg::Mat;
 use muspin::lti::connect::append;
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
-use muspin::pid::settings::TuneSettings;
 use muspin::pid::tune::tune;
 use muspin::predict::stiffness::dynamic_stiffness;
 use muspin::spindle::{Machine, ModelDetail, Plant};
@@ -67,14 +67,7 @@ fn polisher<'a>(
 
 /// A quickly found PID of one plane; a slow real pole in place of each integrator is the polish's own doing.
 fn start(machine: &Machine) -> StateSpace<Discrete> {
-    let settings = TuneSettings {
-        starts: 400,
-        basins: 1,
-        steps: 12,
-        speeds: 2,
-        ..TuneSettings::quick()
-    };
-    let found = tune(machine, &settings, &mut |_, _| {}).unwrap();
+    let found = tune(machine, &short_search(), &mut |_, _| {}).unwrap();
     let ControlLaw::Discrete(law) = found.controller.law else {
         panic!("sampled")
     };

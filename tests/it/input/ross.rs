@@ -1,6 +1,7 @@
 //! Rotor files of ROSS: its own frequencies of the free rotor, the spindle file that asks for the rest, the way back.
 
 use crate::cli::program::muspin;
+use crate::support::inputs::cut;
 use muspin::input::ross::{RossRotor, read_ross};
 use muspin::input::{load_machine, read_spindle};
 use muspin::rotor::{Damping, PlanarModes, Rotor, Section, Shear};
@@ -171,18 +172,7 @@ fn a_cone_becomes_cylinders_that_keep_its_frequencies() {
             fine.push(section);
             continue;
         }
-        let at = |d: [f64; 2], k: usize| d[0] + (d[1] - d[0]) * k as f64 / 8.0;
-        fine.extend((0..8).map(|k| {
-            let cut = |d: [f64; 2]| [at(d, k), at(d, k + 1)];
-            Section {
-                length_m: section.length_m / 8.0,
-                outer_diameter_m: cut(section.outer_diameter_m),
-                inner_diameter_m: cut(section.inner_diameter_m),
-                mass_outer_diameter_m: cut(section.mass_outer_diameter_m),
-                mass_inner_diameter_m: cut(section.mass_inner_diameter_m),
-                ..section.clone()
-            }
-        }));
+        fine.extend(cut(&section, 8));
     }
     let fine = Rotor::new(0.0, fine, &rotor.discs).unwrap();
     let coarse = shaft(&rotor);

@@ -1,3 +1,4 @@
 //! Dense algebra.
 
+mod polynomial;
 mod solve_care;

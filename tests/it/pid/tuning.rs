@@ -1,5 +1,6 @@
 //! The PID: its formula, its tuner on the reference spindle, its honesty.
 
+use crate::support::inputs::short_search;
 use muspin::controller::ControlLaw;
 use muspin::controller::amplifier_demand::{
     AmplifierDemand, high_frequency_gain, high_frequency_hz,
@@ -166,10 +167,7 @@ fn show(c: &PidCertificate, clock: std::time::Instant) {
 fn the_search_depends_on_the_seed_and_not_on_the_threads() {
     let settings = TuneSettings {
         starts: 800,
-        basins: 1,
-        steps: 12,
-        speeds: 2,
-        ..TuneSettings::quick()
+        ..short_search()
     };
     let with = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new()

@@ -1,7 +1,9 @@
 //! Designs and whole runs.
 
+mod bracket;
 mod design_options;
 mod problem_files;
+mod real_corners;
 mod whole_machine;
 mod whole_machine_mu;
 mod whole_machine_run;

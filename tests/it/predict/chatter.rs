@@ -206,3 +206,19 @@ fn values_out_of_range_are_named() {
             .is_none()
     );
 }
+
+#[test]
+fn up_and_down_milling_mirror_each_other_and_end_in_a_slot() {
+    for width in [0.1, 0.5, 0.8] {
+        let (up, down) = (
+            Engagement::up_milling(4, width),
+            Engagement::down_milling(4, width),
+        );
+        assert!((up.exit_rad + down.entry_rad - PI).abs() < 1e-12);
+        // The radial width of cut, in diameters, between entry and exit of the tooth.
+        let cut = 0.5 * (up.entry_rad.cos() - up.exit_rad.cos());
+        assert!((cut - width).abs() < 1e-12);
+    }
+    assert_eq!(Engagement::up_milling(2, 1.0), Engagement::slot(2));
+    assert_eq!(Engagement::down_milling(2, 1.0), Engagement::slot(2));
+}

@@ -1,7 +1,7 @@
 //! Pictures: every builder draws, the same figure gives the same bytes, and the table holds what is drawn.
 
 use muspin::linalg::c64;
-use muspin::report::plot::diagnosis::{before_after, impedance, localisation, ranking, residual};
+use muspin::report::plot::diagnosis::{impedance, localisation, ranking, residual};
 use muspin::report::plot::figure::{Axis, Figure, Panel, Series};
 use muspin::report::plot::loops::{
     MarkedFrequency, Peak, ResponseCurve, bode, dynamic_stiffness, nyquist, sensitivity,
@@ -482,28 +482,6 @@ fn gallery() -> Vec<(&'static str, Figure)> {
                 &names,
                 &[420.0, 380.0, 120.0, 60.0, 3.0],
                 "Gain in log likelihood",
-            ),
-        ),
-        (
-            "held-out",
-            before_after(
-                "Hammer at the tool (held out)",
-                "Compliance",
-                "m/N",
-                &[
-                    Curve {
-                        name: "measured",
-                        role: Role::Measured,
-                        x: &f_lin,
-                        y: &before,
-                    },
-                    Curve {
-                        name: "model after",
-                        role: Role::Updated,
-                        x: &f_lin,
-                        y: &after,
-                    },
-                ],
             ),
         ),
         (

@@ -66,26 +66,27 @@ fn branch_and_bound_finds_the_peak_of_the_full_sweep() {
 fn the_margin_of_a_spring_with_uncertain_stiffness_is_its_closed_form() {
     use muspin::augment::Block;
     use muspin::linalg::Mat;
-    use muspin::lti::{Continuous, StateSpace};
-    use muspin::robust::mu::robstab::robust_stability;
+    use muspin::lti::{Continuous, Response, StateSpace};
     // q'' + 2ζ q' + q = −δ q is unstable first for δ = −1 (real); a complex δ of size 2ζ√(1 − ζ²) is enough.
     for damping in [1e-4, 1e-2, 0.3] {
         let a = Mat::from_fn(2, 2, |i, j| [[0.0, 1.0], [-1.0, -2.0 * damping]][i][j]);
         let b = Mat::from_fn(2, 1, |i, _| [0.0, -1.0][i]);
         let c = Mat::from_fn(1, 2, |_, j| [1.0, 0.0][j]);
         let n = StateSpace::new(a, b, c, Mat::zeros(1, 1), Continuous).unwrap();
-        let found = robust_stability(&n, &[Block::ComplexScalar { n: 1 }], 1e-4).unwrap();
+        let peak = |block: Block| MuSystem::new(&n, &[block]).unwrap().peak(1e-4);
+        let found = peak(Block::ComplexScalar { n: 1 }).unwrap();
+        // Certified below, attained above.
+        let [below, above] = [found.upper, found.bounds.lower].map(f64::recip);
         let exact = 2.0 * damping * (1.0 - damping * damping).sqrt();
-        assert!(found.margin_lower <= exact && found.margin_lower > exact * (1.0 - 2e-4));
-        assert!(
-            (found.margin_upper / exact - 1.0).abs() < 1e-6,
-            "{damping} {}",
-            found.margin_upper
-        );
-        assert!(found.singularity < 1e-9);
-        let real = robust_stability(&n, &[Block::RealScalar { n: 1 }], 1e-4);
-        if let Ok(real) = real {
-            assert!(real.margin_lower <= 1.0 + 1e-9, "{}", real.margin_lower);
-        }
+        assert!(below <= exact && below > exact * (1.0 - 2e-4));
+        assert!((above / exact - 1.0).abs() < 1e-6, "{damping} {above}");
+        // The worst perturbation puts a pole on the axis: 1 = δ N(jω).
+        let delta = found.bounds.delta[(0, 0)];
+        let gain = delta * n.at(found.omega_rad_s)[(0, 0)];
+        assert!((1.0 - gain).norm() < 1e-9 * (1.0 + gain.norm()), "{gain}");
+        let real = peak(Block::RealScalar { n: 1 }).unwrap();
+        let [below, above] = [real.upper, real.bounds.lower].map(f64::recip);
+        assert!(below <= 1.0 + 1e-9 && below > 1.0 - 2e-4, "{below}");
+        assert!((above - 1.0).abs() < 1e-6, "{above}");
     }
 }

@@ -1,11 +1,12 @@
 //! Every effect of the catalogue changes the plant as its closed form says.
 
 use crate::spindle::spindle_plant::{block_error, catalogue, krpm, reference};
+use crate::support::inputs::cut;
 use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64, solve};
 use muspin::lti::Response;
 
-use muspin::rotor::{PlanarModes, Section};
+use muspin::rotor::PlanarModes;
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
@@ -154,22 +155,6 @@ fn geometry_and_stiffness_effects_equal_a_changed_file() {
     same(&pull, &softer, 1e-6);
 }
 
-/// The section cut in three.
-fn thirds(section: &Section) -> [Section; 3] {
-    let at = |d: [f64; 2], k: usize| d[0] + k as f64 / 3.0 * (d[1] - d[0]);
-    [0, 1, 2].map(|k| {
-        let cut = |d: [f64; 2]| [at(d, k), at(d, k + 1)];
-        Section {
-            length_m: section.length_m / 3.0,
-            outer_diameter_m: cut(section.outer_diameter_m),
-            inner_diameter_m: cut(section.inner_diameter_m),
-            mass_outer_diameter_m: cut(section.mass_outer_diameter_m),
-            mass_inner_diameter_m: cut(section.mass_inner_diameter_m),
-            ..section.clone()
-        }
-    })
-}
-
 #[test]
 fn a_tilting_stiffness_acts_against_the_slope_that_a_mesh_three_times_as_fine_reads() {
     let own = |name: &str, tool: &str| {
@@ -195,7 +180,7 @@ fn a_tilting_stiffness_acts_against_the_slope_that_a_mesh_three_times_as_fine_re
             z < left
         });
         let place = place.unwrap();
-        let parts = thirds(&finer.spindle.sections[place]);
+        let parts = cut(&finer.spindle.sections[place], 3);
         finer.spindle.sections.splice(place..=place, parts);
         let rotor = finer.rotor().unwrap();
         let matrices = PlanarModes::new(&rotor).unwrap().matrices;

@@ -1,0 +1,173 @@
+//! A design with the options of its command: a tightened specification, the other route, controllers of lower order,
+//! the limit of the stiffness.
+
+use super::PipelineError;
+use super::comparison::{Prediction, predict};
+use super::design::{Design, design, design_in_words};
+use super::emulation::PADE_ORDER;
+use super::loop_curves::LoopCurves;
+use super::order_curve::{OrderCurve, lowest_order};
+use super::progress::{Event, Listener};
+use super::run::{at_rest_and_top_speed, by_arithmetic, unpolished};
+use super::settings::DesignSettings;
+use super::tightening::{Tightening, tightened, tighter};
+use crate::augment::plane::Route;
+use crate::augment::weights::Weights;
+use crate::controller::stiffness_limit::StiffnessLimit;
+use crate::spindle::Machine;
+
+/// What is asked beside the design.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Questions {
+    /// A tightened specification, compared with the one as written.
+    pub tightening: Option<Tightening>,
+    /// The design by the other route.
+    pub other_route: bool,
+    /// The lowest order that keeps stiffness and goals; it is delivered.
+    pub lowest_order: bool,
+    /// The limit of the tool stiffness over all linear controllers.
+    pub limit: bool,
+}
+
+/// A design with its answers.
+#[derive(Clone, Debug)]
+pub(crate) struct Study {
+    /// The design.
+    pub design: Design,
+    /// The specification that it was asked to meet.
+    pub weights: Weights,
+    /// Tool stiffness against order.
+    pub orders: Option<OrderCurve>,
+    /// The loop at rest and at top speed.
+    pub delivered: [Prediction; 2],
+    /// The loop at rest with the coefficients of each arithmetic.
+    pub arithmetic: Vec<Prediction>,
+    /// The design as written, where this one is tightened.
+    pub written: Option<AsWritten>,
+    /// The design by the other route.
+    pub other_route: Option<OtherRoute>,
+    /// The loop at rest and at top speed before the polish.
+    pub unpolished: Option<[Prediction; 2]>,
+    /// The limit of the stiffness.
+    pub limit: Option<StiffnessLimit>,
+    /// Curves of the loop.
+    pub curves: LoopCurves,
+}
+
+/// The design with the specification as written beside a tightened one.
+#[derive(Clone, Debug)]
+pub(crate) struct AsWritten {
+    /// The design.
+    pub design: Design,
+    /// Its loop at rest.
+    pub rest: Prediction,
+    /// What was asked.
+    pub asked: Tightening,
+    /// Factor by which the other design is tightened.
+    pub factor: f64,
+}
+
+/// The design by the other route.
+#[derive(Clone, Debug)]
+pub(crate) struct OtherRoute {
+    /// The route.
+    pub route: Route,
+    /// Design and its loop at rest, or why it does not survive sampling.
+    pub found: Result<Box<(Design, Prediction)>, String>,
+}
+
+/// Designs, and answers what is asked beside the design.
+///
+/// # Errors
+/// [`PipelineError`] of the stage that failed.
+pub(crate) fn study(
+    machine: &Machine,
+    written: &Weights,
+    settings: &DesignSettings,
+    questions: Questions,
+    progress: &mut Listener,
+) -> Result<Study, PipelineError> {
+    let (mut found, factor) = match questions.tightening {
+        None => (design_in_words(machine, written, settings, progress)?, 1.0),
+        Some(asked) => tightened(machine, written, settings, asked, progress)?,
+    };
+    let weights = tighter(written, factor);
+    let orders = match questions.lowest_order {
+        true => Some(lowest_order(
+            machine, &weights, settings, &mut found, progress,
+        )?),
+        false => None,
+    };
+    let delivered = at_rest_and_top_speed(machine, &found.delivery.controller)?;
+    let arithmetic = by_arithmetic(machine, &found)?;
+    let as_written = match questions.tightening {
+        Some(asked) => {
+            let design = design_in_words(machine, written, settings, progress)?;
+            let rest = predict(machine, &design.delivery.controller, 0.0)?;
+            Some(AsWritten {
+                design,
+                rest,
+                asked,
+                factor,
+            })
+        }
+        None => None,
+    };
+    let other_route = match questions.other_route {
+        true => {
+            let other = other_route(machine, &weights, settings)?;
+            progress(Event::Found("both routes designed"));
+            Some(other)
+        }
+        false => None,
+    };
+    let unpolished = unpolished(machine, &found)?;
+    let limit = match questions.limit {
+        true => {
+            progress(Event::Begins("limit of the stiffness"));
+            Some(found.stiffness_limit(machine)?)
+        }
+        false => None,
+    };
+    let curves = LoopCurves::of(machine, &found.delivery.controller, &delivered[0])?;
+    Ok(Study {
+        design: found,
+        weights,
+        orders,
+        delivered,
+        arithmetic,
+        written: as_written,
+        other_route,
+        unpolished,
+        limit,
+        curves,
+    })
+}
+
+/// The design by the route that the settings do not take.
+fn other_route(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+) -> Result<OtherRoute, PipelineError> {
+    let route = match settings.route {
+        Route::Direct => Route::Emulation {
+            pade_order: PADE_ORDER,
+        },
+        Route::Emulation { .. } => Route::Direct,
+    };
+    let settings = DesignSettings {
+        route,
+        ..settings.clone()
+    };
+    let found = match design(machine, weights, &settings, &mut |_| {}) {
+        Ok(other) => {
+            let rest = predict(machine, &other.delivery.controller, 0.0)?;
+            Ok(Box::new((other, rest)))
+        }
+        // That it does not survive sampling is the answer of the comparison.
+        Err(error @ PipelineError::Emulated { .. }) => Err(error.to_string()),
+        Err(error) => return Err(error),
+    };
+    Ok(OtherRoute { route, found })
+}
