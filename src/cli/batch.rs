@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         ));
         rows.push(one(arguments, variant, &weights, &progress, console)?);
     }
-    arguments.timings.print(&progress);
+    arguments.timings.print(&progress.times());
     drop(progress);
     let top_hz = variants.first().map(|v| v.machine.spindle.max_rpm / 60.0);
     let mut report = Report::default();

@@ -128,7 +128,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     report.verdict(met, sentence);
     progress.timed("report");
     console.writing(|| report.write(&arguments.out))?;
-    arguments.timings.print(&progress);
+    arguments.timings.print(&progress.times());
     drop(progress);
     for (_, each) in &list {
         if let Some((growth, rpm)) = each.unstable() {

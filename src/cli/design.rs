@@ -104,7 +104,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         report.problem(&ProblemSet::of(found, &study.weights)?)?;
     }
     console.writing(|| report.write(&arguments.out))?;
-    arguments.timings.print(&progress);
+    arguments.timings.print(&progress.times());
     drop(progress);
     let ended = outcome(found, [rest, speed]);
     let out = arguments.out.as_str();

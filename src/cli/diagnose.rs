@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
             unstable.push(format!("{}: with the corrected model {words}", hammer.name));
         }
     }
-    arguments.timings.print(&progress);
+    arguments.timings.print(&progress.times());
     drop(progress);
     unstable.iter().for_each(|line| eprintln!("{line}"));
     let mut summary = Summary::new();

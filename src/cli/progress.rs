@@ -64,7 +64,7 @@ impl Progress {
     }
 
     /// Ends the stage that [`Progress::timed`] began, if one runs.
-    pub(crate) fn end_timed(&self) {
+    fn end_timed(&self) {
         let running = self
             .timed
             .lock()
@@ -73,6 +73,12 @@ impl Progress {
         if let Some(stage) = running {
             self.watch().lap(&stage);
         }
+    }
+
+    /// Times of the stages, that of the running one included.
+    pub(crate) fn times(&self) -> MutexGuard<'_, Stopwatch> {
+        self.end_timed();
+        self.watch()
     }
 
     /// A part of the command begins, such as a design.

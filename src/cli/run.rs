@@ -94,7 +94,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let pid = found.pid().map(|p| &p.controller);
     report.controller(&found.machine, &found.design, pid)?;
     console.writing(|| report.write(&arguments.out))?;
-    arguments.timings.print(&progress);
+    arguments.timings.print(&progress.times());
     drop(progress);
     let out = arguments.out.as_str();
     let ended = outcome(&found.design, found.delivered.each_ref());

@@ -1,6 +1,5 @@
 //! `--timings`: wall and processor time of each stage of a long command, on standard error.
 
-use super::progress::Progress;
 use rustix::time::{ClockId, clock_gettime};
 use std::io::Write;
 use std::time::Instant;
@@ -15,11 +14,10 @@ pub(super) struct Timings {
 
 impl Timings {
     /// Prints a table when it was asked for.
-    pub(super) fn print(self, progress: &Progress) {
+    pub(super) fn print(self, watch: &Stopwatch) {
         if self.timings {
-            progress.end_timed();
             // Nobody reads a closed standard error.
-            let _ = std::io::stderr().write_all(progress.watch().table().as_bytes());
+            let _ = std::io::stderr().write_all(watch.table().as_bytes());
         }
     }
 }

@@ -66,7 +66,13 @@ impl Assembled {
             first,
         };
         if !self.plane_springs.is_empty() {
-            return self.line_in_planes(&whirl, parameters, numbers);
+            let (receptance, response, derivatives) =
+                self.line_in_planes(&whirl, parameters, numbers);
+            return Line {
+                receptance,
+                response,
+                derivatives,
+            };
         }
         let (forward, backward) = (&whirl.forward, whirl.backward.as_ref());
         let receptance = Receptance {

@@ -8,7 +8,6 @@ use super::assembled::{Assembled, Planar, Receptance};
 use super::channels::{IN, OUT, SIDE, Square, ZERO, planar};
 use super::electronics::ElectronicsLine;
 use super::feedback::{Feedback, close};
-use super::line::Line;
 use super::parameters::MachineParameters;
 use super::term::{Number, Sum, Term};
 use crate::linalg::c64;
@@ -93,13 +92,14 @@ impl Whirl {
 }
 
 impl Assembled {
-    /// The line with springs in one plane closed.
+    /// The receptance with springs in one plane closed, the response, and its derivatives to moduli, ks, ln ζ and mesh
+    /// when there are parameters, then to numbers.
     pub(super) fn line_in_planes(
         &self,
         whirl: &Whirl,
         parameters: Option<&MachineParameters>,
         numbers: &[Number],
-    ) -> Line {
+    ) -> (Receptance, Square, Vec<Square>) {
         let acting: Vec<usize> = self.plane_springs.iter().map(|s| s.port).collect();
         let seen = [acting.clone(), seen_in_planes(numbers, whirl.first)].concat();
         let outs = [OUT.as_slice(), &seen].concat();
@@ -151,11 +151,7 @@ impl Assembled {
                 own
             }));
         }
-        Line {
-            receptance,
-            response,
-            derivatives,
-        }
+        (receptance, response, derivatives)
     }
 
     fn closed_in_planes(&self, whirl: &Whirl, outs: &[usize], ins: &[usize]) -> Closed {
