@@ -33,8 +33,8 @@ pub(super) struct RotatingLoop {
     channels: [Vec<usize>; 2],
     /// What the delay of the plant lacks of half a sample, s: a shorter one counts as that, as in the sampled plant.
     late_s: f64,
-    /// The controller x → x and x → y.
-    law: [FrequencyResponder<Discrete>; 2],
+    /// The controller x → (x, y).
+    law: FrequencyResponder<Discrete>,
     frame: Frame,
 }
 
@@ -63,12 +63,11 @@ impl RotatingLoop {
             .collect();
         let y = x.iter().map(|k| k + 1).collect();
         let channels = channels(weights).map_err(numeric())?;
-        let part = |rows: [usize; 2]| FrequencyResponder::new(&law.select(&rows, &[0, 2]));
         Ok(Self {
             late_s: (0.5 * plant.sample_period_s() - plant.delay_s()).max(0.0),
             plant: plant.with_modal_ports(ports),
             channels: [x, y],
-            law: [part([0, 2]), part([1, 3])],
+            law: FrequencyResponder::new(&law.select(&[0, 2, 1, 3], &[0, 2])),
             frame: Frame {
                 modes: modes.len(),
                 exposure: Exposure::new(
@@ -86,13 +85,16 @@ impl RotatingLoop {
     /// M and its blocks for forward and backward whirl at a frequency, rad/s.
     pub(super) fn at(&self, omega: f64) -> [(Mat<c64>, Vec<Block>); 2] {
         let [a, b] = self.planes(omega);
-        let [ka, kb] = [self.law[0].at(omega), self.law[1].at(omega)];
+        let law = self.law.at(omega);
+        let [ka, kb] = [0, LOOPS].map(|first| law.submatrix(first, 0, LOOPS, LOOPS).to_owned());
+        let weights = [&self.frame.output, &self.frame.input].map(|w| w.at(omega));
         SIGNS.map(|sign| {
             let turn = c64::new(0.0, sign);
             let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
                 Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
             };
-            self.frame.closed(omega, &whirl(&a, &b), &whirl(&ka, &kb))
+            self.frame
+                .closed(&weights, &whirl(&a, &b), &whirl(&ka, &kb))
         })
     }
 
@@ -123,15 +125,15 @@ struct Frame {
 }
 
 impl Frame {
-    /// The weighted loop z ← w at a frequency for a plane (v, loads, u) → (q, x, y) and a controller y → u.
+    /// The weighted loop z ← w at a frequency, with the weights there, for a plane (v, loads, u) → (q, x, y) and a controller y → u.
     fn closed(
         &self,
-        omega: f64,
+        [output, input]: &[Mat<c64>; 2],
         plane: &Mat<c64>,
         controller: &Mat<c64>,
     ) -> (Mat<c64>, Vec<Block>) {
         let exposed = self.exposure.matrix(|i, j| plane[(i, j)]);
-        let weighted = self.output.at(omega) * exposed * self.input.at(omega);
+        let weighted = output * exposed * input;
         let uncertain = self.modes + self.channels.len();
         let exposure = &self.exposure;
         let (nz, nw) = (exposure.error_rows(), exposure.disturbance_columns());
