@@ -16,7 +16,7 @@ use super::ControllerError;
 use crate::linalg::{Mat, NumericError, svd, symmetric_eigen};
 use crate::lti::connect::{lower_lft, stack_cols, stack_rows};
 use crate::lti::delay::{hold, sample_with_delay};
-use crate::lti::norm::{NormError, stays_below};
+use crate::lti::norm::stays_below;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::spindle::plant::AXES;
 
@@ -146,14 +146,11 @@ impl AffinePlant {
         if allowed <= 0.0 {
             return Ok(unproven(0.5 / inside, f64::NAN));
         }
-        match stays_below(&closed, allowed) {
-            Ok((proven, omega_rad_s, gain)) => Ok(Neighbourhood {
-                proven,
-                ..unproven(1.0 / (gain.max(allowed) + inside), omega_rad_s)
-            }),
-            Err(NormError::Unstable { .. }) => Ok(unproven(0.0, f64::NAN)),
-            Err(NormError::Numeric(error)) => Err(error),
-        }
+        let (proven, omega_rad_s, gain) = stays_below(&closed, allowed)?;
+        Ok(Neighbourhood {
+            proven,
+            ..unproven(1.0 / (gain.max(allowed) + inside), omega_rad_s)
+        })
     }
 
     /// The sampled plant with lifted w as first inputs and lifted z as first outputs, commands and signals last;

@@ -106,10 +106,15 @@ impl Candidate {
         // design plane.
         let law = realisation.rows.rounded_f32()?;
         let rounded_plane = plane_of(&law)?;
-        let certified = stage("rounded", problems, &rounded_plane)?;
-        let speed_mu = mu_over_speed(machine, weights, &problems.written_modes, &law)?;
-        let covered_at_rest =
-            mu_at_speed(machine, &problems.aim, &problems.covered_modes, &law, 0.0)?;
+        let (certified, over_speed) = rayon::join(
+            || stage("rounded", problems, &rounded_plane),
+            || {
+                let (aim, modes) = (&problems.aim, &problems.covered_modes);
+                let over_speed = mu_over_speed(machine, weights, &problems.written_modes, &law)?;
+                Ok::<_, PipelineError>((over_speed, mu_at_speed(machine, aim, modes, &law, 0.0)?))
+            },
+        );
+        let (certified, (speed_mu, covered_at_rest)) = (certified?, over_speed?);
         let at_rest = speed_mu.iter().filter(|s| s.speed_rpm == 0.0);
         let rounded = Stage {
             specification: at_rest.fold(certified.specification, |peak, s| peak.at_least(s)),

@@ -67,7 +67,8 @@ impl Judged {
             name: name.to_owned(),
             law,
         };
-        let [rest, fast] = [0.0, top].map(|rpm| predict(machine, &controller, rpm));
+        let at = |rpm: f64| predict(machine, &controller, rpm);
+        let (rest, fast) = rayon::join(|| at(0.0), || at(top));
         let both = [rest?, fast?];
         let minimum = |p: &Prediction| {
             if p.is_stable() { p.minimum.0 } else { f64::NAN }

@@ -125,7 +125,8 @@ struct Frame {
 }
 
 impl Frame {
-    /// The weighted loop z ← w at a frequency, with the weights there, for a plane (v, loads, u) → (q, x, y) and a controller y → u.
+    /// The weighted loop z ← w at a frequency, with the weights there, for a plane (v, loads, u) → (q, x, y) and a
+    /// controller y → u.
     fn closed(
         &self,
         [output, input]: &[Mat<c64>; 2],

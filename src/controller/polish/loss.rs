@@ -185,6 +185,11 @@ impl Loss {
         self.evaluate_above(law, x, FAR * self.limits.mu)
     }
 
+    /// Turns of det(I − G K) per rotor, as in an [`Evaluation`].
+    pub(super) fn turns(&self, law: &dyn Structure, x: &[f64]) -> Vec<i64> {
+        self.evaluate_above(law, x, f64::INFINITY).turns
+    }
+
     fn evaluate_above(&self, law: &dyn Structure, x: &[f64], floor: f64) -> Evaluation {
         let lines: Vec<LineState> = (0..self.lines.len())
             .into_par_iter()

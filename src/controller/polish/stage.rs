@@ -316,9 +316,9 @@ impl<'a> Polisher<'a> {
         poles.extend(oscillating(own, self.plants.period_s()));
         let lines = sharp_lines(&self.plants, FROM_HZ, (&poles, &self.peaks), apart);
         let mut loss = loss_on(&self.plants, &self.task, lines, Some(&self.loss))?;
-        let found = loss.evaluate(&self.law, &self.x);
+        let turns = loss.turns(&self.law, &self.x);
         for r in 0..loss.active.len() {
-            loss.active[r] = found.turns[r] == found.turns[0];
+            loss.active[r] = turns[r] == turns[0];
         }
         let mut found = loss.evaluate(&self.law, &self.x);
         loss.rescale(&mut found);
