@@ -13,10 +13,10 @@
 //! doubles, not intervals.
 
 use super::ControllerError;
-use crate::linalg::{Mat, NumericError, exponential, svd, symmetric_eigen};
+use crate::linalg::{Mat, NumericError, svd, symmetric_eigen};
 use crate::lti::connect::{lower_lft, stack_cols, stack_rows};
 use crate::lti::delay::{hold, sample_with_delay};
-use crate::lti::norm::{NormError, stays_below};
+use crate::lti::norm::stays_below;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::spindle::plant::AXES;
 
@@ -130,8 +130,8 @@ impl AffinePlant {
         let a = Mat::from_fn(n, n, |i, j| {
             self.at_rest.a[(i, j)] + speed_rad_s * self.slope[(i, j)]
         });
-        let closed = lower_lft(&self.lifted(&a)?, controller)?;
-        let inside = self.within_a_sample(&a)?;
+        let (inside, reached) = self.within_a_sample(&a)?;
+        let closed = lower_lft(&self.lifted(&a, &reached)?, controller)?;
         let allowed = 1.0 / distance_rad_s - inside;
         let growth_rate_per_s = closed.growth_rate()?;
         let unproven = |advised_rad_s: f64, omega_rad_s: f64| Neighbourhood {
@@ -146,19 +146,21 @@ impl AffinePlant {
         if allowed <= 0.0 {
             return Ok(unproven(0.5 / inside, f64::NAN));
         }
-        match stays_below(&closed, allowed) {
-            Ok((proven, omega_rad_s, gain)) => Ok(Neighbourhood {
-                proven,
-                ..unproven(1.0 / (gain.max(allowed) + inside), omega_rad_s)
-            }),
-            Err(NormError::Unstable { .. }) => Ok(unproven(0.0, f64::NAN)),
-            Err(NormError::Numeric(error)) => Err(error),
-        }
+        let (proven, omega_rad_s, gain) = stays_below(&closed, allowed)?;
+        Ok(Neighbourhood {
+            proven,
+            ..unproven(1.0 / (gain.max(allowed) + inside), omega_rad_s)
+        })
     }
 
-    /// The sampled plant with lifted w as first inputs and lifted z as first outputs, commands and signals last.
-    fn lifted(&self, a: &Mat<f64>) -> Result<StateSpace<Discrete>, NumericError> {
-        let (force, read) = (&self.force, &self.read);
+    /// The sampled plant with lifted w as first inputs and lifted z as first outputs, commands and signals last;
+    /// `reached` is C Cᵀ.
+    fn lifted(
+        &self,
+        a: &Mat<f64>,
+        reached: &Mat<f64>,
+    ) -> Result<StateSpace<Discrete>, NumericError> {
+        let read = &self.read;
         let n = a.nrows();
         let axes: Vec<usize> = (0..AXES).collect();
         let turning = StateSpace {
@@ -195,7 +197,8 @@ impl AffinePlant {
             if i < n && j < n { read[(i, j)] } else { 0.0 }
         });
         let energy = |from: &Mat<f64>, seconds: f64| -> Result<Mat<f64>, NumericError> {
-            Ok(from.transpose() * finite_gramian(&generator, &weight, seconds)? * from)
+            let (inner, _) = finite_gramian(&generator, &weight, seconds)?;
+            Ok(from.transpose() * inner * from)
         };
         let mut seen = Mat::<f64>::zeros(columns, columns);
         let mut start = states;
@@ -206,8 +209,7 @@ impl AffinePlant {
             start = stack_cols(&moved, &driven) * &before;
         }
         seen += &energy(&stack_rows(&start, &command(whole)), self.period_s - late_s)?;
-        let reached = finite_gramian(&a.transpose().to_owned(), force, self.period_s)?;
-        let (rows, drive) = (root(&seen)?, root(&reached)?);
+        let (rows, drive) = (root(&seen)?, root(reached)?);
         let (nz, nw) = (rows.nrows(), drive.nrows());
         let m = sampled.order();
         let b = Mat::from_fn(m, nw + AXES, |i, j| {
@@ -229,47 +231,72 @@ impl AffinePlant {
     }
 
     /// Bound of ‖V‖: Hilbert–Schmidt, ‖V‖² ≤ ∫₀ᵀ tr(R W(s) Rᵀ) ds with the gramian W(s) of (A, L), a sum from above
-    /// since the integrand rises.
-    fn within_a_sample(&self, a: &Mat<f64>) -> Result<f64, NumericError> {
+    /// since the integrand rises; and W(T) = C Cᵀ.
+    fn within_a_sample(&self, a: &Mat<f64>) -> Result<(f64, Mat<f64>), NumericError> {
         let (force, read) = (&self.force, &self.read);
         let n = a.nrows();
         let step = self.period_s / PIECES as f64;
         let transposed = a.transpose().to_owned();
-        let first = finite_gramian(&transposed, force, step)?;
-        let (moved, _) = hold(a, &Mat::zeros(n, 0), step)?;
+        let (first, turned) = finite_gramian(&transposed, force, step)?;
+        let moved = turned.transpose();
         let mut gramian = Mat::<f64>::zeros(n, n);
         let mut sum = 0.0;
         for _ in 0..PIECES {
-            gramian = &moved * &gramian * moved.transpose() + &first;
-            let product = read * &gramian;
-            sum += step * (0..n).map(|k| product[(k, k)]).sum::<f64>();
+            gramian = moved * &gramian * &turned + &first;
+            // tr(RᵀR W), both symmetric.
+            let trace = |k: usize| (0..n).map(|i| read[(i, k)] * gramian[(i, k)]).sum::<f64>();
+            sum += step * (0..n).map(trace).sum::<f64>();
         }
-        Ok(sum.max(0.0).sqrt())
+        let reached = Mat::from_fn(n, n, |i, j| 0.5 * (gramian[(i, j)] + gramian[(j, i)]));
+        Ok((sum.max(0.0).sqrt(), reached))
     }
 }
 
-/// ∫₀ᵗ e^{Fᵀs} Q e^{Fs} ds for Q ≥ 0: Van Loan's exponential (1978) over a short time, then doubled, since
-/// X(2h) = X(h) + e^{Fᵀh} X(h) e^{Fh}: no growing exponential enters however stiff F is.
-fn finite_gramian(f: &Mat<f64>, q: &Mat<f64>, seconds: f64) -> Result<Mat<f64>, NumericError> {
+/// ∫₀ᵗ e^{Fᵀs} Q e^{Fs} ds for symmetric Q ≥ 0, and e^{Ft}: over a short time h by their series,
+///   X(h) = Σ_k h^{k+1} Λᵏ(Q)/(k+1)!,   Λ(Q) = FᵀQ + QF,   e^{Fh} = Σ_k (Fh)ᵏ/k!,
+/// then doubled, since X(2h) = X(h) + e^{Fᵀh} X(h) e^{Fh}: no growing exponential enters however stiff F is.
+fn finite_gramian(
+    f: &Mat<f64>,
+    q: &Mat<f64>,
+    seconds: f64,
+) -> Result<(Mat<f64>, Mat<f64>), NumericError> {
     let n = f.nrows();
-    // ‖F‖h ≤ 1 keeps the growing half of Van Loan's matrix below e.
-    let doublings = (f.norm_l2() * seconds).log2().ceil().clamp(0.0, 60.0) as i32;
+    let norm = f.norm_l2() * seconds;
+    if !norm.is_finite() {
+        return Err(NumericError::NotFinite {
+            what: "generator of a gramian",
+        });
+    }
+    let doublings = (norm / SHORT).log2().ceil().clamp(0.0, 60.0) as i32;
     let h = seconds / 2f64.powi(doublings);
-    let block = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-        (true, true) => -f[(j, i)] * h,
-        (true, false) => q[(i, j - n)] * h,
-        (false, true) => 0.0,
-        (false, false) => f[(i - n, j - n)] * h,
-    });
-    let e = exponential(&block)?;
-    let mut moved = e.submatrix(n, n, n, n).to_owned();
-    let mut x = moved.transpose() * e.submatrix(0, n, n, n);
+    let step = Mat::from_fn(n, n, |i, j| f[(i, j)] * h);
+    let mut power = Mat::<f64>::identity(n, n);
+    let mut moved = power.clone();
+    let mut term = Mat::from_fn(n, n, |i, j| q[(i, j)] * h);
+    let mut x = term.clone();
+    for k in 1..=TERMS {
+        power = &step * &power;
+        let divisor = f64::from(k);
+        power = Mat::from_fn(n, n, |i, j| power[(i, j)] / divisor);
+        moved += &power;
+        // (QF)ᵀ = FᵀQ for a symmetric Q.
+        let half = &term * &step;
+        let divisor = f64::from(k + 1);
+        term = Mat::from_fn(n, n, |i, j| (half[(i, j)] + half[(j, i)]) / divisor);
+        x += &term;
+    }
     for _ in 0..doublings {
         x = &x + moved.transpose() * &x * &moved;
         moved = &moved * &moved;
     }
-    Ok(Mat::from_fn(n, n, |i, j| 0.5 * (x[(i, j)] + x[(j, i)])))
+    let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (x[(i, j)] + x[(j, i)]));
+    Ok((symmetric, moved))
 }
+
+/// ‖F‖h of the series and terms after their first: what is left of the gramian, 0.5¹⁴/15!, of its first term, and of
+/// the exponential is below rounding.
+const SHORT: f64 = 0.25;
+const TERMS: i32 = 13;
 
 /// Rows S with SᵀS = W for W ≥ 0, without those at rounding level.
 fn root(w: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
@@ -281,4 +308,39 @@ fn root(w: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     Ok(Mat::from_fn(kept.len(), w.nrows(), |i, j| {
         values[kept[i]].sqrt() * vectors[(j, kept[i])]
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::exponential;
+
+    /// Van Loan (1978): exp [−Fᵀ Q; 0 F]t holds e^{Ft}, and the gramian as e^{Fᵀt} times its upper right part.
+    #[test]
+    fn series_of_a_gramian_agrees_with_the_exponential_of_van_loan() {
+        let n = 6;
+        // Stiff: poles from 1 to 1e4 rad/s, coupled, over half a time constant of the fastest and over many.
+        let f = Mat::from_fn(n, n, |i, j| match i == j {
+            true => -10f64.powi(i as i32 - 1),
+            false => 3.0 * ((2 * i + 3 * j) as f64).sin(),
+        });
+        let r = Mat::from_fn(n, n, |i, j| ((i * j) as f64 + 0.3 * i as f64).cos());
+        let q = r.transpose() * &r;
+        for seconds in [5e-5, 1e-3] {
+            let block = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+                (true, true) => -f[(j, i)] * seconds,
+                (true, false) => q[(i, j - n)] * seconds,
+                (false, true) => 0.0,
+                (false, false) => f[(i - n, j - n)] * seconds,
+            });
+            let e = exponential(&block).expect("entries are finite");
+            let moved = e.submatrix(n, n, n, n).to_owned();
+            let gramian = moved.transpose() * e.submatrix(0, n, n, n);
+            let (own, turned) = finite_gramian(&f, &q, seconds).expect("entries are finite");
+            // The growing half of the exponential, e^{10} over the longer time, costs Van Loan's form four digits.
+            let close = |a: &Mat<f64>, b: &Mat<f64>| (a - b).norm_max() <= 1e-11 * b.norm_max();
+            assert!(close(&turned, &moved), "exponential over {seconds} s");
+            assert!(close(&own, &gramian), "gramian over {seconds} s");
+        }
+    }
 }

@@ -17,7 +17,7 @@ use super::polish::LoopLimits;
 use super::polish::lines::sharp_lines;
 use super::polish::matrix2::{Matrix2, closed, product, row_times, times};
 use super::polish::modal_law::ModalLaw;
-use super::polish::responses::{LoopResponse, Plants};
+use super::polish::responses::{Known, LoopResponse, Plants};
 use super::polish::structure::{Line, Structure};
 use super::verification_error::VerificationError;
 use super::{ControllerError, in_step};
@@ -76,7 +76,7 @@ pub fn stiffness_limit(
         );
     }
     let lines = sharp_lines(&plants, FROM_HZ, (&poles, &[]), APART);
-    let rotors = plants.on(&lines);
+    let rotors = plants.on(&lines, &Known::NOTHING);
     let Some(responses) = rotors.first().and_then(|r| r.directions.first()) else {
         return Err(infeasible("the machine has no response").into());
     };

@@ -10,7 +10,7 @@ use crate::controller::polish::LoopLimits;
 use crate::controller::polish::descent::{Effort, FIRST_WEIGHT, PENALTY, descend};
 use crate::controller::polish::lines::lines;
 use crate::controller::polish::loss::Loss;
-use crate::controller::polish::responses::{Plants, Role, shifts};
+use crate::controller::polish::responses::{Known, Plants, Role, Rotor, shifts};
 use crate::controller::polish::structure::Line;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, ControllerError, in_step};
@@ -76,7 +76,7 @@ pub(super) fn search(
     let modes = plants.at_rest().flexible_rad_s();
     let bending = modes.first().copied().unwrap_or(0.1 * nyquist);
     let plain = lines(&plants, FROM_HZ, &[], APART);
-    let rotors = plants.on(&plain);
+    let rotors = plants.on(&plain, &Known::NOTHING);
     let nominal: Vec<_> = rotors
         .iter()
         .filter(|r| matches!(r.role, Role::Rest | Role::TopSpeed))
@@ -103,11 +103,16 @@ pub(super) fn search(
     all.retain(|s| s.unstable == 0);
     all.sort_by(|a, b| a.sensitivity.total_cmp(&b.sensitivity));
     all.truncate(SHORTLIST);
-    let make = |lines: Vec<Line>| {
-        let rotors = plants.on(&lines);
+    let make = |lines: Vec<Line>, known: &Known<'_, &Rotor>| {
+        let rotors = plants.on(&lines, known);
         Loss::new(lines, rotors, None, asked.limits, plants.period_s())
     };
-    let mut loss = make(plain);
+    let list: Vec<&Rotor> = rotors.iter().collect();
+    let known = Known {
+        lines: &plain,
+        list: &list,
+    };
+    let mut loss = make(plain.clone(), &known);
     let mut ranked: Vec<(usize, f64, PidLaw, Vec<f64>)> = all
         .iter()
         .map(|start| {
@@ -146,7 +151,8 @@ pub(super) fn search(
     };
     for part in 0..2 {
         let poles = loop_poles(plants.at_rest(), &law, &x)?;
-        loss = make(lines(&plants, FROM_HZ, &poles, APART));
+        let packed = lines(&plants, FROM_HZ, &poles, APART);
+        loss = make(packed, &known);
         activate(&mut loss, &law, &x, unstable_poles);
         let found = descend(&mut loss, &law, &mut x, &effort(asked.steps / 2 + part))?.steps;
         evaluations += found;

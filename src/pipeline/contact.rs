@@ -45,21 +45,22 @@ pub fn contact(
 ) -> Result<Contact, PipelineError> {
     let limits = SignalLimits::of(machine);
     let force_n = touching_force_n(machine, limits.output_a, PUSH_S)?;
-    let pid = match pid.map(|p| &p.law) {
+    let with_pid = || match pid.map(|p| &p.law) {
         Some(ControlLaw::Discrete(law)) => {
             let (rows, _) = firmware_rows(law, machine)?;
-            Some(pushed(machine, &rows, force_n)?)
+            pushed(machine, &rows, force_n).map(Some)
         }
-        _ => None,
+        _ => Ok(None),
     };
+    let (delivered, pid) = rayon::join(|| pushed(machine, delivered, force_n), with_pid);
     Ok(Contact {
         force_n,
         length_s: PUSH_S,
         speed_rpm: machine.spindle.max_rpm,
         current_limit_a: limits.output_a,
         voltage_limit_v: TimeSettings::default().bus_voltage_v,
-        delivered: pushed(machine, delivered, force_n)?,
-        pid,
+        delivered: delivered?,
+        pid: pid?,
     })
 }
 

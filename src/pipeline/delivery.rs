@@ -7,7 +7,7 @@ use super::overspeed::{OVERSPEED, OVERSPEEDS};
 use super::problems::Problems;
 use super::speed_mu::{SpeedMu, mu_at_speed, mu_over_speed};
 use crate::augment::GeneralizedPlant;
-use crate::augment::assembly::{UncertainMode, scale_controller};
+use crate::augment::assembly::scale_controller;
 use crate::augment::plane::{LOADS, x_plane};
 use crate::augment::weights::Weights;
 use crate::controller::anti_windup::firmware_rows;
@@ -68,60 +68,161 @@ pub struct Delivery {
 impl Delivery {
     /// Largest μ of the specification: certified at rest, on the exact responses over speed.
     pub(crate) fn largest_mu(&self) -> f64 {
-        let over_speed = self.speed_mu.iter().map(|s| s.mu);
-        over_speed.fold(self.rounded.specification.upper, f64::max)
+        largest_mu(&self.rounded, &self.speed_mu)
     }
 }
 
-/// Realises, rounds and certifies the sampled controller `plane` of one plane (m to A).
-pub(super) fn deliver(
-    machine: &Machine,
-    weights: &Weights,
-    problems: &Problems,
-    speeds: usize,
-    plane: &StateSpace<Discrete>,
-) -> Result<Delivery, PipelineError> {
-    let period_s = machine.spindle.electronics.sample_period_s();
-    let (realisation, _) = firmware_rows(&both_planes(plane), machine)?;
-    // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
-    // design plane.
-    let rounded = realisation.rows.rounded_f32()?;
-    let rounded_plane = plane_of(&rounded)?;
-    let certified = stage("rounded", problems, &rounded_plane)?;
-    let at_rest = |weights: &Weights, modes: &[UncertainMode]| {
-        mu_at_speed(machine, weights, modes, &rounded, 0.0)
-    };
-    let rounded_stage = Stage {
-        specification: certified
-            .specification
-            .at_least(&at_rest(weights, &problems.written_modes)?),
-        covered: certified
-            .covered
-            .at_least(&at_rest(&problems.aim, &problems.covered_modes)?),
-        ..certified
-    };
-    let top = machine.spindle.max_rpm;
-    let speed_proof = prove(machine, &rounded, OVERSPEED * top)?;
-    let verification = Verification {
-        mu_peak: Some(rounded_stage.specification.upper).filter(|mu| mu.is_finite()),
-        proof: Some(speed_proof.clone()),
-        ..verify(
+/// A sampled controller of one plane as firmware would run it, with the certificates that decide whether it is
+/// delivered but for the proof of its stability over speed.
+pub(super) struct Candidate {
+    /// The controller of one plane before realisation, m to A.
+    plane: StateSpace<Discrete>,
+    realisation: ScaledRealisation,
+    /// The controller as it runs.
+    pub law: StateSpace<Discrete>,
+    /// Its x plane in the scaled signals of the w plane.
+    rounded_plane: StateSpace<Continuous>,
+    /// After rounding to float32, in sampled time.
+    pub rounded: Stage,
+    /// Growth rate of the controller's own poles, 1/s.
+    pub growth_rate_per_s: f64,
+    /// μ of the specification over speed; infinite where the loop is unstable.
+    speed_mu: Vec<SpeedMu>,
+}
+
+impl Candidate {
+    /// Realises and rounds the sampled controller `plane` of one plane (m to A), with its μ at rest and over speed.
+    ///
+    /// # Errors
+    /// [`PipelineError`] says which step failed.
+    pub(super) fn new(
+        machine: &Machine,
+        weights: &Weights,
+        problems: &Problems,
+        plane: &StateSpace<Discrete>,
+    ) -> Result<Self, PipelineError> {
+        let (realisation, _) = firmware_rows(&both_planes(plane), machine)?;
+        // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
+        // design plane.
+        let law = realisation.rows.rounded_f32()?;
+        let rounded_plane = plane_of(&law)?;
+        let (certified, over_speed) = rayon::join(
+            || stage("rounded", problems, &rounded_plane),
+            || {
+                let (aim, modes) = (&problems.aim, &problems.covered_modes);
+                let over_speed = mu_over_speed(machine, weights, &problems.written_modes, &law)?;
+                Ok::<_, PipelineError>((over_speed, mu_at_speed(machine, aim, modes, &law, 0.0)?))
+            },
+        );
+        let (certified, (speed_mu, covered_at_rest)) = (certified?, over_speed?);
+        let at_rest = speed_mu.iter().filter(|s| s.speed_rpm == 0.0);
+        let rounded = Stage {
+            specification: at_rest.fold(certified.specification, |peak, s| peak.at_least(s)),
+            covered: certified.covered.at_least(&covered_at_rest),
+            ..certified
+        };
+        let growth_rate_per_s = plane
+            .growth_rate()
+            .map_err(PipelineError::numeric("controller poles"))?;
+        Ok(Self {
+            plane: plane.clone(),
+            realisation,
+            rounded_plane,
+            rounded,
+            growth_rate_per_s,
+            speed_mu,
+            law,
+        })
+    }
+
+    /// Largest μ of the specification, as [`Delivery::largest_mu`].
+    pub(super) fn largest_mu(&self) -> f64 {
+        largest_mu(&self.rounded, &self.speed_mu)
+    }
+
+    /// What a proof may reach at most: the first speed of [`Self::speed_mu`] with an unstable loop, or
+    /// [`OVERSPEED`] times the top speed, rpm.
+    pub(super) fn provable_to_rpm(&self, machine: &Machine) -> f64 {
+        let unstable = self.speed_mu.iter().filter(|s| !s.mu.is_finite());
+        unstable
+            .map(|s| s.speed_rpm)
+            .fold(OVERSPEED * machine.spindle.max_rpm, f64::min)
+    }
+
+    /// Proof of stability from rest to [`OVERSPEED`] times the top speed.
+    ///
+    /// # Errors
+    /// [`PipelineError`] when a computation fails; an unstable loop is an open piece of the proof.
+    pub(super) fn proof(&self, machine: &Machine) -> Result<SpeedProof, PipelineError> {
+        Ok(prove(
             machine,
-            &rounded,
-            speeds,
-            "full finite-element plant, exact delay, sampled; coefficients rounded to float32",
-        )?
-    };
-    let faster = OVERSPEEDS.map(|share| share * top);
-    let overspeed = verify_at(machine, &rounded, &faster, "as below the top speed")?;
-    let arithmetics = [
+            &self.law,
+            OVERSPEED * machine.spindle.max_rpm,
+        )?)
+    }
+
+    /// The delivery, with the proof and what the reader of a report asks beyond it; `speeds` are those of the
+    /// verification.
+    ///
+    /// # Errors
+    /// [`PipelineError`] says which step failed.
+    pub(super) fn delivered(
+        self,
+        machine: &Machine,
+        problems: &Problems,
+        speeds: usize,
+        speed_proof: SpeedProof,
+    ) -> Result<Delivery, PipelineError> {
+        let verification = Verification {
+            mu_peak: Some(self.rounded.specification.upper).filter(|mu| mu.is_finite()),
+            proof: Some(speed_proof.clone()),
+            ..verify(
+                machine,
+                &self.law,
+                speeds,
+                "full finite-element plant, exact delay, sampled; coefficients rounded to float32",
+            )?
+        };
+        let faster = OVERSPEEDS.map(|share| share * machine.spindle.max_rpm);
+        let overspeed = verify_at(machine, &self.law, &faster, "as below the top speed")?;
+        let at_rest = Plant::new(machine, 0.0, ModelDetail::Full)?;
+        let compliance_at_rest = compliance(&at_rest, &self.law, 0.0);
+        let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
+            mu_curve(plant, &self.rounded_plane, peak, problems.period_s)
+        };
+        let back =
+            inverse_tustin(&self.plane).map_err(PipelineError::numeric("continuous controller"))?;
+        Ok(Delivery {
+            speed_proof,
+            arithmetic: arithmetics(&self.realisation, &self.law, problems)?,
+            static_stiffness_n_per_m: [0, 2, 4].map(|k| compliance_at_rest[(k, k)].norm().recip()),
+            specification_curve: curve(&problems.specification, &self.rounded.specification)?,
+            covered_curve: curve(&problems.covered, &self.rounded.covered)?,
+            rounded: self.rounded,
+            speed_mu: self.speed_mu,
+            controller_growth_rate_per_s: self.growth_rate_per_s,
+            realisation: self.realisation,
+            controller: named("mu", ControlLaw::Discrete(self.law)),
+            continuous: named("mu", ControlLaw::Continuous(both_planes(&back))),
+            verification,
+            overspeed,
+        })
+    }
+}
+
+/// μ with float64, float32 and Q31 coefficients.
+fn arithmetics(
+    realisation: &ScaledRealisation,
+    rounded: &StateSpace<Discrete>,
+    problems: &Problems,
+) -> Result<Vec<Arithmetic>, PipelineError> {
+    let laws = [
         ("float64", Some(realisation.rows.to_state_space()?)),
         ("float32", Some(rounded.clone())),
         // A range that Q31 does not hold is said by the firmware export; the design stands without it.
-        ("Q31", q31(&realisation).and_then(|p| p.rounded()).ok()),
+        ("Q31", q31(realisation).and_then(|p| p.rounded()).ok()),
     ];
-    let arithmetic: Result<Vec<Arithmetic>, PipelineError> = arithmetics
-        .into_iter()
+    laws.into_iter()
         .filter_map(|(name, law)| Some((name, law?)))
         .map(|(name, law)| {
             let plane = plane_of(&law)?;
@@ -135,30 +236,13 @@ pub(super) fn deliver(
                 controller: named("mu", ControlLaw::Discrete(law)),
             })
         })
-        .collect();
-    let at_rest = Plant::new(machine, 0.0, ModelDetail::Full)?;
-    let compliance_at_rest = compliance(&at_rest, &rounded, 0.0);
-    let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
-        mu_curve(plant, &rounded_plane, peak, period_s)
-    };
-    let back = inverse_tustin(plane).map_err(PipelineError::numeric("continuous controller"))?;
-    Ok(Delivery {
-        speed_proof,
-        speed_mu: mu_over_speed(machine, weights, &problems.written_modes, &rounded)?,
-        arithmetic: arithmetic?,
-        static_stiffness_n_per_m: [0, 2, 4].map(|k| compliance_at_rest[(k, k)].norm().recip()),
-        specification_curve: curve(&problems.specification, &rounded_stage.specification)?,
-        covered_curve: curve(&problems.covered, &rounded_stage.covered)?,
-        rounded: rounded_stage,
-        controller_growth_rate_per_s: plane
-            .growth_rate()
-            .map_err(PipelineError::numeric("controller poles"))?,
-        realisation,
-        controller: named("mu", ControlLaw::Discrete(rounded)),
-        continuous: named("mu", ControlLaw::Continuous(both_planes(&back))),
-        verification,
-        overspeed,
-    })
+        .collect()
+}
+
+/// Largest μ of the specification at rest and over speed.
+fn largest_mu(rounded: &Stage, speed_mu: &[SpeedMu]) -> f64 {
+    let over_speed = speed_mu.iter().map(|s| s.mu);
+    over_speed.fold(rounded.specification.upper, f64::max)
 }
 
 /// The x plane of a four-axis controller, m to A, sampled by Tustin's rule if it is continuous.

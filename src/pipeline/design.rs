@@ -9,7 +9,7 @@
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, Stage, d_scales, stage};
-use super::delivery::{Delivery, deliver, plane_of_law, scaled_plane};
+use super::delivery::{Candidate, Delivery, plane_of_law, scaled_plane};
 use super::emulation::Emulated;
 use super::polish_job::{PolishJob, ZONE_A, limits};
 use super::polishing::{PolishOutcome, polished};
@@ -179,10 +179,14 @@ pub fn design(
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let from_dk = deliver(machine, weights, &problems, settings.speeds, &sampled)?;
-    progress(Event::Stage("realisation and its proofs"));
+    let from_dk = Candidate::new(machine, weights, &problems, &sampled)?;
+    progress(Event::Stage("realisation and its μ"));
     let (delivery, polish) = match &settings.polish {
-        None => (from_dk, None),
+        None => {
+            let proof = from_dk.proof(machine)?;
+            let speeds = settings.speeds;
+            (from_dk.delivered(machine, &problems, speeds, proof)?, None)
+        }
         Some(effort) => {
             let job = PolishJob {
                 machine,

@@ -1,10 +1,11 @@
 //! Which of two controllers is delivered.
 
 use super::PipelineError;
+use super::certificates::Stage;
 use super::comparison::{Prediction, predict};
-use super::delivery::Delivery;
+use super::delivery::{Candidate, Delivery};
 use super::overspeed::OVERSPEED;
-use crate::controller::Controller;
+use crate::controller::{ControlLaw, Controller};
 use crate::predict::sensitivity::Zone;
 use crate::spindle::Machine;
 
@@ -30,32 +31,56 @@ pub struct Judged {
 }
 
 impl Judged {
+    /// A controller that is delivered.
     pub(super) fn of(
         machine: &Machine,
         name: &str,
         delivery: &Delivery,
     ) -> Result<Self, PipelineError> {
+        let to_rpm = delivery.speed_proof.proven_to_rpm();
+        let figures = (delivery.largest_mu(), delivery.controller_growth_rate_per_s);
+        let law = delivery.controller.law.clone();
+        Self::with(machine, (name, law), &delivery.rounded, figures, to_rpm)
+    }
+
+    /// A candidate that counts as proven as far as a proof may reach ([`Candidate::provable_to_rpm`]).
+    pub(super) fn unproven(
+        machine: &Machine,
+        name: &str,
+        candidate: &Candidate,
+    ) -> Result<Self, PipelineError> {
+        let to_rpm = candidate.provable_to_rpm(machine);
+        let figures = (candidate.largest_mu(), candidate.growth_rate_per_s);
+        let law = ControlLaw::Discrete(candidate.law.clone());
+        Self::with(machine, (name, law), &candidate.rounded, figures, to_rpm)
+    }
+
+    fn with(
+        machine: &Machine,
+        (name, law): (&str, ControlLaw),
+        rounded: &Stage,
+        (mu, growth_rate_per_s): (f64, f64),
+        proven_to_rpm: f64,
+    ) -> Result<Self, PipelineError> {
         let top = machine.spindle.max_rpm;
         let controller = Controller {
             name: name.to_owned(),
-            ..delivery.controller.clone()
+            law,
         };
-        let [rest, fast] = [0.0, top].map(|rpm| predict(machine, &controller, rpm));
+        let at = |rpm: f64| predict(machine, &controller, rpm);
+        let (rest, fast) = rayon::join(|| at(0.0), || at(top));
         let both = [rest?, fast?];
         let minimum = |p: &Prediction| {
             if p.is_stable() { p.minimum.0 } else { f64::NAN }
         };
         Ok(Self {
-            order: 2 * delivery.rounded.order,
-            mu: delivery.largest_mu(),
-            mu_at_rest: [
-                delivery.rounded.specification.upper,
-                delivery.rounded.covered.upper,
-            ],
+            order: 2 * rounded.order,
+            mu,
+            mu_at_rest: [rounded.specification.upper, rounded.covered.upper],
             stiffness_n_per_m: [minimum(&both[0]), minimum(&both[1])],
             zones: [both[0].zone(), both[1].zone()],
-            proven_to_rpm: delivery.speed_proof.proven_to_rpm().min(OVERSPEED * top),
-            growth_rate_per_s: delivery.controller_growth_rate_per_s,
+            proven_to_rpm: proven_to_rpm.min(OVERSPEED * top),
+            growth_rate_per_s,
             controller,
         })
     }

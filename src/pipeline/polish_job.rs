@@ -9,7 +9,7 @@
 use super::PipelineError;
 use super::certificates::{PeakFigures, certified};
 use super::comparison::BAND_HZ;
-use super::delivery::{Delivery, deliver, scaled_plane};
+use super::delivery::{Candidate, Delivery, scaled_plane};
 use super::judged::Judged;
 use super::loop_stability::growth_rate_at;
 use super::overspeed::OVERSPEED;
@@ -283,14 +283,11 @@ impl PolishJob<'_> {
             (self.problems, &goal),
             plane,
         )?;
-        let candidate = deliver(
-            self.machine,
-            self.weights,
-            self.problems,
-            self.speeds,
-            &found.plane,
-        )?;
-        let judged = Judged::of(self.machine, "mu", &candidate)?;
-        Ok((judged, candidate, found))
+        let machine = self.machine;
+        let candidate = Candidate::new(machine, self.weights, self.problems, &found.plane)?;
+        let proof = candidate.proof(machine)?;
+        let delivery = candidate.delivered(machine, self.problems, self.speeds, proof)?;
+        let judged = Judged::of(machine, "mu", &delivery)?;
+        Ok((judged, delivery, found))
     }
 }

@@ -3,16 +3,18 @@
 //! The polished controller goes through the same rounding and certificates as the one of the D-K iteration. Of two
 //! controllers, the one that meets more goals is delivered ([`super::judged`], the most important goal first); of two
 //! equal ones, the stiffer one. Where the controller of the D-K iteration misses a goal, the polish starts from a tuned
-//! PID as well.
+//! PID as well. The controller of the D-K iteration counts as stable as far as speeds were computed; it is proven where
+//! that decides, or where it is delivered.
 
 use super::PipelineError;
 use super::certificates::mu_words;
 use super::comparison::predict;
-use super::delivery::{Delivery, plane_of_law};
+use super::delivery::{Candidate, Delivery, plane_of_law};
 use super::judged::Judged;
 use super::polish_job::{Goal, PolishJob, ZONE_A, ZONE_B, limits};
 use super::widening::Widening;
 use crate::controller::polish::{LoopLimits, PolishRound};
+use crate::controller::speed_proof::SpeedProof;
 use crate::lti::{Discrete, StateSpace};
 use crate::pid::settings::TuneSettings;
 use crate::pid::tune::tune;
@@ -58,8 +60,11 @@ struct Contest<'a> {
     job: PolishJob<'a>,
     /// Smallest tool stiffness of a tuned PID at rest and at top speed, once there is one, N/m.
     rival: Option<[f64; 2]>,
-    /// The best so far.
-    delivery: Delivery,
+    /// The controller of the D-K iteration, and the proof of its stability once it was asked for.
+    dk: Candidate,
+    dk_proof: Option<SpeedProof>,
+    /// The best so far; no delivery: that of the D-K iteration is.
+    delivery: Option<Delivery>,
     judged: Judged,
     outcome: PolishOutcome,
 }
@@ -75,6 +80,30 @@ impl Contest<'_> {
     fn wants_sensitivity(&self) -> bool {
         let [.., zone_b, as_stiff] = self.judged.met(self.job.machine, self.rival);
         !zone_b || !as_stiff
+    }
+
+    /// Why a controller is not delivered in place of the best so far. How far the stability of that of the D-K
+    /// iteration is proven is asked only where it may decide.
+    fn objections(&mut self, judged: &Judged) -> Vec<&'static str> {
+        let machine = self.job.machine;
+        let found = judged.objections(&self.judged, machine, self.rival);
+        if found.is_empty() || self.delivery.is_some() || self.dk_proof.is_some() {
+            return found;
+        }
+        self.prove_dk();
+        judged.objections(&self.judged, machine, self.rival)
+    }
+
+    /// Proves the stability of the controller of the D-K iteration, of which `judged` still is.
+    fn prove_dk(&mut self) {
+        // What cannot be computed is not proven; delivery asks again and says why.
+        self.dk_proof = self.dk.proof(self.job.machine).ok();
+        let proven = self
+            .dk_proof
+            .as_ref()
+            .map_or(0.0, SpeedProof::proven_to_rpm);
+        self.judged.proven_to_rpm = proven.min(self.judged.proven_to_rpm);
+        self.outcome.dk = self.judged.clone();
     }
 
     /// Polishes `plane`, and keeps the result when it is better.
@@ -99,9 +128,9 @@ impl Contest<'_> {
         });
         match done {
             Ok((judged, candidate, found)) => {
-                attempt.objections = judged.objections(&self.judged, self.job.machine, self.rival);
+                attempt.objections = self.objections(&judged);
                 if attempt.objections.is_empty() {
-                    (self.delivery, self.judged) = (candidate, judged.clone());
+                    (self.delivery, self.judged) = (Some(candidate), judged.clone());
                     self.outcome.delivered = Some(self.outcome.attempts.len());
                 }
                 attempt.judged = Some(judged);
@@ -115,17 +144,17 @@ impl Contest<'_> {
     }
 }
 
-/// Polishes `plane`, of which `dk` is the delivery, and decides which controller is delivered. Where that of the D-K
+/// Polishes `plane`, of which `dk` is the realisation, and decides which controller is delivered. Where that of the D-K
 /// iteration misses a goal, a PID is tuned: the polished controller has to be as stiff, and where it misses a goal too,
 /// the polish starts from the PID as well, within zone A, then within zone B.
 pub(super) fn polished(
     job: PolishJob<'_>,
     plane: &StateSpace<Discrete>,
-    dk: Delivery,
+    dk: Candidate,
 ) -> Result<(Delivery, PolishOutcome), PipelineError> {
     let machine = job.machine;
     let zone_a = limits(machine, ZONE_A)?;
-    let judged = Judged::of(machine, "dk", &dk)?;
+    let judged = Judged::unproven(machine, "dk", &dk)?;
     let mut contest = Contest {
         job,
         rival: None,
@@ -137,7 +166,9 @@ pub(super) fn polished(
             delivered: None,
             sentence: String::new(),
         },
-        delivery: dk,
+        dk,
+        dk_proof: None,
+        delivery: None,
         judged,
     };
     let by_pid = contest.misses_a_goal().then(|| tuned_pid(machine));
@@ -161,7 +192,15 @@ pub(super) fn polished(
     }
     let mut outcome = contest.outcome;
     outcome.sentence = sentence(&outcome);
-    Ok((contest.delivery, outcome))
+    let delivery = match (contest.delivery, contest.dk_proof) {
+        (Some(polished), _) => polished,
+        (None, proof) => {
+            let proof = proof.map_or_else(|| contest.dk.proof(machine), Ok)?;
+            let (problems, speeds) = (job.problems, job.speeds);
+            contest.dk.delivered(machine, problems, speeds, proof)?
+        }
+    };
+    Ok((delivery, outcome))
 }
 
 /// One plane of a tuned PID, m to A, and its smallest tool stiffness at rest and at top speed, N/m.

@@ -27,7 +27,7 @@ pub const STAGES: [(&str, f64); 11] = [
     ("certificates of full order", 0.5),
     ("reduction", 1.0),
     ("certificates of reduced order", 0.5),
-    ("realisation and its proofs", 9.0),
+    ("realisation and its μ", 6.0),
     ("polish", 78.0),
     ("scale of the specification", 0.0),
 ];

@@ -32,8 +32,8 @@ pub(super) struct RotatingLoop {
     channels: [Vec<usize>; 2],
     /// What the delay of the plant lacks of half a sample, s: a shorter one counts as that, as in the sampled plant.
     late_s: f64,
-    /// The controller x → x and x → y.
-    law: [FrequencyResponder<Discrete>; 2],
+    /// The controller x → (x, y).
+    law: FrequencyResponder<Discrete>,
     frame: Frame,
 }
 
@@ -57,12 +57,11 @@ impl RotatingLoop {
             .chain([4, 6, 8, 0, 2])
             .collect();
         let y = x.iter().map(|k| k + 1).collect();
-        let part = |rows: [usize; 2]| FrequencyResponder::new(&law.select(&rows, &[0, 2]));
         Ok(Self {
             late_s: (0.5 * plant.sample_period_s() - plant.delay_s()).max(0.0),
             plant: plant.with_modal_ports(ports),
             channels: [x, y],
-            law: [part([0, 2]), part([1, 3])],
+            law: FrequencyResponder::new(&law.select(&[0, 2, 1, 3], &[0, 2])),
             frame: Frame {
                 modes: modes.len(),
                 exposure: Exposure::new(
@@ -78,13 +77,16 @@ impl RotatingLoop {
     /// M and its blocks for forward and backward whirl at a frequency, rad/s.
     pub(super) fn at(&self, omega: f64) -> [(Mat<c64>, Vec<Block>); 2] {
         let [a, b] = self.planes(omega);
-        let [ka, kb] = [self.law[0].at(omega), self.law[1].at(omega)];
+        let law = self.law.at(omega);
+        let [ka, kb] = [0, LOOPS].map(|first| law.submatrix(first, 0, LOOPS, LOOPS).to_owned());
+        let weights = [&self.frame.round.output, &self.frame.round.input].map(|w| w.at(omega));
         SIGNS.map(|sign| {
             let turn = c64::new(0.0, sign);
             let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
                 Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] + turn * q[(i, j)])
             };
-            self.frame.closed(omega, &whirl(&a, &b), &whirl(&ka, &kb))
+            self.frame
+                .closed(&weights, &whirl(&a, &b), &whirl(&ka, &kb))
         })
     }
 
@@ -113,15 +115,16 @@ struct Frame {
 }
 
 impl Frame {
-    /// The weighted loop z ← w at a frequency for a plane (v, loads, u) → (q, x, y) and a controller y → u.
+    /// The weighted loop z ← w at a frequency, with the weights there, for a plane (v, loads, u) → (q, x, y) and a
+    /// controller y → u.
     fn closed(
         &self,
-        omega: f64,
+        [output, input]: &[Mat<c64>; 2],
         plane: &Mat<c64>,
         controller: &Mat<c64>,
     ) -> (Mat<c64>, Vec<Block>) {
         let exposed = self.exposure.matrix(|i, j| plane[(i, j)]);
-        let weighted = self.round.output.at(omega) * exposed * self.round.input.at(omega);
+        let weighted = output * exposed * input;
         let uncertain = self.modes + self.round.channels.len();
         let exposure = &self.exposure;
         let (nz, nw) = (exposure.error_rows(), exposure.disturbance_columns());

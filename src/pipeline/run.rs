@@ -213,12 +213,14 @@ fn updating_words(found: &Updating) -> String {
 /// Moves the moduli of `nominal` to the measured frequencies.
 fn update(nominal: &Machine, targets: &Targets, extent: Extent) -> Result<Updating, PipelineError> {
     let settings = UpdateSettings::default();
+    let simplex = || match extent {
+        Extent::Everything => nelder_mead(nominal, targets, &settings).map(Some),
+        Extent::Controller => Ok(None),
+    };
+    let (steps, simplex) = rayon::join(|| gauss_newton(nominal, targets, &settings), simplex);
     Ok(Updating {
-        gauss_newton: gauss_newton(nominal, targets, &settings)?,
-        nelder_mead: match extent {
-            Extent::Everything => Some(nelder_mead(nominal, targets, &settings)?),
-            Extent::Controller => None,
-        },
+        gauss_newton: steps?,
+        nelder_mead: simplex?,
     })
 }
 
@@ -231,7 +233,8 @@ pub(crate) fn at_rest_and_top_speed(
     controller: &Controller,
 ) -> Result<[Prediction; 2], PipelineError> {
     let at = |rpm: f64| predict(machine, controller, rpm);
-    Ok([at(0.0)?, at(machine.spindle.max_rpm)?])
+    let (rest, top) = rayon::join(|| at(0.0), || at(machine.spindle.max_rpm));
+    Ok([rest?, top?])
 }
 
 /// Predictions at rest and top speed with the controller of the D-K iteration, where a polished one is delivered.
@@ -282,9 +285,13 @@ pub(crate) fn rivals(
     };
     // Nothing of the textbook PID is tuned for the tool: more effort would not change it.
     let plain = rival_settings(machine, delivered, TuneSettings::quick())?;
+    let (tuned, textbook) = rayon::join(
+        || rival(tune(machine, &effort, &mut |_, _| {})),
+        || rival(textbook(machine, &plain)),
+    );
     Ok(Rivals {
-        tuned: rival(tune(machine, &effort, &mut |_, _| {}))?,
-        textbook: rival(textbook(machine, &plain))?,
+        tuned: tuned?,
+        textbook: textbook?,
         effort,
     })
 }

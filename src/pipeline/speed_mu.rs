@@ -80,17 +80,16 @@ pub fn mu_at_speed(
     let machine = isotropic(machine);
     let plant = Plant::new(&machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     let closed = close(&plant.sampled()?, law).map_err(PipelineError::numeric(STAGE))?;
-    let growth_rate = closed.growth_rate();
-    if growth_rate.map_err(PipelineError::numeric(STAGE))? >= 0.0 {
+    let poles = closed
+        .continuous_poles()
+        .map_err(PipelineError::numeric(STAGE))?;
+    if poles.iter().any(|p| p.re.is_nan() || p.re >= 0.0) {
         return Ok(SpeedMu {
             speed_rpm,
             mu: f64::INFINITY,
             frequency_hz: f64::NAN,
         });
     }
-    let poles = closed
-        .continuous_poles()
-        .map_err(PipelineError::numeric(STAGE))?;
     let nyquist_hz = 0.5 / plant.sample_period_s();
     let grid = FrequencyGrid::log_hz(1.0, 0.98 * nyquist_hz, LINES)
         .refine_round_poles(&poles, LINES_A_SIDE);

@@ -61,25 +61,41 @@ pub fn constant_scales(
         .collect();
     let mut gamma = optimal_level(&at(&ln), &settings)?;
     let mut syntheses = 1;
+    let mut known = Tried {
+        lattice: vec![ln.clone()],
+    };
     let mut step: f64 = first_step;
     // A last step of a tenth in ln d changes γ by well under a percent at the flat bottom.
     while step > 0.1 && syntheses < SYNTHESES {
         let mut moved = false;
         for k in 0..free {
-            for direction in [step, -step] {
+            let beside = |direction: f64| {
                 let mut trial = ln.clone();
                 trial[k] += direction;
-                syntheses += 1;
-                // Most trials are worse, and one level tells. One that fails is a point not to go to, no more.
-                let trial_plant = at(&trial);
-                let Ok(true) = is_feasible(&trial_plant, gamma * (1.0 - 1e-3)) else {
+                trial
+            };
+            let trials = [step, -step].map(beside);
+            let new = [0, 1].map(|side| known.is_new(&trials[side]));
+            // Most trials are worse, and one level tells. One that fails is a point not to go to, no more.
+            let level = gamma * (1.0 - 1e-3);
+            let lower = |side: usize| {
+                new[side] && matches!(is_feasible(&at(&trials[side]), level), Ok(true))
+            };
+            let (up, down) = rayon::join(|| lower(0), || lower(1));
+            syntheses += new.iter().filter(|new| **new).count();
+            for (trial, lower) in trials.into_iter().zip([up, down]) {
+                if !lower {
+                    known.lattice.push(trial);
                     continue;
-                };
+                }
+                let trial_plant = at(&trial);
                 let near = HinfSettings {
                     hint: Some(gamma),
                     ..settings.clone()
                 };
-                let Ok(value) = optimal_level(&trial_plant, &near) else {
+                let found = optimal_level(&trial_plant, &near);
+                known.lattice.push(trial.clone());
+                let Ok(value) = found else {
                     continue;
                 };
                 if value < gamma * (1.0 - 1e-3) {
@@ -102,6 +118,20 @@ pub fn constant_scales(
         gamma,
         syntheses,
     })
+}
+
+/// Points of a compass search that were tried. γ only falls on the way, so one that was not below it once never is.
+struct Tried {
+    lattice: Vec<Vec<f64>>,
+}
+
+impl Tried {
+    /// Whether a point is none of those tried before.
+    fn is_new(&self, point: &[f64]) -> bool {
+        // Steps are halved and doubled: a tenth of the smallest tells points of the lattice from rounding.
+        let same = |p: &Vec<f64>| p.iter().zip(point).all(|(a, b)| (a - b).abs() < 1e-2);
+        !self.lattice.iter().any(same)
+    }
 }
 
 /// The plant with its uncertainty channels scaled: outputs of block i by dᵢ, inputs by 1/dᵢ. Blocks are kept.

@@ -25,7 +25,7 @@ pub fn derivative_errors(
     let plants = Plants::new(machine, 1.2, &[])?.with_weak_magnets(&WEAK_MAGNETS);
     let (law, x) = ModalLaw::of(plane)?;
     let lines = lines(&plants, 1.0, &[], 2e-3);
-    let loss = loss_on(&plants, task, lines)?;
+    let loss = loss_on(&plants, task, lines, None)?;
     let found = loss.evaluate(&law, &x);
     let natural = law.natural_steps(&x);
     let mut errors = [f64::NAN; LIMITS + 1];

@@ -34,7 +34,7 @@ pub(crate) struct Descended {
 
 /// Penalty ρ of a limit, far above what a limit is worth in stiffness (about one).
 pub(crate) const PENALTY: f64 = 8.0;
-/// Values this far (log) below their group's largest take part in a step.
+/// Values this far (log) below their group's largest, of limits below zero if that is larger, take part in a step.
 const WINDOW: f64 = 0.2;
 /// Values at most in a step.
 const LARGEST_PROGRAMME: usize = 240;
@@ -61,7 +61,7 @@ pub(crate) fn descend(
     x: &mut Vec<f64>,
     effort: &Effort,
 ) -> Result<Descended, ControllerError> {
-    let mut found = loss.evaluate(law, x);
+    let mut found = loss.evaluate_near(law, x);
     loss.rescale(&mut found);
     let turns = found.turns.clone();
     let mut merit = found.merit(PENALTY);
@@ -93,7 +93,7 @@ pub(crate) fn descend(
                 v + own.iter().zip(&step.step).map(|(w, p)| w * p).sum::<f64>()
             })
             .collect();
-        let mut next = loss.evaluate(law, &trial);
+        let mut next = loss.evaluate_near(law, &trial);
         loss.rescale(&mut next);
         let next_merit = next.merit(PENALTY);
         let same = (0..turns.len()).all(|r| !loss.active[r] || next.turns[r] == turns[r]);

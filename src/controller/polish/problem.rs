@@ -3,7 +3,7 @@
 
 use super::limits::LoopLimits;
 use super::loss::{Loss, Specification, SpecifiedLoop};
-use super::responses::Plants;
+use super::responses::{Known, Plants};
 use super::structure::Line;
 use crate::augment::assembly::UncertainMode;
 use crate::augment::channels::{channels, problem_blocks};
@@ -24,11 +24,13 @@ pub struct PolishTask<'a> {
     pub limits: LoopLimits,
 }
 
-/// The loss on `lines`, modal channels not scaled yet.
+/// The loss on `lines`, modal channels not scaled yet; `earlier` is a loss for the same task on other lines, whose
+/// responses are taken where both have a line.
 pub(super) fn loss_on(
     plants: &Plants,
     task: &PolishTask<'_>,
     lines: Vec<Line>,
+    earlier: Option<&Loss>,
 ) -> Result<Loss, VerificationError> {
     let integral = match task.weights.integral_corner_hz {
         Some(_) => LOOPS,
@@ -37,8 +39,13 @@ pub(super) fn loss_on(
     let extra = channels(task.weights).map_err(in_step("uncertainty of the polish"))?;
     let performance = (LOADS + LOOPS, LOADS + LOOPS + integral);
     let blocks = problem_blocks(task.modes.len(), &extra, performance);
+    let (rotors, rows) = earlier.map_or((vec![], vec![]), Loss::responses);
+    let known = Known {
+        lines: earlier.map_or(&[], |loss| &loss.lines),
+        list: &rows,
+    };
     let loops = plants
-        .specification(&lines, task.modes, task.weights)
+        .specification(&lines, (task.modes, task.weights), &known)
         .map_err(in_step("weights of the polish"))?;
     let loops = loops.into_iter().enumerate().map(|(side, rows)| {
         // The machine at rest, at its top speed and beyond are the first rotors.
@@ -53,7 +60,11 @@ pub(super) fn loss_on(
         blocks: Blocks::new(&blocks)
             .map_err(|_| infeasible("the specification has no channels"))?,
     };
-    let rotors = plants.on(&lines);
+    let known = Known {
+        list: &rotors,
+        lines: known.lines,
+    };
+    let rotors = plants.on(&lines, &known);
     let period_s = plants.period_s();
     Ok(Loss::new(
         lines,

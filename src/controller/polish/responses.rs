@@ -73,6 +73,30 @@ pub(crate) struct SpecificationLine {
     pub read: Mat<c64>,
 }
 
+/// Responses that were computed before, on lines of ascending frequency.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'a, T> {
+    pub lines: &'a [Line],
+    pub list: &'a [T],
+}
+
+impl<T> Known<'_, T> {
+    /// None.
+    pub(crate) const NOTHING: Self = Self {
+        lines: &[],
+        list: &[],
+    };
+
+    /// For each of the lines its number among the known ones, if its frequency is the same to the last bit.
+    fn same(&self, lines: &[Line]) -> Vec<Option<usize>> {
+        let number = |line: &Line| {
+            let order = |k: &Line| k.omega_rad_s.total_cmp(&line.omega_rad_s);
+            self.lines.binary_search_by(order).ok()
+        };
+        lines.iter().map(number).collect()
+    }
+}
+
 /// The plants of a polish before lines are chosen.
 pub(crate) struct Plants {
     period_s: f64,
@@ -161,21 +185,30 @@ impl Plants {
         self.period_s
     }
 
-    /// Every rotor on the lines, rad/s.
-    pub(crate) fn on(&self, lines: &[Line]) -> Vec<Rotor> {
+    /// Every rotor on the lines; `known` are its responses on other lines, from which the same lines are taken.
+    pub(crate) fn on(&self, lines: &[Line], known: &Known<'_, &Rotor>) -> Vec<Rotor> {
+        let same = known.same(lines);
         let mut rotors: Vec<Rotor> = self
             .list
             .iter()
-            .map(|(role, plant)| {
-                let both: Vec<[LoopResponse; 2]> = lines
-                    .par_iter()
-                    .map(|line| whirl(plant, line.omega_rad_s, self.period_s))
-                    .collect();
+            .enumerate()
+            .map(|(number, (role, plant))| {
                 let sides = if plant.mechanics().planes_are_decoupled() {
                     1
                 } else {
                     2
                 };
+                let both: Vec<[LoopResponse; 2]> = lines
+                    .par_iter()
+                    .zip(&same)
+                    .map(|(line, same)| match same {
+                        Some(k) => {
+                            let of = &known.list[number].directions;
+                            [of[0][*k], of[sides - 1][*k]]
+                        }
+                        None => whirl(plant, line.omega_rad_s, self.period_s),
+                    })
+                    .collect();
                 Rotor {
                     role: *role,
                     directions: (0..sides)
@@ -207,16 +240,17 @@ impl Plants {
     }
 
     /// The specification's rows of the machine at rest, at its top speed and beyond, in the order of the first loops of
-    /// [`Self::on`], on the lines, with weights at true frequency.
+    /// [`Self::on`], on the lines, with weights at true frequency; `known` as there.
     ///
     /// # Errors
     /// [`crate::linalg::NumericError`] for weights that are not positive.
     pub(crate) fn specification(
         &self,
         lines: &[Line],
-        modes: &[UncertainMode],
-        weights: &Weights,
+        (modes, weights): (&[UncertainMode], &Weights),
+        known: &Known<'_, &[SpecificationLine]>,
     ) -> Result<Vec<Vec<SpecificationLine>>, crate::linalg::NumericError> {
+        let same = known.same(lines);
         let round = ProblemWeights::of_specification(modes, weights)?;
         let frame = Frame {
             exposure: Exposure::new(
@@ -243,9 +277,17 @@ impl Plants {
                 true => &[1.0],
                 false => &[1.0, -1.0],
             };
+            let first = loops.len();
             let rows: Vec<Vec<SpecificationLine>> = lines
                 .par_iter()
-                .map(|line| frame.rows(&opened, line.omega_rad_s, signs))
+                .zip(&same)
+                .map(|(line, same)| match same {
+                    Some(k) => {
+                        let of = &known.list[first..first + signs.len()];
+                        of.iter().map(|rows| rows[*k].clone()).collect()
+                    }
+                    None => frame.rows(&opened, line.omega_rad_s, signs),
+                })
                 .collect();
             for side in 0..signs.len() {
                 loops.push(rows.iter().map(|r| r[side].clone()).collect());

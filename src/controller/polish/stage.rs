@@ -137,7 +137,7 @@ impl<'a> Polisher<'a> {
         let plant_poles = oscillating(plant_poles.concat(), plants.period_s());
         let (law, x) = ModalLaw::of(start)?;
         let mut polisher = Self {
-            loss: loss_on(&plants, &task, vec![])?,
+            loss: loss_on(&plants, &task, vec![], None)?,
             task,
             plants,
             sampled,
@@ -315,10 +315,10 @@ impl<'a> Polisher<'a> {
             .map_err(in_step("poles of the polished controller"))?;
         poles.extend(oscillating(own, self.plants.period_s()));
         let lines = sharp_lines(&self.plants, FROM_HZ, (&poles, &self.peaks), apart);
-        let mut loss = loss_on(&self.plants, &self.task, lines)?;
-        let found = loss.evaluate(&self.law, &self.x);
+        let mut loss = loss_on(&self.plants, &self.task, lines, Some(&self.loss))?;
+        let turns = loss.turns(&self.law, &self.x);
         for r in 0..loss.active.len() {
-            loss.active[r] = found.turns[r] == found.turns[0];
+            loss.active[r] = turns[r] == turns[0];
         }
         let mut found = loss.evaluate(&self.law, &self.x);
         loss.rescale(&mut found);

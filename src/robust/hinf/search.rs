@@ -67,7 +67,12 @@ impl Search {
         if sides.iter().any(|s| s.level_at_infinity() >= gamma) {
             return Ok(false);
         }
-        let [Ok(x), Ok(y)] = sides.map(|s| s.riccati(gamma, Effort::Fast)) else {
+        let [control, filter] = sides;
+        // A side without a solution needs no other.
+        let Ok(x) = control.riccati(gamma, Effort::Fast) else {
+            return Ok(false);
+        };
+        let Ok(y) = filter.riccati(gamma, Effort::Fast) else {
             return Ok(false);
         };
         let c = coupling(&x.x, &y.x)?;

@@ -101,13 +101,15 @@ pub(crate) struct Programme {
     pub matrices: Vec<MatrixInequality>,
 }
 
-/// minimise ½ Σ dᵢ xᵢ² + cᵀx subject to aᵀx ≤ b.
-#[derive(Clone, Debug, Default)]
+/// minimise ½ xᵀPx + cᵀx subject to equalities aᵀx = b and inequalities aᵀx ≤ b.
+#[derive(Clone, Debug)]
 pub(crate) struct QuadraticProgramme {
-    /// d, one non-negative number per variable.
-    pub diagonal: Vec<f64>,
+    /// P, positive semidefinite; its upper triangle is read.
+    pub quadratic: Mat<f64>,
     /// c.
     pub objective: Vec<f64>,
+    /// aᵀx = b.
+    pub equalities: Vec<Row>,
     /// aᵀx ≤ b.
     pub inequalities: Vec<Row>,
 }
@@ -122,14 +124,19 @@ impl QuadraticProgramme {
         let n = self.objective.len();
         let linear = Programme {
             objective: self.objective.clone(),
+            equalities: self.equalities.clone(),
             inequalities: self.inequalities.clone(),
             ..Programme::default()
         };
         let (a, b, cones) = linear.conic_form();
-        let kept: Vec<usize> = (0..n).filter(|i| self.diagonal[*i] > 0.0).collect();
-        let pointers = (0..=n).map(|j| kept.partition_point(|i| *i < j)).collect();
-        let values = kept.iter().map(|i| self.diagonal[*i]).collect();
-        let quadratic = CscMatrix::new(n, n, pointers, kept.clone(), values);
+        let upper = || (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
+        let quadratic = CscMatrix::new(
+            n,
+            n,
+            (0..=n).map(|j| j * (j + 1) / 2).collect(),
+            upper().map(|(i, _)| i).collect(),
+            upper().map(|ij| self.quadratic[ij]).collect(),
+        );
         let settings = DefaultSettingsBuilder::default()
             .verbose(false)
             .presolve_enable(false)

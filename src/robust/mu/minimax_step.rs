@@ -3,10 +3,10 @@
 //!   minimise over p, t, s ≥ 0:   t + ρ Σ_g s_g + (λ/2)|p|²,   v_k + g_kᵀp ≤ t (objective),   v_k + g_kᵀp ≤ s_g
 //!   (limits).
 //!
-//! A convex quadratic programme of as many variables as p has, and a few more; clarabel solves it.
+//! A convex quadratic programme, solved by clarabel in its dual form.
 
-use super::lmi::ProgrammeError;
-use super::lmi::{QuadraticProgramme, Row};
+use super::lmi::{ProgrammeError, QuadraticProgramme, Row};
+use crate::linalg::Mat;
 
 /// A value with its linearisation.
 #[derive(Clone, Debug)]
@@ -84,7 +84,11 @@ fn group(value: &LinearValue) -> usize {
 }
 
 /// Largest value of each group; limits count from zero.
-fn levels(values: &[LinearValue], limits: usize, of: impl Fn(&LinearValue) -> f64) -> Vec<f64> {
+fn levels<'a>(
+    values: impl IntoIterator<Item = &'a LinearValue>,
+    limits: usize,
+    of: impl Fn(&LinearValue) -> f64,
+) -> Vec<f64> {
     let mut found = vec![0.0; 1 + limits];
     found[0] = f64::NEG_INFINITY;
     for value in values {
@@ -100,52 +104,49 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// The step for some of the values, and the level of each group that it reaches; minus infinity for an
 /// objective of which no value takes part, so that one that is left out joins.
+///
+/// The dual has one variable per value, the weight y_k ≥ 0 of its slope in the step p = −Σ y_k g_k/λ:
+///   minimise |Σ y_k g_k|²/2λ − Σ v_k y_k,   Σ y = 1 over the objective,   Σ y ≤ ρ over each limit.
+/// Its matrix is as small as the number of values, the primal one has as many rows and all coordinates besides.
 fn restricted(
     values: &[&LinearValue],
     limits: usize,
     penalty: f64,
     proximal: f64,
 ) -> Result<(Vec<f64>, Vec<f64>), ProgrammeError> {
-    let n = values.first().map_or(0, |v| v.gradient.len());
-    let (level, slack) = (n, n + 1);
-    let mut objective = vec![0.0; n + 1 + limits];
-    // Without an objective the level is free and costs nothing.
-    let with_objective = values.iter().any(|v| v.limit.is_none());
-    if with_objective {
-        objective[level] = 1.0;
-    }
-    for g in 0..limits {
-        objective[slack + g] = penalty;
-    }
-    let mut inequalities: Vec<Row> = (0..limits)
-        .map(|g| Row {
-            terms: vec![(slack + g, -1.0)],
-            bound: 0.0,
-        })
-        .collect();
-    for v in values {
-        let bounded = v.limit.map_or(level, |g| slack + g);
-        let mut terms: Vec<(usize, f64)> = v.gradient.iter().copied().enumerate().collect();
-        terms.push((bounded, -1.0));
-        inequalities.push(Row {
-            terms,
-            bound: -v.value,
-        });
-    }
-    let mut diagonal = vec![proximal; n];
-    diagonal.resize(objective.len(), 0.0);
-    let programme = QuadraticProgramme {
-        diagonal,
-        objective,
-        inequalities,
+    let (n, m) = (values.first().map_or(0, |v| v.gradient.len()), values.len());
+    let sum_over = |limit: Option<usize>, bound: f64| Row {
+        terms: (0..m)
+            .filter(|k| values[*k].limit == limit)
+            .map(|k| (k, 1.0))
+            .collect(),
+        bound,
     };
-    let mut step = programme.solve()?;
-    let mut reached = step.split_off(n);
-    for slack in &mut reached[1..] {
-        *slack = slack.max(0.0);
+    let kept = |row: &Row| !row.terms.is_empty();
+    let not_negative = (0..m).map(|k| Row {
+        terms: vec![(k, -1.0)],
+        bound: 0.0,
+    });
+    let groups = (0..limits).map(|g| sum_over(Some(g), penalty)).filter(kept);
+    let programme = QuadraticProgramme {
+        quadratic: Mat::from_fn(m, m, |i, j| match i <= j {
+            true => dot(&values[i].gradient, &values[j].gradient) / proximal,
+            false => 0.0,
+        }),
+        objective: values.iter().map(|v| -v.value).collect(),
+        // Without an objective the level is free and costs nothing.
+        equalities: Some(sum_over(None, 1.0)).into_iter().filter(kept).collect(),
+        inequalities: groups.chain(not_negative).collect(),
+    };
+    let weights = programme.solve()?;
+    let mut step = vec![0.0; n];
+    for (v, weight) in values.iter().zip(&weights) {
+        for (p, g) in step.iter_mut().zip(&v.gradient) {
+            *p -= weight * g / proximal;
+        }
     }
-    if !with_objective {
-        reached[0] = f64::NEG_INFINITY;
-    }
+    let reached = levels(values.iter().copied(), limits, |v| {
+        v.value + dot(&v.gradient, &step)
+    });
     Ok((step, reached))
 }
