@@ -246,12 +246,10 @@ impl Case<'_> {
             Some((h.clone(), found))
         });
         let mut fits: Vec<(Hypothesis, Fit)> = fits.collect();
-        // Of several starts the best one is begun again.
-        let tilting = |f: &&mut (Hypothesis, Fit)| f.0.kind == EffectKind::TiltingStiffness;
-        let best = fits.iter_mut().filter(tilting);
-        if let Some((h, found)) = best.min_by(|a, b| a.1.chi2.total_cmp(&b.1.chi2))
-            && fails(found)
-        {
+        // From the numbers of every start: where a fit stays depends on them.
+        let tilting =
+            |f: &&mut (Hypothesis, Fit)| f.0.kind == EffectKind::TiltingStiffness && fails(&f.1);
+        for (h, found) in fits.iter_mut().filter(tilting) {
             let with = with(h);
             let problem = self.problem(&with, self.thin());
             *found = self.relocated(&problem, h, found.clone(), stages);
@@ -260,15 +258,17 @@ impl Case<'_> {
     }
 
     /// A fit, or a better one from another place with the numbers that it found: where the row of an effect goes up and
-    /// down along the shaft, a fit stays between two nodes. A step on half of the lines ranks the places; those with the
-    /// smallest χ² are fitted.
+    /// down along the shaft, a fit stays between two nodes. A step, on half of the lines where there are many, ranks
+    /// the places; those with the smallest χ² are fitted.
     fn relocated(&self, problem: &Problem, h: &Hypothesis, found: Fit, stages: &[Stage]) -> Fit {
         let Some((w, _)) = stages.last().copied() else {
             return found;
         };
+        // Fewer lines than these leave a place open.
+        let enough = self.evidence.lines() / problem.usage.stride >= LINES;
         let half = Problem {
             usage: Subset {
-                stride: 2 * problem.usage.stride,
+                stride: if enough { 2 } else { 1 } * problem.usage.stride,
                 ..problem.usage
             },
             ..*problem
@@ -288,7 +288,7 @@ impl Case<'_> {
             .filter_map(|fit| problem.fit(&fit.at, &[(w, 2)]).ok())
             .collect();
         tried.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        tried.truncate(STARTS);
+        tried.truncate(RELOCATED / 2);
         let refined = tried
             .into_iter()
             .filter_map(|fit| problem.fit(&fit.at, stages).ok());

@@ -170,8 +170,10 @@ pub fn diagnose_with(
         progress("a machine that is further off than usual");
         return conclude(&wide.trial, &wide.null, (gross, MOST_EFFECTS), progress);
     }
-    // A free law at one place explains what the catalogue does not: what is there is outside of it.
-    if plain.verdict != Verdict::Unexplained || plain.localisation.sole().is_some() {
+    // A free law at one place of the electronics explains what the catalogue does not: what is there is outside of it.
+    let sole = plain.localisation.sole();
+    let outside = sole.is_some_and(|place| !place.mechanical());
+    if plain.verdict != Verdict::Unexplained || outside {
         return Ok(plain);
     }
     // From far away either comparison may miss what the other one finds.

@@ -62,7 +62,7 @@ impl Layout {
         }
     }
 
-    /// The priors at p: for each parameter the weight on the diagonal of the normal equations, and what it adds to their
+    /// The priors at p: for each parameter the weight on the diagonal of the normal equations, and what it adds to the
     /// right-hand side.
     pub(crate) fn pull<'a>(&'a self, p: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + 'a {
         p.iter().enumerate().map(|(k, p)| {

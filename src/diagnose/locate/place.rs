@@ -86,7 +86,7 @@ impl Unit {
 
 impl Place {
     /// Whether the law is on the shaft.
-    pub(super) fn mechanical(&self) -> bool {
+    pub(crate) fn mechanical(&self) -> bool {
         matches!(
             self,
             Self::Station(_) | Self::Apart(_) | Self::Circulating(_) | Self::Joint | Self::Housing

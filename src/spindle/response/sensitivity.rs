@@ -14,8 +14,8 @@ use std::f64::consts::TAU;
 use std::ops::Deref;
 
 impl Assembled {
-    /// Adds a derivative of the receptance between the ports `outs` and `ins` at a signed frequency to `all`, row-major;
-    /// `first` is the port of the first probe, `behind` and `strains` stand for the same ports.
+    /// Adds a derivative of the receptance between the ports `outs` and `ins` at a signed frequency to `all`,
+    /// row-major; `first` is the port of the first probe, `behind` and `strains` stand for the same ports.
     pub(super) fn add_sensitivity(
         &self,
         (at, w, first): (&Planar, f64, usize),
