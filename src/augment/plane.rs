@@ -54,7 +54,7 @@ pub fn modes_below_nyquist(machine: &Machine) -> Result<Vec<f64>, SpindleError> 
 }
 
 /// One plane of the machine at rest with `flexible` modes, those numbered in `uncertain` (from 0) with modal ports.
-/// What makes the planes differ or couples them ([`isotropic`]) is left out here and comes back in verification.
+/// What makes the planes differ or couples them (`isotropic`) is left out here and comes back in verification.
 ///
 /// # Errors
 /// [`SpindleError`] when the machine breaks a rule or a connection fails.
