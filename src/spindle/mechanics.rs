@@ -11,7 +11,9 @@ use super::effective::{Effective, Motion};
 use super::machine::Machine;
 use super::model_detail::ModelDetail;
 use super::response::damping::ModalDamping;
-use super::response::feedback::{Feedback, Law, PlaneSpring, attached, close, in_one_plane};
+use super::response::feedback::{
+    Feedback, Law, PlaneSpring, attached, close, springs_in_one_plane,
+};
 use super::whirl_form::WhirlForm;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::basis::Cut;
@@ -428,15 +430,7 @@ impl Ports {
                 rows.push(modes.amplitudes(&[(2 * a + 1, 1.0), (2 * b + 1, -1.0)]));
             }
         }
-        let mut plane_springs = vec![];
-        for (attachment, plane, stiffness_n_per_m) in in_one_plane(effective) {
-            plane_springs.push(PlaneSpring {
-                port: rows.len(),
-                plane,
-                stiffness_n_per_m,
-            });
-            rows.push(at("attachment", attachment.position_m)?);
-        }
+        let plane_springs = springs_in_one_plane(effective, &mut rows, |z| at("attachment", z))?;
         Ok(Self {
             rows,
             feedback,

@@ -14,9 +14,9 @@ use super::effective::{Effective, EffectiveBearing};
 use super::machine::Machine;
 use super::mechanics::Mechanics;
 use super::model_detail::ModelDetail;
-use super::response::channels::{ZERO, planar};
+use super::response::channels::{in_pairs, planar};
 use super::response::electronics::ElectronicsLine;
-use super::response::feedback::{Feedback, close};
+use super::response::feedback::close_in_planes;
 use crate::linalg::{Mat, c64};
 use crate::lti::Response;
 
@@ -138,23 +138,13 @@ impl Response for Plant {
         let inputs = [&[0usize, 1, 2, 3, 4], further.as_slice()].concat();
         let outputs = [&[5usize, 6, 2, 3, 4], further.as_slice()].concat();
         let channels = 2 * inputs.len();
-        let mut h = vec![ZERO; channels * channels];
-        for (o, out) in outputs.iter().copied().enumerate() {
-            for (i, input) in inputs.iter().copied().enumerate() {
-                let back = backward.as_ref().map(|b| b[(out, input)]);
-                let (a, b) = planar(forward[(out, input)], back);
-                let (x, y) = (2 * o * channels, (2 * o + 1) * channels);
-                h[x + 2 * i] = a;
-                h[y + 2 * i + 1] = a;
-                h[y + 2 * i] = b;
-                h[x + 2 * i + 1] = -b;
-            }
-        }
+        let mut h = in_pairs(inputs.len(), |n| {
+            let entry = (outputs[n / inputs.len()], inputs[n % inputs.len()]);
+            planar(forward[entry], backward.as_ref().map(|b| b[entry]))
+        });
         if !springs.is_empty() {
             let first = inputs.len() - springs.len();
-            let loops: Vec<Feedback> = (first..).zip(springs).map(|(k, s)| s.beside(k)).collect();
-            let gains: Vec<c64> = loops.iter().map(|f| f.gain(omega_rad_s)).collect();
-            h = close(&h, channels, &loops, &gains);
+            (_, h) = close_in_planes(&h, channels, (first, springs), omega_rad_s);
         }
         ElectronicsLine::new(&self.effective, omega_rad_s).surround(&mut h, channels);
         let outer = CHANNELS + 2 * self.modal_ports;

@@ -45,10 +45,14 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// d, the free numbers of the effects.
+    pub(crate) fn numbers(&self) -> usize {
+        self.fit.at.theta.iter().map(Vec::len).sum()
+    }
+
     /// χ² + d ln N.
     pub fn score(&self) -> f64 {
-        let free: usize = self.fit.at.theta.iter().map(Vec::len).sum();
-        self.fit.chi2 + free as f64 * (self.fit.residuals.max(2) as f64).ln()
+        self.fit.chi2 + self.numbers() as f64 * (self.fit.residuals.max(2) as f64).ln()
     }
 }
 
@@ -131,7 +135,8 @@ impl Case<'_> {
     }
 
     /// Fits at every model error from `top` down to the final one, or until χ² per residual exceeds the limit beyond
-    /// which no fit comes closer. Some of the lines lead down; all of `usage` count at the end.
+    /// which no fit comes closer. Fits at larger model errors take some of the lines; the
+    /// fit that is returned takes all of `usage`.
     ///
     /// # Errors
     /// As [`Self::fit_down`].

@@ -132,7 +132,7 @@ pub(super) fn lowers_the_gap(
 ) -> Result<bool, DiagnoseError> {
     let without = overall(case, &shorter.effects, &shorter.fit.at)?;
     let with = overall(case, &longer.effects, &longer.fit.at)?;
-    let free = numbers(longer).saturating_sub(numbers(shorter));
+    let free = longer.numbers().saturating_sub(shorter.numbers());
     Ok(further(without, with, free))
 }
 
@@ -146,20 +146,15 @@ pub(crate) fn further(without: Overall, with: Overall, numbers: usize) -> bool {
 
 /// Whether a shorter set has a small gap for a reason that cannot be: beside it nuisance parameters leave their priors,
 /// one alone or several together, and beside the longer one they do not. A number that takes more from the χ² of the
-/// priors than one parameter may add to it stands for parameters that are off in step.
+/// priors than one parameter may add to it explains several parameters that are off together.
 pub(super) fn relieves(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
     let strained = |c: &Candidate| !case.model.strained(&c.fit.at.p).is_empty();
     if strained(longer) {
         return false;
     }
     let prior = |c: &Candidate| case.model.layout.prior(&c.fit.at.p);
-    let further = numbers(longer).saturating_sub(numbers(shorter)).max(1) as f64;
+    let further = longer.numbers().saturating_sub(shorter.numbers()).max(1) as f64;
     strained(shorter) || prior(shorter) - prior(longer) > further * MOST_SD.powi(2)
-}
-
-/// Free numbers of a set's effects.
-fn numbers(set: &Candidate) -> usize {
-    set.fit.at.theta.iter().map(Vec::len).sum()
 }
 
 /// Whether a longer set explains more than noise and the floor of the gap do with a shorter one.

@@ -46,7 +46,7 @@ const RELOCATED: usize = 8;
 
 /// Lines that rank hypotheses, at least every third.
 const LINES: usize = 60;
-/// Lines that lead the finalists to the final model error, where all lines count.
+/// Lines to which finalists are fitted at larger model errors, at least; at the final one all lines are fitted.
 const FINALIST_LINES: usize = 160;
 
 /// The present effects and one more.
@@ -167,7 +167,7 @@ impl Case<'_> {
         }
     }
 
-    /// The lines of `usage` that lead fits to the final model error.
+    /// The lines of `usage` to which finalists are fitted above the final model error.
     pub(super) fn leading(&self, usage: Subset) -> Subset {
         let stride = (self.evidence.lines() / FINALIST_LINES).max(1);
         Subset {
@@ -246,7 +246,7 @@ impl Case<'_> {
             Some((h.clone(), found))
         });
         let mut fits: Vec<(Hypothesis, Fit)> = fits.collect();
-        // From the numbers of every start: where a fit stays depends on them.
+        // Each start is tried: the place at which a fit ends depends on it.
         let tilting =
             |f: &&mut (Hypothesis, Fit)| f.0.kind == EffectKind::TiltingStiffness && fails(&f.1);
         for (h, found) in fits.iter_mut().filter(tilting) {
@@ -264,7 +264,7 @@ impl Case<'_> {
         let Some((w, _)) = stages.last().copied() else {
             return found;
         };
-        // Fewer lines than these leave a place open.
+        // On fewer lines than these the wrong place may have the smallest χ².
         let enough = self.evidence.lines() / problem.usage.stride >= LINES;
         let half = Problem {
             usage: Subset {
@@ -312,12 +312,11 @@ impl Case<'_> {
         let reached: Vec<f64> = all
             .par_iter()
             .map(|(h, at, chi2)| {
-                let before = all.iter().filter(|o| o.0.same_name(h) && o.2 < *chi2);
-                let behind = before.count() >= PLACES;
                 if twins(h) <= STARTS {
                     return 0.0;
                 }
-                if behind {
+                let before = all.iter().filter(|o| o.0.same_name(h) && o.2 < *chi2);
+                if before.count() >= PLACES {
                     return f64::INFINITY;
                 }
                 let with = with(h);

@@ -8,7 +8,7 @@
 
 use super::assembled::Assembled;
 use super::damping::ModalDamping;
-use super::feedback::{Feedback, Law, PlaneSpring, attached, in_one_plane};
+use super::feedback::{Feedback, Law, PlaneSpring, attached, springs_in_one_plane};
 use super::finer_mesh::FinerMesh;
 use super::gyroscopic::Gyroscopic;
 use super::probe::Probe;
@@ -172,15 +172,7 @@ impl ReducedMachine {
             });
             rows.push(row);
         }
-        let mut plane_springs = vec![];
-        for (attachment, plane, stiffness_n_per_m) in in_one_plane(effective) {
-            plane_springs.push(PlaneSpring {
-                port: rows.len(),
-                plane,
-                stiffness_n_per_m,
-            });
-            rows.push(shaft.row(attachment.position_m)?);
-        }
+        let plane_springs = springs_in_one_plane(effective, &mut rows, |z| shaft.row(z))?;
         Ok(Ports {
             rows,
             feedback,

@@ -34,3 +34,19 @@ pub(crate) fn planar(forward: c64, backward: Option<c64>) -> (c64, c64) {
         }
     }
 }
+
+/// A response with x and y in pairs, 2n×2n, from the entries x→x and x→y of every pair of ports, row-major.
+pub(crate) fn in_pairs(n: usize, of: impl Fn(usize) -> (c64, c64)) -> Vec<c64> {
+    let side = 2 * n;
+    let mut all = vec![ZERO; side * side];
+    for k in 0..n * n {
+        let (x, y) = (2 * (k / n) * side, (2 * (k / n) + 1) * side);
+        let (same, x_to_y) = of(k);
+        let column = 2 * (k % n);
+        all[x + column] = same;
+        all[y + column + 1] = same;
+        all[y + column] = x_to_y;
+        all[x + column + 1] = -x_to_y;
+    }
+    all
+}

@@ -82,13 +82,45 @@ impl PlaneSpring {
     }
 }
 
-/// The springs of a machine in one plane, with the attachments that they are.
-pub(crate) fn in_one_plane(
+/// The springs of a machine in one plane; the row of each, `row` of its position in m, becomes a port behind `rows`.
+///
+/// # Errors
+/// Those of `row`.
+pub(crate) fn springs_in_one_plane<E>(
     effective: &Effective,
-) -> impl Iterator<Item = (&Attachment, Plane, f64)> {
-    let all = effective.attachments.iter();
-    let springs = all.filter_map(|a| Some((a, a.plane?, -a.gain.re)));
-    springs.filter(|(_, _, stiffness)| *stiffness != 0.0)
+    rows: &mut Vec<Vec<f64>>,
+    row: impl Fn(f64) -> Result<Vec<f64>, E>,
+) -> Result<Vec<PlaneSpring>, E> {
+    let mut springs = vec![];
+    for attachment in &effective.attachments {
+        let (Some(plane), stiffness_n_per_m) = (attachment.plane, -attachment.gain.re) else {
+            continue;
+        };
+        if stiffness_n_per_m != 0.0 {
+            springs.push(PlaneSpring {
+                port: rows.len(),
+                plane,
+                stiffness_n_per_m,
+            });
+            rows.push(row(attachment.position_m)?);
+        }
+    }
+    Ok(springs)
+}
+
+/// Closes springs in one plane round a response with x and y in pairs, `side`×`side` row-major, in which the rows of
+/// their ports begin with pair `first`; `w` is the angular frequency, rad/s.
+pub(crate) fn close_in_planes(
+    open: &[c64],
+    side: usize,
+    (first, springs): (usize, &[PlaneSpring]),
+    w: f64,
+) -> (Vec<Feedback>, Vec<c64>) {
+    let pairs = (first..).zip(springs);
+    let loops: Vec<Feedback> = pairs.map(|(pair, spring)| spring.beside(pair)).collect();
+    let gains: Vec<c64> = loops.iter().map(|f| f.gain(w)).collect();
+    let closed = close(open, side, &loops, &gains);
+    (loops, closed)
 }
 
 /// The laws of the attachments of a machine that act in both planes alike, each of one kind, with its units.

@@ -5,9 +5,9 @@
 //! one gives  dX = L dH R,  L = I + X_f κ E_fᵀ,  R = I + E_f κ X_f.
 
 use super::assembled::{Assembled, Planar, Receptance};
-use super::channels::{IN, OUT, SIDE, Square, ZERO, planar};
+use super::channels::{IN, OUT, SIDE, Square, ZERO, in_pairs, planar};
 use super::electronics::ElectronicsLine;
-use super::feedback::{Feedback, close};
+use super::feedback::{Feedback, close_in_planes};
 use super::parameters::MachineParameters;
 use super::term::{Number, Sum, Term};
 use crate::linalg::c64;
@@ -162,14 +162,14 @@ impl Assembled {
             let back = whirl.backward.as_ref().map(|b| b.closed[entry]);
             planar(whirl.forward.closed[entry], back)
         });
-        let springs = (OUT.len()..).zip(&self.plane_springs);
-        let loops: Vec<Feedback> = springs.map(|(row, s)| s.beside(row)).collect();
-        let gains: Vec<c64> = loops.iter().map(|f| f.gain(whirl.omega_rad_s)).collect();
+        let springs = (OUT.len(), self.plane_springs.as_slice());
+        let (loops, response) = close_in_planes(&open, side, springs, whirl.omega_rad_s);
+        let gains = loops.iter().map(|f| f.gain(whirl.omega_rad_s));
         Closed {
-            response: close(&open, side, &loops, &gains),
+            gains: gains.collect(),
+            response,
             side,
             loops,
-            gains,
         }
     }
 
@@ -236,22 +236,6 @@ fn seen_in_planes(numbers: &[Number], first: usize) -> Vec<usize> {
                 all.push(port);
             }
         }
-    }
-    all
-}
-
-/// A response with x and y in pairs, 2n×2n, from the entries x→x and x→y of every pair of ports, row-major.
-fn in_pairs(n: usize, of: impl Fn(usize) -> (c64, c64)) -> Vec<c64> {
-    let side = 2 * n;
-    let mut all = vec![ZERO; side * side];
-    for k in 0..n * n {
-        let (x, y) = (2 * (k / n) * side, (2 * (k / n) + 1) * side);
-        let (same, x_to_y) = of(k);
-        let column = 2 * (k % n);
-        all[x + column] = same;
-        all[y + column + 1] = same;
-        all[y + column] = x_to_y;
-        all[x + column + 1] = -x_to_y;
     }
     all
 }
