@@ -44,6 +44,16 @@ pub(crate) struct Console {
 /// Most threads that can be asked for: more than any machine has, fewer than exhaust its memory.
 const MOST_THREADS: usize = 1024;
 
+/// Stack of a thread, bytes: commands run on the threads of the pool, as deep as on the main thread.
+const STACK: usize = 8 << 20;
+
+/// A pool of so many threads, 0: one a processor.
+fn pool(threads: usize) -> rayon::ThreadPoolBuilder {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(STACK)
+}
+
 impl Console {
     /// The console of a run, with `writing` for the files; sets the number of threads.
     ///
@@ -55,9 +65,12 @@ impl Console {
                 let rule = format!("--threads {threads}: 1 to {MOST_THREADS} are possible");
                 return Err(Failure::new(rule).with_hint("leave it out for one a processor"));
             }
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            pool.build_global()
+            pool(threads)
+                .build_global()
                 .map_err(|e| Failure::new(format!("--threads {threads}: {e}")))?;
+        } else {
+            // A process that runs a second command has its threads already.
+            let _ = pool(0).build_global();
         }
         let terminal = std::io::stdout().is_terminal();
         let form = match () {

@@ -148,30 +148,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return 2;
         }
     };
-    let result = match cli.command {
-        None => run::run(&run::Arguments::default(), &console),
-        Some(Command::Run(a)) => run::run(&a, &console),
-        Some(Command::Modes(a)) => modes::run(&a, &console),
-        Some(Command::Frf(a)) => frf::run(&a, &console),
-        Some(Command::Identify(a)) => identify::run(&a, &console),
-        Some(Command::Update(a)) => update::run(&a, &console),
-        Some(Command::Design(a)) => design::run(&a, &console),
-        Some(Command::Compare(a)) => compare::run(&a, &console),
-        Some(Command::Simulate(a)) => simulate::run(&a, &console),
-        Some(Command::Export(a)) => export::run(&a, &console),
-        Some(Command::Diagnose(a)) => diagnose::run(&a, &console),
-        Some(Command::Batch(a)) => batch::run(&a, &console),
-        Some(Command::Check(a)) => check::run(&a, &console),
-        Some(Command::Init(a)) => init::run(&a, &console),
-        Some(Command::Example(a)) => init::run_example(&a, &console),
-        Some(Command::Rehearse(a)) => rehearse::run(&a, &console),
-        Some(Command::Ross(a)) => ross::run(&a, &console),
-        Some(Command::Completions(a)) => shell::completions(&a),
-        Some(Command::Man) => shell::manual(),
-        Some(Command::Schema(a)) => schema::run(&a),
-        Some(Command::Report(a)) => report::run(&a, &console),
-        Some(Command::Solve(a)) => solve::run(&a, &console),
-    };
+    // On a thread of the pool: what runs in parallel is shared out without waking the pool from outside.
+    let result = rayon::scope(|_| carry_out(cli.command, &console));
     match result {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::TargetMissed) => 1,
@@ -179,6 +157,33 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             eprint!("{}", failure.naming(&files));
             2
         }
+    }
+}
+
+fn carry_out(command: Option<Command>, console: &Console) -> Result<Outcome, Failure> {
+    match command {
+        None => run::run(&run::Arguments::default(), console),
+        Some(Command::Run(a)) => run::run(&a, console),
+        Some(Command::Modes(a)) => modes::run(&a, console),
+        Some(Command::Frf(a)) => frf::run(&a, console),
+        Some(Command::Identify(a)) => identify::run(&a, console),
+        Some(Command::Update(a)) => update::run(&a, console),
+        Some(Command::Design(a)) => design::run(&a, console),
+        Some(Command::Compare(a)) => compare::run(&a, console),
+        Some(Command::Simulate(a)) => simulate::run(&a, console),
+        Some(Command::Export(a)) => export::run(&a, console),
+        Some(Command::Diagnose(a)) => diagnose::run(&a, console),
+        Some(Command::Batch(a)) => batch::run(&a, console),
+        Some(Command::Check(a)) => check::run(&a, console),
+        Some(Command::Init(a)) => init::run(&a, console),
+        Some(Command::Example(a)) => init::run_example(&a, console),
+        Some(Command::Rehearse(a)) => rehearse::run(&a, console),
+        Some(Command::Ross(a)) => ross::run(&a, console),
+        Some(Command::Completions(a)) => shell::completions(&a),
+        Some(Command::Man) => shell::manual(),
+        Some(Command::Schema(a)) => schema::run(&a),
+        Some(Command::Report(a)) => report::run(&a, console),
+        Some(Command::Solve(a)) => solve::run(&a, console),
     }
 }
 

@@ -1,6 +1,7 @@
 //! A controller with its name, u = K y, in continuous or sampled time. Channel order front_x, front_y, rear_x, rear_y.
 
 use crate::linalg::{Mat, c64};
+use crate::lti::responder::FrequencyResponder;
 use crate::lti::{Continuous, Discrete, HeldResponse, StateSpace};
 
 /// The law itself, in its own time base.
@@ -30,6 +31,16 @@ pub struct MachineTag {
     pub tool: String,
     /// SHA-256 of spindle and tool as the program writes them, hex: layout and comments of the files do not count.
     pub hash: String,
+}
+
+impl Controller {
+    /// The response, prepared for many frequencies.
+    pub(crate) fn responder(&self) -> Box<dyn HeldResponse> {
+        match &self.law {
+            ControlLaw::Continuous(k) => Box::new(FrequencyResponder::new(k)),
+            ControlLaw::Discrete(k) => Box::new(FrequencyResponder::new(k)),
+        }
+    }
 }
 
 impl HeldResponse for Controller {

@@ -4,6 +4,7 @@
 //! continuous controller has no hold. Every closed-loop response takes its controller through this trait, so that the
 //! magnitude of the hold cannot be left out.
 
+use super::responder::FrequencyResponder;
 use super::response::Response;
 use super::state_space::{Continuous, Discrete, StateSpace};
 use crate::linalg::{Mat, c64, solve_complex};
@@ -22,12 +23,28 @@ impl HeldResponse for StateSpace<Continuous> {
 
 impl HeldResponse for StateSpace<Discrete> {
     fn held_at(&self, omega_rad_s: f64) -> Mat<c64> {
-        let magnitude = hold_magnitude(omega_rad_s, self.time.period_s);
-        let response = self.at(omega_rad_s);
-        Mat::from_fn(response.nrows(), response.ncols(), |i, j| {
-            response[(i, j)] * magnitude
-        })
+        held(&self.at(omega_rad_s), omega_rad_s, self.time)
     }
+}
+
+impl HeldResponse for FrequencyResponder<Continuous> {
+    fn held_at(&self, omega_rad_s: f64) -> Mat<c64> {
+        self.at(omega_rad_s)
+    }
+}
+
+impl HeldResponse for FrequencyResponder<Discrete> {
+    fn held_at(&self, omega_rad_s: f64) -> Mat<c64> {
+        held(&self.at(omega_rad_s), omega_rad_s, self.time())
+    }
+}
+
+/// A response with the magnitude of the hold behind it.
+fn held(response: &Mat<c64>, omega_rad_s: f64, time: Discrete) -> Mat<c64> {
+    let magnitude = hold_magnitude(omega_rad_s, time.period_s);
+    Mat::from_fn(response.nrows(), response.ncols(), |i, j| {
+        response[(i, j)] * magnitude
+    })
 }
 
 /// sinc(fT) = sin(ωT/2)/(ωT/2) of a zero-order hold; one at ω = 0.

@@ -137,6 +137,11 @@ impl<T: TimeBase> FrequencyResponder<T> {
         }
     }
 
+    /// Continuous or sampled time.
+    pub(crate) fn time(&self) -> T {
+        self.time
+    }
+
     /// Response at an angular frequency; D at infinity (continuous time).
     pub(crate) fn at_or_infinity(&self, omega_rad_s: f64) -> Mat<c64> {
         if omega_rad_s.is_infinite() {

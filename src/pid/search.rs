@@ -7,7 +7,7 @@ use super::parameters::{PidParameters, pid_controller};
 use super::start::{Start, StartRule, screen, starts};
 use crate::augment::plane::x_plane;
 use crate::controller::polish::LoopLimits;
-use crate::controller::polish::descent::{Effort, FIRST_WEIGHT, PENALTY, descend};
+use crate::controller::polish::descent::{Effort, Memory, PENALTY, descend};
 use crate::controller::polish::lines::lines;
 use crate::controller::polish::loss::Loss;
 use crate::controller::polish::responses::{Known, Plants, Role, Rotor, shifts};
@@ -134,13 +134,15 @@ pub(super) fn search(
     let effort = |steps: usize| Effort {
         steps,
         tolerance: 2e-3,
-        first_weight: FIRST_WEIGHT,
     };
     for (lost, merit, law, x) in &mut ranked {
         // Rotors that are unstable at first may be stable after a few steps.
+        let mut memory = Memory::default();
         for part in 0..2 {
             activate(&mut loss, law, x, unstable_poles);
-            evaluations += descend(&mut loss, law, x, &effort(asked.steps / 6 + part))?.steps;
+            let asked = effort(asked.steps / 6 + part);
+            memory.begin();
+            evaluations += descend(&mut loss, law, x, (&asked, &mut memory))?;
         }
         *lost = activate(&mut loss, law, x, unstable_poles);
         *merit = loss.evaluate(law, x).merit(PENALTY);
@@ -149,13 +151,15 @@ pub(super) fn search(
     let Some((_, _, law, mut x)) = ranked.into_iter().next() else {
         return Err(infeasible(0, 0).into());
     };
+    let mut memory = Memory::default();
     for part in 0..2 {
         let poles = loop_poles(plants.at_rest(), &law, &x)?;
         let packed = lines(&plants, FROM_HZ, &poles, APART);
         loss = make(packed, &known);
         activate(&mut loss, &law, &x, unstable_poles);
-        let found = descend(&mut loss, &law, &mut x, &effort(asked.steps / 2 + part))?.steps;
-        evaluations += found;
+        let asked = effort(asked.steps / 2 + part);
+        memory.begin();
+        evaluations += descend(&mut loss, &law, &mut x, (&asked, &mut memory))?;
     }
     let parameters = law
         .parameters_of(&x)

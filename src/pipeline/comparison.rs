@@ -11,8 +11,8 @@ use crate::pid::settings::TuneSettings;
 use crate::predict::chatter::{Engagement, Material, StabilityLimit, milling};
 use crate::predict::closed_loop::compliance;
 use crate::predict::modes::{LoopModes, loop_modes};
-use crate::predict::sensitivity::{AxisSensitivity, Zone, axis_sensitivity};
-use crate::predict::stiffness::{DynamicStiffness, dynamic_stiffness, stiffness_at};
+use crate::predict::sensitivity::{AxisSensitivity, Zone};
+use crate::predict::stiffness::{DynamicStiffness, stiffness_and_sensitivity, stiffness_at};
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -119,7 +119,8 @@ pub fn predict(
         true => stiffness_at(&plant, controller, 0, hz),
         false => f64::NAN,
     };
-    let stiffness = [0, 1].map(|axis| dynamic_stiffness(&plant, controller, axis, &grid));
+    let (stiffness, sensitivity) =
+        stiffness_and_sensitivity(&plant, &*controller.responder(), &grid);
     let minimum = stiffness
         .iter()
         .filter_map(DynamicStiffness::minimum)
@@ -131,7 +132,7 @@ pub fn predict(
         minimum,
         at_10_hz_n_per_m: at(LOW_HZ),
         at_max_speed_n_per_m: at(top_speed_hz),
-        sensitivity: axis_sensitivity(&plant, controller, &grid),
+        sensitivity,
         growth_rate_per_s: poles.growth_rate_per_s,
         poles_rad_s: poles.poles_rad_s,
         modes: loop_modes(&plant, &law)?,
@@ -188,11 +189,12 @@ pub(crate) fn chatter_limit(
     if poles.growth_rate_per_s >= 0.0 {
         return Ok(None);
     }
+    let responder = controller.responder();
     let tool: Vec<_> = grid
         .omega_rad_s()
         .par_iter()
         .map(|w| {
-            compliance(&plant, controller, *w)
+            compliance(&plant, &*responder, *w)
                 .submatrix(0, 0, 2, 2)
                 .to_owned()
         })

@@ -73,7 +73,8 @@ impl LoopCurves {
         }
         let plant = Plant::new(machine, 0.0, ModelDetail::Full)?;
         let lines = lines_hz(&plant, &rest.sensitivity.frequency_hz);
-        let shape = LoopShape::new(&plant, controller, &lines).map_err(SpindleError::from)?;
+        let shape =
+            LoopShape::new(&plant, &*controller.responder(), &lines).map_err(SpindleError::from)?;
         let top_rpm = machine.spindle.max_rpm;
         let speeds = (1..=UNBALANCE_SPEEDS).map(|k| 1.2 * top_rpm * k as f64);
         let speed_rpm: Vec<f64> = speeds.map(|v| v / UNBALANCE_SPEEDS as f64).collect();

@@ -119,8 +119,11 @@ fn certificate(
 /// Rounds at most, in units of those asked.
 const MOST_ROUNDS: usize = 3;
 
+/// Share of what a peak exceeds one by that a lower limit has to take for another one to follow.
+const WORTH_A_CUT: f64 = 0.25;
+
 /// Share of stiffness that a round has to gain for another one to follow.
-const WORTH_A_ROUND: f64 = 0.025;
+const WORTH_A_ROUND: f64 = 0.01;
 
 /// True when the last round made the tool stiffer by more than [`WORTH_A_ROUND`].
 fn gained(rounds: &[PolishRound]) -> bool {
@@ -238,12 +241,17 @@ fn descend(
         if mu <= 1.0 || !mu.is_finite() || !in_reach || cut == effort.cuts {
             break;
         }
-        // A peak between the lines needs a line; one that comes back beside its line needs a lower limit as well.
+        // A peak between the lines needs a line; one that comes back beside its line needs a lower limit as well; one
+        // that a lower limit does not lower is out of reach.
         let earlier = &certificates[..certificates.len() - 1];
-        let again = earlier
-            .iter()
-            .any(|(_, hz)| (hz / at_hz - 1.0).abs() < SAME_PEAK);
-        polisher.add_peak(at_hz, if again { CUT / mu } else { 1.0 });
+        let same = |(_, hz): &&(f64, f64)| (hz / at_hz - 1.0).abs() < SAME_PEAK;
+        let before: Vec<f64> = earlier.iter().filter(same).map(|(mu, _)| *mu).collect();
+        if let [.., _, last] = before[..]
+            && mu - 1.0 > (1.0 - WORTH_A_CUT) * (last - 1.0)
+        {
+            break;
+        }
+        polisher.add_peak(at_hz, if before.is_empty() { 1.0 } else { CUT / mu });
         rounds.push(polisher.round(effort.cut_steps)?);
         if !polisher.within_limits() {
             rounds.push(polisher.round(effort.steps)?);

@@ -103,11 +103,11 @@ pub struct PolishEffort {
 }
 
 impl Default for PolishEffort {
-    /// A hundred steps: on the reference spindle further ones add a percent.
+    /// Sixty steps, and more as long as a round gains: on the reference spindle further ones add half a percent.
     fn default() -> Self {
         Self {
             rounds: 2,
-            steps: 50,
+            steps: 30,
             cuts: 4,
             cut_steps: 15,
         }

@@ -27,13 +27,31 @@ pub fn sensitivity(
     controller: &dyn HeldResponse,
     omega_rad_s: f64,
 ) -> Mat<c64> {
-    let p = plant.at(omega_rad_s);
+    sensitivity_of(&plant.at(omega_rad_s), &controller.held_at(omega_rad_s))
+}
+
+/// (I − G K)⁻¹ of a plant's and a controller's response.
+pub(super) fn sensitivity_of(p: &Mat<c64>, k: &Mat<c64>) -> Mat<c64> {
     let g = p.submatrix(0, 0, AXES, AXES).to_owned();
     let identity = Mat::from_fn(AXES, AXES, |i, j| {
         c64::new(if i == j { 1.0 } else { 0.0 }, 0.0)
     });
-    let k = controller.held_at(omega_rad_s);
-    solve_complex(&return_difference(&g, &k), &identity)
+    solve_complex(&return_difference(&g, k), &identity)
+}
+
+/// Compliance of the forces' channels and output sensitivity of a loop at `omega_rad_s`, as [`compliance`] and
+/// [`sensitivity`] have them, from one response of the plant and one of the controller.
+pub(crate) fn compliance_and_sensitivity(
+    plant: &dyn Response,
+    controller: &dyn HeldResponse,
+    omega_rad_s: f64,
+) -> (Mat<c64>, Mat<c64>) {
+    let (p, k) = (plant.at(omega_rad_s), controller.held_at(omega_rad_s));
+    let s = sensitivity_of(&p, &k);
+    let (nz, nw) = (p.nrows() - AXES, p.ncols() - AXES);
+    let drive = p.submatrix(AXES, 0, nz, AXES) * &k;
+    let read = &s * p.submatrix(0, AXES, AXES, nw);
+    (p.submatrix(AXES, AXES, nz, nw) + drive * read, s)
 }
 
 /// Sampled closed loop of the full plant with a sampled controller, forces → displacements.

@@ -9,7 +9,7 @@
 use crate::linalg::{Mat, NumericError, c64, eigenvalues_complex, max_singular_value_complex};
 use crate::lti::held::closed_response;
 use crate::lti::{HeldResponse, Response};
-use crate::predict::closed_loop::{AXES, sensitivity};
+use crate::predict::closed_loop::{AXES, sensitivity_of};
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -70,15 +70,15 @@ impl LoopShape {
         };
         for hz in frequency_hz {
             let omega = TAU * hz;
-            let g = plant.at(omega).submatrix(0, 0, AXES, AXES).to_owned();
-            let k = controller.held_at(omega);
+            let (p, k) = (plant.at(omega), controller.held_at(omega));
+            let g = p.submatrix(0, 0, AXES, AXES);
             for (list, (i, j)) in shape.controller.iter_mut().zip([(0, 0), (2, 2), (0, 2)]) {
                 list.push(k[(i, j)]);
             }
-            let l = &g * &k;
+            let l = g * &k;
             let l = Mat::from_fn(AXES, AXES, |i, j| -l[(i, j)]);
             shape.follow(eigenvalues_complex(&l)?);
-            let s = max_singular_value_complex(&sensitivity(plant, controller, omega));
+            let s = max_singular_value_complex(&sensitivity_of(&p, &k));
             if s > shape.peak_sensitivity.0 {
                 shape.peak_sensitivity = (s, *hz);
             }

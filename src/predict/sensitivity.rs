@@ -2,6 +2,7 @@
 //! Zones by the peak: A below 3 (9.5 dB), B to 4 (12 dB), C to 5 (14 dB), D above.
 
 use super::closed_loop::{AXES, sensitivity};
+use crate::linalg::{Mat, c64};
 use crate::lti::{FrequencyGrid, HeldResponse, Response};
 use rayon::prelude::*;
 
@@ -71,6 +72,11 @@ impl AxisSensitivity {
     }
 }
 
+/// |S_jj| of each axis.
+pub(super) fn axis_magnitudes(s: &Mat<c64>) -> [f64; AXES] {
+    std::array::from_fn(|axis| s[(axis, axis)].norm())
+}
+
 /// Sensitivity of each axis over a grid.
 pub fn axis_sensitivity(
     plant: &dyn Response,
@@ -82,7 +88,7 @@ pub fn axis_sensitivity(
         .par_iter()
         .map(|w| {
             let s = sensitivity(plant, controller, *w);
-            std::array::from_fn(|axis| s[(axis, axis)].norm())
+            axis_magnitudes(&s)
         })
         .collect();
     AxisSensitivity {

@@ -1,6 +1,8 @@
 //! Dynamic stiffness at the tool, F_t/x_t: the inverse of the closed-loop compliance at the tool plane.
 
-use super::closed_loop::compliance;
+use super::closed_loop::{AXES, compliance, compliance_and_sensitivity};
+use super::sensitivity::{AxisSensitivity, axis_magnitudes};
+use crate::linalg::c64;
 use crate::lti::{FrequencyGrid, HeldResponse, Response};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -17,6 +19,14 @@ pub struct DynamicStiffness {
 }
 
 impl DynamicStiffness {
+    fn of(grid: &FrequencyGrid, values: &[c64]) -> Self {
+        Self {
+            frequency_hz: grid.hz(),
+            magnitude_n_per_m: values.iter().map(|k| k.norm()).collect(),
+            phase_rad: values.iter().map(|k| k.arg()).collect(),
+        }
+    }
+
     /// Smallest stiffness and its frequency, (N/m, Hz); `None` on an empty grid.
     pub fn minimum(&self) -> Option<(f64, f64)> {
         self.magnitude_n_per_m
@@ -34,19 +44,40 @@ pub fn dynamic_stiffness(
     axis: usize,
     grid: &FrequencyGrid,
 ) -> DynamicStiffness {
-    let values: Vec<(f64, f64)> = grid
+    let values: Vec<c64> = grid
+        .omega_rad_s()
+        .par_iter()
+        .map(|w| compliance(plant, controller, *w)[(axis, axis)].inv())
+        .collect();
+    DynamicStiffness::of(grid, &values)
+}
+
+/// Dynamic stiffness at the tool of both axes, and sensitivity of the four axes, from one response a line.
+pub(crate) fn stiffness_and_sensitivity(
+    plant: &dyn Response,
+    controller: &dyn HeldResponse,
+    grid: &FrequencyGrid,
+) -> ([DynamicStiffness; 2], AxisSensitivity) {
+    let lines: Vec<([c64; 2], [f64; AXES])> = grid
         .omega_rad_s()
         .par_iter()
         .map(|w| {
-            let stiffness = compliance(plant, controller, *w)[(axis, axis)].inv();
-            (stiffness.norm(), stiffness.arg())
+            let (compliance, s) = compliance_and_sensitivity(plant, controller, *w);
+            (
+                [0, 1].map(|axis| compliance[(axis, axis)].inv()),
+                axis_magnitudes(&s),
+            )
         })
         .collect();
-    DynamicStiffness {
+    let stiffness = [0, 1].map(|axis| {
+        let own: Vec<c64> = lines.iter().map(|line| line.0[axis]).collect();
+        DynamicStiffness::of(grid, &own)
+    });
+    let sensitivity = AxisSensitivity {
         frequency_hz: grid.hz(),
-        magnitude_n_per_m: values.iter().map(|v| v.0).collect(),
-        phase_rad: values.iter().map(|v| v.1).collect(),
-    }
+        magnitude: lines.iter().map(|line| line.1).collect(),
+    };
+    (stiffness, sensitivity)
 }
 
 /// A stiffness in N/µm, that of a slender rotor in N/mm.

@@ -2,11 +2,11 @@
 
 use super::limits::WEAK_MAGNETS;
 use super::lines::lines;
-use super::loss::{GROUPS, LIMITS};
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, loss_on};
 use super::responses::Plants;
 use super::structure::Structure;
+use super::values::{GROUPS, LIMITS};
 use crate::controller::verification_error::VerificationError;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;

@@ -1,15 +1,22 @@
-//! Descent on a largest value under limits: prox-linear steps with an adaptive proximal weight.
+//! Descent on a largest value under limits: prox-linear steps with an adaptive proximal weight and the curvature of the
+//! Lagrangian, as its steps show it ([`Curvature`]).
 //!
 //! Merit φ = max log compliance + ρ Σ_limits max(0, largest log over its limit). Each step linearises the values near
-//! their group's largest and solves [`minimax_step`] in coordinates in which |p|² is the mean square relative change of
-//! the loop (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does not depend on how the controller
-//! is written. A step that raises φ or changes the encirclements of a rotor's det(I − G K) is refused and shortened.
+//! their group's largest and solves [`minimax_step`] with ½ δxᵀBδx + (λ/2)|p|², in coordinates in which |p|² is the mean
+//! square relative change of the loop (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does not
+//! depend on how the controller is written. B learns from refused steps, too. A step that raises φ or changes the encirclements of a rotor's det(I − G K) is refused and shortened.
 
-use super::loss::{Evaluation, GROUPS, Group, LIMITS, Loss, Value};
+use super::curvature::Curvature;
+use super::loss::{Evaluation, Loss};
 use super::structure::Structure;
+use super::values::{GROUPS, Group, LIMITS, Value, WINDOW};
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::{Mat, symmetric_eigen};
-use crate::robust::mu::minimax_step::{LinearValue, minimax_step};
+use crate::robust::mu::minimax_step::{LinearValue, MinimaxStep, StepRule, minimax_step};
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::{Par, Side};
 use rayon::prelude::*;
 
 /// Effort of a descent.
@@ -19,29 +26,16 @@ pub(crate) struct Effort {
     pub steps: usize,
     /// The descent ends when [`PATIENCE`] steps together lower the merit by less than this.
     pub tolerance: f64,
-    /// Proximal weight at the start.
-    pub first_weight: f64,
-}
-
-/// A descent that came to its end.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Descended {
-    /// Steps tried.
-    pub steps: usize,
-    /// Proximal weight at the end.
-    pub weight: f64,
 }
 
 /// Penalty ρ of a limit, far above what a limit is worth in stiffness (about one).
 pub(crate) const PENALTY: f64 = 8.0;
-/// Values this far (log) below their group's largest, of limits below zero if that is larger, take part in a step.
-const WINDOW: f64 = 0.2;
 /// Values at most in a step.
 const LARGEST_PROGRAMME: usize = 240;
 /// Steps over which progress is judged.
 const PATIENCE: usize = 6;
 /// Proximal weight at the start: |p| of a few percent.
-pub(crate) const FIRST_WEIGHT: f64 = 1.0;
+const FIRST_WEIGHT: f64 = 1.0;
 /// Smallest eigenvalue of the metric relative to its largest: directions that change nothing stay bounded.
 const FLAT: f64 = 1e-9;
 /// The metric is renewed after so many accepted steps.
@@ -50,8 +44,43 @@ const METRIC_AGE: usize = 4;
 const OWN_STEP: f64 = 1.0;
 /// Lines skipped between the rows of the metric, and weight of a relative change of K itself.
 const METRIC: (usize, f64) = (3, 0.2);
+/// Proximal weight at which a descent gives up: the step is below rounding.
+const HEAVIEST: f64 = 1e9;
+/// Share of its promise that a step may be short of the best one.
+const GAP: f64 = 0.02;
 
-/// Lowers the merit from `x`, in place.
+/// What a descent keeps from one round to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Memory {
+    /// Proximal weight.
+    pub weight: f64,
+    /// What the steps told of curvature.
+    pub curvature: Curvature,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self {
+            weight: FIRST_WEIGHT,
+            curvature: Curvature::default(),
+        }
+    }
+}
+
+impl Memory {
+    /// For another descent: it does not begin with shorter steps than the first.
+    pub(crate) fn begin(&mut self) {
+        self.weight = self.weight.min(FIRST_WEIGHT);
+    }
+}
+
+/// A value that takes part in a step, with its derivative by the parameters.
+struct Taking {
+    value: Value,
+    slope: Vec<f64>,
+}
+
+/// Lowers the merit from `x`, in place; the number of steps tried.
 ///
 /// # Errors
 /// [`ControllerError`] when the eigenvalues of the metric fail.
@@ -59,60 +88,70 @@ pub(crate) fn descend(
     loss: &mut Loss,
     law: &dyn Structure,
     x: &mut Vec<f64>,
-    effort: &Effort,
-) -> Result<Descended, ControllerError> {
+    (effort, memory): (&Effort, &mut Memory),
+) -> Result<usize, ControllerError> {
     let mut found = loss.evaluate_near(law, x);
     loss.rescale(&mut found);
     let turns = found.turns.clone();
     let mut merit = found.merit(PENALTY);
-    let mut weight = effort.first_weight;
     let mut whiten = whitening(loss, law, x, &found)?;
     let mut age = 0;
     let mut history = vec![merit];
     let mut steps = 0;
     let mut rows = None;
+    let mut likely: Vec<Value> = vec![];
     while steps < effort.steps {
         steps += 1;
-        let linear = match rows.take() {
+        let taking = match rows.take() {
             Some(rows) => rows,
-            None => linearised(loss, law, x, &found, &whiten),
+            None => taking_part(loss, law, x, &found),
         };
-        let Ok(step) = minimax_step(&linear, LIMITS, PENALTY, weight) else {
-            weight *= 4.0;
-            rows = Some(linear);
-            if weight > 1e9 {
+        let step = step_for(&taking, &likely, &whiten.coordinates, memory);
+        let Some(MinimaxStep {
+            step,
+            predicted,
+            binding,
+        }) = step
+        else {
+            memory.weight *= 4.0;
+            rows = Some(taking);
+            if memory.weight > HEAVIEST {
                 break;
             }
             continue;
         };
-        let trial: Vec<f64> = x
-            .iter()
-            .enumerate()
-            .map(|(i, v)| {
-                let own = &whiten[i];
-                v + own.iter().zip(&step.step).map(|(w, p)| w * p).sum::<f64>()
-            })
-            .collect();
+        let trial: Vec<f64> = x.iter().zip(&step).map(|(v, s)| v + s).collect();
         let mut next = loss.evaluate_near(law, &trial);
         loss.rescale(&mut next);
         let next_merit = next.merit(PENALTY);
         let same = (0..turns.len()).all(|r| !loss.active[r] || next.turns[r] == turns[r]);
-        let (promised, kept) = (merit - step.predicted, merit - next_merit);
+        let (promised, kept) = (
+            merit - predicted - memory.curvature.half_along(&step),
+            merit - next_merit,
+        );
         if promised < 1e-3 * effort.tolerance {
             break;
         }
-        if !(same && kept > 0.05 * promised) {
-            weight *= if same && kept > -promised { 2.0 } else { 4.0 };
-            rows = Some(linear);
-            if weight > 1e9 {
+        let accepted = same && kept > 0.05 * promised;
+        if same {
+            let change = slope_change((loss, law), (&trial, &next), &taking, &binding);
+            memory
+                .curvature
+                .learn(&step, &change, || whiten.metric.clone());
+        }
+        likely = binding.iter().map(|(k, _)| taking[*k].value).collect();
+        if !accepted {
+            memory.weight *= if same && kept > -promised { 2.0 } else { 4.0 };
+            rows = Some(taking);
+            if memory.weight > HEAVIEST {
                 break;
             }
             continue;
         }
         if kept > 0.6 * promised {
-            weight = (weight * 0.4).max(1e-4);
+            memory.weight = (memory.weight * 0.4).max(1e-4);
         } else if kept < 0.25 * promised {
-            weight *= 1.6;
+            memory.weight *= 1.6;
         }
         *x = trial;
         found = next;
@@ -128,16 +167,89 @@ pub(crate) fn descend(
             break;
         }
     }
-    Ok(Descended { steps, weight })
+    Ok(steps)
 }
 
-/// M^{-1/2}: parameters × coordinates, by rows.
+/// The step of the parameters for the values that take part, of which `likely` bound at the step before.
+fn step_for(
+    taking: &[Taking],
+    likely: &[Value],
+    whiten: &Mat<f64>,
+    memory: &Memory,
+) -> Option<MinimaxStep> {
+    let n = whiten.nrows();
+    // |Lᵀp|² = pᵀ(B + λI)p.
+    let factor = memory
+        .curvature
+        .seen_in(whiten, memory.weight)
+        .llt(Side::Lower)
+        .ok()?;
+    let slopes = Mat::from_fn(n, taking.len(), |i, k| taking[k].slope[i]);
+    let mut turned = whiten.transpose() * slopes;
+    solve_lower_triangular_in_place(factor.L(), turned.as_mut(), Par::Seq);
+    let linear: Vec<LinearValue> = taking
+        .iter()
+        .enumerate()
+        .map(|(k, t)| LinearValue {
+            limit: t.value.group.limit(),
+            value: t.value.value,
+            gradient: (0..n).map(|i| turned[(i, k)]).collect(),
+        })
+        .collect();
+    let likely: Vec<usize> = (0..taking.len())
+        .filter(|k| likely.iter().any(|v| v.is_same(&taking[*k].value)))
+        .collect();
+    let rule = StepRule {
+        limits: LIMITS,
+        penalty: PENALTY,
+        proximal: 1.0,
+        gap: GAP,
+    };
+    let found = minimax_step(&linear, &likely, &rule).ok()?;
+    let mut p = Mat::from_fn(n, 1, |i, _| found.step[i]);
+    solve_upper_triangular_in_place(factor.L().transpose(), p.as_mut(), Par::Seq);
+    let step = whiten * p;
+    Some(MinimaxStep {
+        step: (0..n).map(|i| step[(i, 0)]).collect(),
+        ..found
+    })
+}
+
+/// By what the slope of the Lagrangian at `trial` differs from that before it.
+fn slope_change(
+    (loss, law): (&Loss, &dyn Structure),
+    (trial, next): (&[f64], &Evaluation),
+    taking: &[Taking],
+    binding: &[(usize, f64)],
+) -> Vec<f64> {
+    let parts: Vec<Vec<f64>> = binding
+        .par_iter()
+        .map(|(k, weight)| {
+            let before = &taking[*k];
+            let after = loss.gradient(law, trial, next, &before.value);
+            let pairs = after.iter().zip(&before.slope);
+            pairs.map(|(a, b)| weight * (a - b)).collect()
+        })
+        .collect();
+    (0..law.parameters())
+        .map(|i| parts.iter().map(|part| part[i]).sum())
+        .collect()
+}
+
+/// Coordinates of a step and the metric behind them.
+struct Whitening {
+    /// M^{-1/2}, parameters × coordinates.
+    coordinates: Mat<f64>,
+    /// M.
+    metric: Mat<f64>,
+}
+
 fn whitening(
     loss: &Loss,
     law: &dyn Structure,
     x: &[f64],
     found: &Evaluation,
-) -> Result<Vec<Vec<f64>>, ControllerError> {
+) -> Result<Whitening, ControllerError> {
     let n = law.parameters();
     let mut rows = loss.metric_rows(law, x, found, METRIC);
     for (k, natural) in law.natural_steps(x).into_iter().enumerate() {
@@ -157,40 +269,21 @@ fn whitening(
     let metric = scaled.transpose() * &scaled;
     let (values, vectors) = symmetric_eigen(&metric).map_err(in_step("metric of the polish"))?;
     let floor = FLAT * values.last().copied().unwrap_or(1.0);
-    Ok((0..n)
-        .map(|i| {
-            (0..n)
-                .map(|k| unit[i] * vectors[(i, k)] / values[k].max(floor).sqrt())
-                .collect()
-        })
-        .collect())
+    let root = |k: usize| values[k].max(floor).sqrt();
+    let inverse = Mat::from_fn(n, n, |k, i| vectors[(i, k)] * root(k) / unit[i]);
+    Ok(Whitening {
+        coordinates: Mat::from_fn(n, n, |i, k| unit[i] * vectors[(i, k)] / root(k)),
+        metric: inverse.transpose() * &inverse,
+    })
 }
 
-/// Values near the largest of their group with derivatives in whitened coordinates.
-fn linearised(
-    loss: &Loss,
-    law: &dyn Structure,
-    x: &[f64],
-    found: &Evaluation,
-    whiten: &[Vec<f64>],
-) -> Vec<LinearValue> {
-    let n = law.parameters();
-    let chosen = near_largest(found);
-    chosen
-        .par_iter()
-        .map(|value| {
-            let g = loss.gradient(law, x, found, value);
-            let mut gradient = vec![0.0; n];
-            for (own, g) in whiten.iter().zip(&g) {
-                for (out, w) in gradient.iter_mut().zip(own) {
-                    *out += g * w;
-                }
-            }
-            LinearValue {
-                limit: value.group.limit(),
-                value: value.value,
-                gradient,
-            }
+/// Values near the largest of their group with their derivatives.
+fn taking_part(loss: &Loss, law: &dyn Structure, x: &[f64], found: &Evaluation) -> Vec<Taking> {
+    near_largest(found)
+        .into_par_iter()
+        .map(|value| Taking {
+            value,
+            slope: loss.gradient(law, x, found, &value),
         })
         .collect()
 }

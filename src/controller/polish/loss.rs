@@ -13,59 +13,11 @@ use super::matrix2::{Matrix2, ZERO, closed, outer, product, times};
 use super::responses::{Role, Rotor, SpecificationLine};
 use super::specification_bound::{Bound, best_scales, bound};
 use super::structure::{Line, Structure};
+use super::values::{Gathered, Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
 use crate::linalg::c64;
 use crate::robust::structure::Structure as Blocks;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-
-/// Groups of values; the first is the objective, the others are limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Group {
-    Compliance,
-    Sensitivity,
-    HighGain,
-    NoiseCurrent,
-    Specification,
-    /// |S| with weak magnets.
-    Margin,
-}
-
-/// Number of limits.
-pub(crate) const LIMITS: usize = 5;
-
-/// The objective and the limits in their order.
-pub(super) const GROUPS: [Group; LIMITS + 1] = [
-    Group::Compliance,
-    Group::Sensitivity,
-    Group::HighGain,
-    Group::NoiseCurrent,
-    Group::Specification,
-    Group::Margin,
-];
-
-/// The limits in their order.
-pub(super) const LIMIT_GROUPS: [Group; LIMITS] = {
-    let [_, limits @ ..] = GROUPS;
-    limits
-};
-
-impl Group {
-    /// Number of the limit; `None` for the objective.
-    pub(crate) fn limit(self) -> Option<usize> {
-        LIMIT_GROUPS.iter().position(|group| *group == self)
-    }
-}
-
-/// One value: the logarithm of a quantity over its limit (compliance: over 1 µm/N).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Value {
-    pub group: Group,
-    pub value: f64,
-    pub rotor: usize,
-    pub line: usize,
-    /// Entry of S, current of the noise, loop of the specification.
-    pub entry: (usize, usize),
-}
 
 pub(super) struct LineState {
     pub gain: Matrix2,
@@ -78,8 +30,10 @@ pub(super) struct LineState {
 /// A controller evaluated.
 pub(crate) struct Evaluation {
     pub(super) lines: Vec<LineState>,
-    /// Every value.
+    /// Every value; of a step of a descent those that may take part in it.
     pub values: Vec<Value>,
+    /// Largest value of each group, minus infinity where there is none.
+    largest: [f64; LIMITS + 1],
     /// Turns of det(I − G K) per rotor, forwards and backwards together: unstable poles of the plant less those of the
     /// loop.
     pub turns: Vec<i64>,
@@ -88,8 +42,7 @@ pub(crate) struct Evaluation {
 impl Evaluation {
     /// Largest value of a group.
     pub(crate) fn largest(&self, group: Group) -> f64 {
-        let of = self.values.iter().filter(|v| v.group == group);
-        of.map(|v| v.value).fold(f64::NEG_INFINITY, nan_max)
+        self.largest[group as usize]
     }
 
     /// Objective plus penalty times what exceeds the limits.
@@ -104,11 +57,6 @@ impl Evaluation {
                 compliance
             }
     }
-}
-
-/// The larger; NaN counts as infinite.
-fn nan_max(a: f64, b: f64) -> f64 {
-    if b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 
 /// Rotors, lines and limits: everything about a loop but the controller.
@@ -181,13 +129,41 @@ impl Loss {
         (self.rotors.iter().collect(), rows)
     }
 
+    /// Scales of the modal channels of a loop of the specification, each from the nearest line.
+    pub(super) fn scales_near(&self, lines: &[Line], side: usize, blocks: usize) -> Vec<Vec<f64>> {
+        let loops = self.specification.iter().flat_map(|s| &s.loops);
+        let own = loops.into_iter().find(|part| part.side == side);
+        let omega = |k: usize| self.lines[k].omega_rad_s;
+        let nearest = |line: &Line| {
+            let above = self
+                .lines
+                .partition_point(|l| l.omega_rad_s < line.omega_rad_s);
+            let beside = [
+                above.saturating_sub(1),
+                above.min(self.lines.len().saturating_sub(1)),
+            ];
+            let distance = |k: &usize| (omega(*k) - line.omega_rad_s).abs();
+            let by_distance = |a: &usize, b: &usize| distance(a).total_cmp(&distance(b));
+            let k = beside
+                .into_iter()
+                .filter(|k| *k < self.lines.len())
+                .min_by(by_distance)?;
+            own.map(|part| part.scales[k].clone())
+        };
+        let lines = lines.iter();
+        lines
+            .map(|line| nearest(line).unwrap_or_else(|| vec![1.0; blocks]))
+            .collect()
+    }
+
     /// The loop with parameters `x` of a structure, over all rotors that count.
     pub(crate) fn evaluate(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
         self.evaluate_above(law, x, 0.0)
     }
 
-    /// As [`Self::evaluate`] for a step of a descent: a bound of the specification that is too far below its limit to
-    /// take part may be replaced by a larger one that is, too.
+    /// As [`Self::evaluate`] for a step of a descent: values that are too far below their limit, or below the largest of
+    /// the objective, to take part are left out, and such a bound of the specification may be replaced by a larger one
+    /// that is, too.
     pub(super) fn evaluate_near(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
         self.evaluate_above(law, x, FAR * self.limits.mu)
     }
@@ -202,24 +178,33 @@ impl Loss {
             .into_par_iter()
             .map(|k| self.line_state(law, x, (k, floor)))
             .collect();
-        let mut values = vec![];
-        let mut all_turns = vec![];
-        let mut first = 0;
-        for (r, rotor) in self.rotors.iter().enumerate() {
-            let sides = first..first + rotor.directions.len();
-            first = sides.end;
+        let sides: Vec<std::ops::Range<usize>> =
+            (0..self.rotors.len()).map(|r| self.sides(r)).collect();
+        let turns = |sides: &std::ops::Range<usize>| {
             let turns: f64 = sides.clone().map(|side| gathered(&lines, side)).sum();
             let both = if sides.len() == 1 { 2.0 * turns } else { turns };
-            all_turns.push((both / TAU).round() as i64);
-            if self.active[r] {
-                self.rotor_values(r, rotor.role, &lines, sides, &mut values);
+            (both / TAU).round() as i64
+        };
+        let turns = sides.iter().map(turns).collect();
+        let near = floor > 0.0;
+        let mut parts: Vec<Gathered> = sides
+            .into_par_iter()
+            .enumerate()
+            .filter(|(r, _)| self.active[*r])
+            .map(|(r, sides)| self.rotor_values(r, &lines, sides, near))
+            .collect();
+        parts.push(self.controller_values(&lines, near));
+        let mut largest = [f64::NEG_INFINITY; LIMITS + 1];
+        for part in &parts {
+            for (all, square) in largest.iter_mut().zip(part.largest) {
+                *all = nan_max(*all, 0.5 * square.ln());
             }
         }
-        self.controller_values(&lines, &mut values);
         Evaluation {
+            values: parts.into_iter().flat_map(|part| part.values).collect(),
             lines,
-            values,
-            turns: all_turns,
+            largest,
+            turns,
         }
     }
 
@@ -290,22 +275,35 @@ impl Loss {
                 found.lines[k].specification[p] = bound;
             }
         }
+        let mut largest = f64::NEG_INFINITY;
         for value in &mut found.values {
             if value.group == Group::Specification {
                 let bound = &found.lines[value.line].specification[value.entry.0];
                 value.value = (bound.sigma / limit).max(f64::MIN_POSITIVE).ln();
+                largest = nan_max(largest, value.value);
             }
         }
+        found.largest[Group::Specification as usize] = largest;
+    }
+
+    /// Flat indices of the loops of a rotor.
+    pub(super) fn sides(&self, rotor: usize) -> std::ops::Range<usize> {
+        let first = self.rotors[..rotor]
+            .iter()
+            .map(|r| r.directions.len())
+            .sum();
+        first..first + self.rotors[rotor].directions.len()
     }
 
     fn rotor_values(
         &self,
         rotor: usize,
-        role: Role,
         lines: &[LineState],
         sides: std::ops::Range<usize>,
-        values: &mut Vec<Value>,
-    ) {
+        near: bool,
+    ) -> Gathered {
+        let mut all = Gathered::new(rotor, near);
+        let role = self.rotors[rotor].role;
         let weight = match role {
             Role::Rest => 1.0,
             Role::TopSpeed => AT_TOP_SPEED,
@@ -331,23 +329,14 @@ impl Loss {
             let mean = |f: &dyn Fn(&LoopState) -> c64| {
                 loops.iter().fold(ZERO, |sum, l| sum + f(l) * share)
             };
-            let mut push = |group, value: f64, entry| {
-                values.push(Value {
-                    group,
-                    value,
-                    rotor,
-                    line,
-                    entry,
-                });
-            };
             let omega = self.lines[line].omega_rad_s;
             if weight > 0.0 && omega >= low && omega <= high {
-                let h = mean(&|l| l.compliance).norm();
-                push(Group::Compliance, (h * weight * 1e6).ln(), (0, 0));
+                let h = mean(&|l| l.compliance) * (weight * 1e6);
+                all.push(Group::Compliance, h.norm_sqr(), line, (0, 0));
             }
             for j in 0..2 {
-                let s = mean(&|l| l.s[j][j]).norm();
-                push(group, (s / limit).ln(), (j, j));
+                let s = mean(&|l| l.s[j][j]) / limit;
+                all.push(group, s.norm_sqr(), line, (j, j));
             }
             if nominal {
                 for l in loops {
@@ -361,47 +350,40 @@ impl Loss {
         }
         if nominal {
             for i in 0..2 {
-                let current = noise[i].sqrt() * self.limits.sensor_noise_m;
-                values.push(Value {
-                    group: Group::NoiseCurrent,
-                    value: (current / self.limits.noise_current_a).ln(),
-                    rotor,
-                    line: 0,
-                    entry: (i, i),
-                });
+                let unit = self.limits.sensor_noise_m / self.limits.noise_current_a;
+                all.push(Group::NoiseCurrent, noise[i] * unit * unit, 0, (i, i));
             }
         }
+        all
     }
 
-    fn controller_values(&self, lines: &[LineState], values: &mut Vec<Value>) {
+    fn controller_values(&self, lines: &[LineState], near: bool) -> Gathered {
+        let mut all = Gathered::new(0, near);
         let from = self.limits.high_frequency_hz * TAU;
         for (line, state) in lines.iter().enumerate() {
-            let mut push = |group, value: f64, entry| {
-                values.push(Value {
-                    group,
-                    value,
-                    rotor: 0,
-                    line,
-                    entry,
-                });
-            };
             if self.lines[line].omega_rad_s >= from {
                 let gain = largest_singular(&state.gain).0;
                 if gain != 0.0 {
                     let ratio = gain / self.limits.high_frequency_gain_a_per_m;
-                    push(Group::HighGain, ratio.ln(), (0, 0));
+                    all.push(Group::HighGain, ratio * ratio, line, (0, 0));
                 }
             }
             for (part, bound) in state.specification.iter().enumerate() {
-                let ratio = (bound.sigma / self.limits.mu).max(f64::MIN_POSITIVE);
-                push(Group::Specification, ratio.ln(), (part, part));
+                let ratio = (bound.sigma / self.limits.mu).powi(2);
+                // The square of the least positive number is zero, whose logarithm is no value.
+                let ratio = if ratio < f64::MIN_POSITIVE {
+                    f64::MIN_POSITIVE
+                } else {
+                    ratio
+                };
+                all.push(Group::Specification, ratio, line, (part, part));
             }
         }
+        all
     }
 }
 
-/// A bound below this share of the limit takes no part in a step: the logarithm of the share is outside the window of
-/// the values that do.
+/// A bound below this share of the limit takes no part in a step: the logarithm of the share is outside the window.
 const FAR: f64 = 0.8;
 /// A bound that no scale changes by more than this (logarithms) keeps its scales: with curvatures of the order of a
 /// tenth the optimum is lower by 1e-4 at most, less than what lines at other frequencies show.

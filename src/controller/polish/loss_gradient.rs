@@ -1,8 +1,9 @@
 //! Derivatives of the values of a [`Loss`], and the metric of a step.
 
-use super::loss::{Evaluation, Group, Loss, Value, largest_singular};
+use super::loss::{Evaluation, Loss, largest_singular};
 use super::matrix2::{Matrix2, ZERO, outer, product, row_times, times};
 use super::structure::Structure;
+use super::values::{Group, Value};
 use crate::linalg::c64;
 use rayon::prelude::*;
 
@@ -23,15 +24,6 @@ impl Loss {
             law.add_gradient(x, &self.lines[value.line], &q, &mut out);
         }
         out
-    }
-
-    /// Flat indices of the loops of a rotor.
-    fn sides(&self, rotor: usize) -> std::ops::Range<usize> {
-        let first = self.rotors[..rotor]
-            .iter()
-            .map(|r| r.directions.len())
-            .sum();
-        first..first + self.rotors[rotor].directions.len()
     }
 
     /// Q of a value that belongs to one line.

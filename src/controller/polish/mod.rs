@@ -8,6 +8,7 @@
 //! the sampled machine with every mode below Nyquist and the static flexibility of the rest, with hold and delay,
 //! weights in true Hz.
 
+pub(crate) mod curvature;
 mod derivatives;
 pub(crate) mod descent;
 pub(crate) mod limits;
@@ -22,6 +23,7 @@ pub(crate) mod responses;
 mod specification_bound;
 mod stage;
 pub(crate) mod structure;
+pub(crate) mod values;
 
 pub use derivatives::derivative_errors;
 pub use limits::LoopLimits;

@@ -24,8 +24,8 @@ pub struct PolishTask<'a> {
     pub limits: LoopLimits,
 }
 
-/// The loss on `lines`, modal channels not scaled yet; `earlier` is a loss for the same task on other lines, whose
-/// responses are taken where both have a line.
+/// The loss on `lines`; `earlier` is a loss for the same task on other lines, whose responses are taken where both have
+/// a line, and whose scales of the modal channels at the nearest line; without it they are one.
 pub(super) fn loss_on(
     plants: &Plants,
     task: &PolishTask<'_>,
@@ -51,7 +51,10 @@ pub(super) fn loss_on(
         // The machine at rest, at its top speed and beyond are the first rotors.
         SpecifiedLoop {
             side,
-            scales: vec![vec![1.0; blocks.len()]; rows.len()],
+            scales: match earlier {
+                Some(earlier) => earlier.scales_near(&lines, side, blocks.len()),
+                None => vec![vec![1.0; blocks.len()]; rows.len()],
+            },
             lines: rows,
         }
     });

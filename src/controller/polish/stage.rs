@@ -3,13 +3,14 @@
 //! Where a certificate of the whole machine finds a peak of μ above one between the lines, [`Polisher::add_peak`] adds
 //! lines there for the next round: the limit on μ is enforced by cutting planes.
 
-use super::descent::{Effort, FIRST_WEIGHT, PENALTY, descend};
+use super::descent::{Effort, Memory, PENALTY, descend};
 use super::limits::WEAK_MAGNETS;
 use super::lines::sharp_lines;
-use super::loss::{Evaluation, Group, LIMIT_GROUPS, LIMITS, Loss};
+use super::loss::{Evaluation, Loss};
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, infeasible, loss_on};
 use super::responses::{Plants, Role, shifts};
+use super::values::{Group, LIMIT_GROUPS, LIMITS};
 use crate::augment::plane::isotropic;
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::controller::verification_error::VerificationError;
@@ -67,6 +68,8 @@ pub struct Polisher<'a> {
     plant_poles: Vec<c64>,
     law: ModalLaw,
     x: Vec<f64>,
+    /// What the descents learnt.
+    memory: Memory,
     /// Frequencies where a certificate found a peak, rad/s.
     peaks: Vec<f64>,
     loss: Loss,
@@ -144,6 +147,7 @@ impl<'a> Polisher<'a> {
             plant_poles,
             law,
             x,
+            memory: Memory::default(),
             peaks: vec![],
             figures: PolishRound {
                 steps: 0,
@@ -201,7 +205,8 @@ impl<'a> Polisher<'a> {
     ///
     /// A pole that moves by more than its width leaves its lines, and what the loop is there shows only on the renewed
     /// ones. A round that is worse on them than where it began, or that loses stability at a speed where the loop had
-    /// it, is taken back and tried again with fewer and shorter steps, on the lines of both.
+    /// it, goes on for some steps on the renewed lines; if it still is, it is taken back and tried again with fewer and
+    /// shorter steps, on the lines of both.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -216,22 +221,25 @@ impl<'a> Polisher<'a> {
         let mut effort = Effort {
             steps,
             tolerance: TOLERANCE,
-            first_weight: FIRST_WEIGHT,
         };
+        self.memory.begin();
         let mut done = 0;
-        for _ in 0..TRIES {
-            let found = descend(&mut self.loss, &self.law, &mut self.x, &effort)?;
-            done += found.steps;
+        for number in 0..TRIES {
+            let memory = &mut self.memory;
+            done += descend(&mut self.loss, &self.law, &mut self.x, (&effort, memory))?;
             self.renew(FINE)?;
             if self.no_worse_than(&begun) {
                 break;
             }
             self.elsewhere.extend(&self.loop_poles);
+            effort.steps /= FEWER;
+            if number == 0 && !self.lost_stability(&begun) {
+                continue;
+            }
             self.x.clone_from(&start);
             self.renew(FINE)?;
             begun = self.standing();
-            effort.steps /= FEWER;
-            effort.first_weight = HEAVIER * found.weight;
+            self.memory.weight *= HEAVIER;
         }
         self.stale |= !self.elsewhere.is_empty();
         self.elsewhere.clear();
@@ -255,13 +263,14 @@ impl<'a> Polisher<'a> {
     /// True when no speed and no rotor lost its stability and the merit is no worse; a rotor that came to count, with
     /// what it adds to the merit, is a gain.
     fn no_worse_than(&self, begun: &Standing) -> bool {
-        // Some entry holds in the first list and not in the second.
-        let only_in = |a: &[bool], b: &[bool]| a.iter().zip(b).any(|(a, b)| *a && !b);
         let now = self.standing();
         let gained = only_in(&now.active, &begun.active);
-        !only_in(&begun.stable, &now.stable)
-            && !only_in(&begun.active, &now.active)
-            && (gained || now.merit <= begun.merit)
+        !self.lost_stability(begun) && (gained || now.merit <= begun.merit)
+    }
+
+    /// True when a speed or a rotor lost its stability.
+    fn lost_stability(&self, begun: &Standing) -> bool {
+        only_in(&begun.stable, &self.stable) || only_in(&begun.active, &self.loss.active)
     }
 
     /// Moves the limit on μ to where the loop is, if it exceeds it.
@@ -332,6 +341,11 @@ impl<'a> Polisher<'a> {
 
 /// First line, Hz: below every bearing's bandwidth.
 const FROM_HZ: f64 = 1.0;
+
+/// True when some entry holds in the first list and not in the second.
+fn only_in(a: &[bool], b: &[bool]) -> bool {
+    a.iter().zip(b).any(|(a, b)| *a && !b)
+}
 
 /// What exceeds the limits, logarithms summed.
 fn excess(round: &PolishRound) -> f64 {

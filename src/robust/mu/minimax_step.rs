@@ -19,6 +19,19 @@ pub struct LinearValue {
     pub gradient: Vec<f64>,
 }
 
+/// Penalties of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepRule {
+    /// Number of limits.
+    pub limits: usize,
+    /// ρ.
+    pub penalty: f64,
+    /// λ.
+    pub proximal: f64,
+    /// Share of what the step promises that it may be short of the best one.
+    pub gap: f64,
+}
+
 /// A step with what the linear model promises.
 #[derive(Clone, Debug)]
 pub struct MinimaxStep {
@@ -26,6 +39,8 @@ pub struct MinimaxStep {
     pub step: Vec<f64>,
     /// t + ρ Σ s at the step, without the proximal term.
     pub predicted: f64,
+    /// Numbers and weights y of the values that bind: p = −Σ y g/λ.
+    pub binding: Vec<(usize, f64)>,
 }
 
 /// Values of the first programme, and those that join at most when a step violates more.
@@ -33,42 +48,56 @@ const FIRST_VALUES: usize = 40;
 const JOINING: usize = 24;
 /// What a value left out may exceed its level by: values are logarithms, and a step is judged by its fourth digit.
 const VIOLATION: f64 = 1e-7;
+/// A value with a smaller weight does not bind.
+const BINDS: f64 = 1e-6;
 
-/// The step for `values` with `limits` groups, penalty ρ and proximal weight λ.
+/// The step for `values`; those of the numbers `likely` are expected to bind.
 ///
-/// Few of the values bind at a step. The programme is solved with the largest ones; those that its step would lift
-/// above their level join until there are none, which is the solution with all of them.
+/// Few of the values bind at a step. The programme is solved with the largest ones and the likely ones; those that its
+/// step would lift above their level join until there are none, which is the solution with all of them, or until the
+/// step is within the gap of it: the optimum with some of the values is below that with all.
 ///
 /// # Errors
 /// [`ProgrammeError`] when the interior-point iteration breaks down.
 pub fn minimax_step(
     values: &[LinearValue],
-    limits: usize,
-    penalty: f64,
-    proximal: f64,
+    likely: &[usize],
+    rule: &StepRule,
 ) -> Result<MinimaxStep, ProgrammeError> {
-    let levels_at_start = levels(values, limits, |v| v.value);
-    let mut order: Vec<usize> = (0..values.len()).collect();
+    let levels_at_start = levels(values, rule.limits, |v| v.value);
+    let merit = |levels: &[f64]| {
+        let level = if levels[0].is_finite() {
+            levels[0]
+        } else {
+            0.0
+        };
+        level + rule.penalty * levels[1..].iter().sum::<f64>()
+    };
+    let start = merit(&levels_at_start);
     let below = |k: &usize| levels_at_start[group(&values[*k])] - values[*k].value;
-    order.sort_by(|a, b| below(a).total_cmp(&below(b)));
-    let mut left = order.split_off(order.len().min(FIRST_VALUES));
-    let mut taken = order;
+    let (mut taken, mut left): (Vec<usize>, Vec<usize>) =
+        (0..values.len()).partition(|k| likely.contains(k));
+    left.sort_by(|a, b| below(a).total_cmp(&below(b)));
+    let further = FIRST_VALUES.saturating_sub(taken.len()).max(JOINING);
+    taken.extend(left.drain(..further.min(left.len())));
     loop {
         let chosen: Vec<&LinearValue> = taken.iter().map(|k| &values[*k]).collect();
-        let (step, reached) = restricted(&chosen, limits, penalty, proximal)?;
+        let (step, weights) = restricted(&chosen, rule)?;
         let after = |v: &LinearValue| v.value + dot(&v.gradient, &step);
+        let reached = levels(chosen.iter().copied(), rule.limits, after);
         let mut violated: Vec<(f64, usize)> = left
             .iter()
             .map(|k| (after(&values[*k]) - reached[group(&values[*k])], *k))
             .filter(|(above, _)| *above > VIOLATION)
             .collect();
-        if violated.is_empty() {
-            let found = levels(values, limits, after);
-            let slacks: f64 = found[1..].iter().sum();
-            let level = if found[0].is_finite() { found[0] } else { 0.0 };
+        let predicted = merit(&levels(values, rule.limits, after));
+        let short = predicted - merit(&reached);
+        if violated.is_empty() || short <= rule.gap * (start - predicted) {
+            let binding = taken.into_iter().zip(weights);
             return Ok(MinimaxStep {
-                predicted: level + penalty * slacks,
+                predicted,
                 step,
+                binding: binding.filter(|(_, weight)| *weight > BINDS).collect(),
             });
         }
         violated.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -102,17 +131,14 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// The step for some of the values, and the level of each group that it reaches; minus infinity for an
-/// objective of which no value takes part, so that one that is left out joins.
+/// The step for some of the values, and their weights.
 ///
 /// The dual has one variable per value, the weight y_k ≥ 0 of its slope in the step p = −Σ y_k g_k/λ:
 ///   minimise |Σ y_k g_k|²/2λ − Σ v_k y_k,   Σ y = 1 over the objective,   Σ y ≤ ρ over each limit.
 /// Its matrix is as small as the number of values, the primal one has as many rows and all coordinates besides.
 fn restricted(
     values: &[&LinearValue],
-    limits: usize,
-    penalty: f64,
-    proximal: f64,
+    rule: &StepRule,
 ) -> Result<(Vec<f64>, Vec<f64>), ProgrammeError> {
     let (n, m) = (values.first().map_or(0, |v| v.gradient.len()), values.len());
     let sum_over = |limit: Option<usize>, bound: f64| Row {
@@ -127,26 +153,23 @@ fn restricted(
         terms: vec![(k, -1.0)],
         bound: 0.0,
     });
-    let groups = (0..limits).map(|g| sum_over(Some(g), penalty)).filter(kept);
+    let groups = (0..rule.limits).map(|g| sum_over(Some(g), rule.penalty));
     let programme = QuadraticProgramme {
         quadratic: Mat::from_fn(m, m, |i, j| match i <= j {
-            true => dot(&values[i].gradient, &values[j].gradient) / proximal,
+            true => dot(&values[i].gradient, &values[j].gradient) / rule.proximal,
             false => 0.0,
         }),
         objective: values.iter().map(|v| -v.value).collect(),
         // Without an objective the level is free and costs nothing.
         equalities: Some(sum_over(None, 1.0)).into_iter().filter(kept).collect(),
-        inequalities: groups.chain(not_negative).collect(),
+        inequalities: groups.filter(kept).chain(not_negative).collect(),
     };
     let weights = programme.solve()?;
     let mut step = vec![0.0; n];
     for (v, weight) in values.iter().zip(&weights) {
         for (p, g) in step.iter_mut().zip(&v.gradient) {
-            *p -= weight * g / proximal;
+            *p -= weight * g / rule.proximal;
         }
     }
-    let reached = levels(values.iter().copied(), limits, |v| {
-        v.value + dot(&v.gradient, &step)
-    });
-    Ok((step, reached))
+    Ok((step, weights))
 }

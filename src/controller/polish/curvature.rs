@@ -1,0 +1,82 @@
+//! Curvature of the Lagrangian of a descent, learnt from its steps: damped BFGS updates (Powell 1978) of a matrix that
+//! stays positive semidefinite.
+//!
+//! Few values bind at a step, so that along most directions only curvature says how far it may go. With the weights w
+//! of the values that bind at a step s, the slope of the Lagrangian Σ w v changes by y = Σ w (∇v(x + s) − ∇v(x)), and
+//! the matrix learns B s = y.
+
+use crate::linalg::Mat;
+
+/// B, parameters × parameters; none before the first step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Curvature(Option<Mat<f64>>);
+
+/// Share of the curvature along a step that an update leaves at least (Powell 1978).
+const DAMPED: f64 = 0.2;
+
+impl Curvature {
+    /// Wᵀ B W + λI for coordinates p with δx = W p.
+    pub(crate) fn seen_in(&self, whiten: &Mat<f64>, weight: f64) -> Mat<f64> {
+        let n = whiten.ncols();
+        let plain = |i: usize, j: usize| if i == j { weight } else { 0.0 };
+        match &self.0 {
+            None => Mat::from_fn(n, n, plain),
+            Some(b) => {
+                let seen = whiten.transpose() * b * whiten;
+                Mat::from_fn(n, n, |i, j| {
+                    0.5 * (seen[(i, j)] + seen[(j, i)]) + plain(i, j)
+                })
+            }
+        }
+    }
+
+    /// ½ sᵀBs.
+    pub(crate) fn half_along(&self, step: &[f64]) -> f64 {
+        self.0
+            .as_ref()
+            .map_or(0.0, |b| 0.5 * dot(step, &times(b, step)))
+    }
+
+    /// Learns that the slope changes by `change` along the step. The first step sets the scale: B is the metric times
+    /// the curvature along it.
+    pub(crate) fn learn(&mut self, step: &[f64], change: &[f64], metric: impl Fn() -> Mat<f64>) {
+        let along = dot(step, change);
+        if self.0.is_none() && along > 0.0 {
+            let metric = metric();
+            let length = dot(step, &times(&metric, step));
+            if length > 0.0 {
+                self.0 = Some(metric * faer::Scale(along / length));
+            }
+        }
+        let Some(b) = &mut self.0 else { return };
+        let image = times(b, step);
+        let own = dot(step, &image);
+        if !(own > 0.0 && along.is_finite()) {
+            return;
+        }
+        let share = match along < DAMPED * own {
+            true => (1.0 - DAMPED) * own / (own - along),
+            false => 1.0,
+        };
+        let pairs = change.iter().zip(&image);
+        let change: Vec<f64> = pairs.map(|(y, b)| share * y + (1.0 - share) * b).collect();
+        let along = dot(step, &change);
+        let n = step.len();
+        let learnt = Mat::from_fn(n, n, |i, j| {
+            b[(i, j)] + change[i] * change[j] / along - image[i] * image[j] / own
+        });
+        if learnt.is_all_finite() {
+            *b = learnt;
+        }
+    }
+}
+
+fn times(b: &Mat<f64>, step: &[f64]) -> Vec<f64> {
+    (0..step.len())
+        .map(|i| (0..step.len()).map(|j| b[(i, j)] * step[j]).sum())
+        .collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
