@@ -8,6 +8,28 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Mat, Par, Side, c64};
 
+/// L of a symmetric positive definite H = L Lᵀ.
+pub(crate) struct DefiniteFactor(Mat<f64>);
+
+impl DefiniteFactor {
+    /// The factor of H, n×n, of which the lower triangle is read; `None` when H is not positive definite.
+    pub(crate) fn new(h: &Mat<f64>) -> Option<Self> {
+        Some(Self(h.llt(Side::Lower).ok()?.L().to_owned()))
+    }
+
+    /// L⁻¹B for B of n rows.
+    pub(crate) fn solve_lower(&self, mut b: Mat<f64>) -> Mat<f64> {
+        solve_lower_triangular_in_place(self.0.as_ref(), b.as_mut(), Par::Seq);
+        b
+    }
+
+    /// L⁻ᵀB for B of n rows.
+    pub(crate) fn solve_upper(&self, mut b: Mat<f64>) -> Mat<f64> {
+        solve_upper_triangular_in_place(self.0.transpose(), b.as_mut(), Par::Seq);
+        b
+    }
+}
+
 /// Eigenvalues, ascending, and eigenvectors of a symmetric-definite pencil.
 #[derive(Clone, Debug)]
 pub struct DefiniteEigen {

@@ -115,30 +115,168 @@ impl PidCertificate {
 
     /// Largest sensitivity that no frequency exceeds, over bearings, at standstill and largest speed, dB.
     pub fn sensitivity_peak_db(&self) -> f64 {
-        self.sensitivity
-            .iter()
-            .chain(&self.sensitivity_at_speed)
-            .map(|p| p.upper_db)
-            .fold(f64::NEG_INFINITY, f64::max)
+        highest(self.sensitivity.iter().chain(&self.sensitivity_at_speed))
     }
 
     /// True when stability, zone B, noise and gain are all within what was asked.
     pub fn meets(&self, settings: &TuneSettings) -> bool {
-        self.violation(settings) == 0.0
+        self.judged().violation(settings) == 0.0
     }
 
+    /// What it is judged by.
+    pub(crate) fn judged(&self) -> JudgedFigures {
+        JudgedFigures {
+            stable: self.is_stable(),
+            sensitivity_peak_db: self.sensitivity_peak_db(),
+            noise_current_a: self.noise_current_a,
+            high_frequency_gain_a_per_m: self.high_frequency_gain_a_per_m,
+        }
+    }
+}
+
+/// Largest level that no frequency reaches, dB.
+fn highest<'a>(peaks: impl Iterator<Item = &'a PeakSensitivity>) -> f64 {
+    peaks.map(|p| p.upper_db).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// The figures that the settings of a tuning limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JudgedFigures {
+    /// At every speed and with every shift that was checked.
+    pub stable: bool,
+    /// Largest sensitivity, dB.
+    pub sensitivity_peak_db: f64,
+    /// Largest rms current from sensor noise, A.
+    pub noise_current_a: f64,
+    /// Largest singular value of the controller above the modes of the model, A/m.
+    pub high_frequency_gain_a_per_m: f64,
+}
+
+impl JudgedFigures {
     /// How far the figures are outside what was asked: zero inside; an unstable loop counts most.
     pub(crate) fn violation(&self, settings: &TuneSettings) -> f64 {
         let over = |value: f64, limit: f64| (value - limit).max(0.0);
-        let stable = if self.is_stable() { 0.0 } else { 1e3 };
+        let stable = if self.stable { 0.0 } else { 1e3 };
         stable
-            + over(self.sensitivity_peak_db(), ZONE_B_DB).min(1e2)
+            + over(self.sensitivity_peak_db, ZONE_B_DB).min(1e2)
             + 10.0 * over(self.noise_current_a / settings.noise_current_a, 1.0)
             + 10.0
                 * over(
                     self.high_frequency_gain_a_per_m / settings.high_frequency_gain_a_per_m,
                     1.0,
                 )
+    }
+}
+
+/// Figures of a PID on the full plant but for the loops with shifted modes, which take most of the time.
+pub(super) struct Figures {
+    parameters: PidParameters,
+    controller: Controller,
+    law: StateSpace<Discrete>,
+    nominal: Verification,
+    rest: FullFigures,
+    fast: FullFigures,
+    high_frequency_gain_a_per_m: f64,
+    high_frequency_hz: f64,
+}
+
+impl Figures {
+    /// The PID of these parameters.
+    ///
+    /// # Errors
+    /// As [`certify`].
+    pub(super) fn new(
+        machine: &Machine,
+        parameters: PidParameters,
+        settings: &TuneSettings,
+        name: &str,
+    ) -> Result<Self, VerificationError> {
+        let period = machine.spindle.electronics.sample_period_s();
+        let controller = pid_controller(&parameters, period, name)?;
+        let ControlLaw::Discrete(law) = &controller.law else {
+            return Err(ControllerError::Infeasible {
+                step: "PID",
+                reason: "it was not sampled".to_owned(),
+                advice: "check the sample rate of the spindle",
+            }
+            .into());
+        };
+        let law = law.clone();
+        let nominal = verify(machine, &law, settings.speeds, "full plant, sampled")?;
+        let stable = nominal.is_stable();
+        let fastest = machine.spindle.max_rpm * TAU / 60.0;
+        let rest = full_figures(machine, &law, 0.0, stable)?;
+        let fast = full_figures(machine, &law, fastest, stable)?;
+        let high_frequency_hz = high_frequency_hz(machine)?;
+        let gain = high_frequency_gain(&law, high_frequency_hz);
+        Ok(Self {
+            parameters,
+            law,
+            nominal,
+            rest,
+            fast,
+            high_frequency_gain_a_per_m: gain.map_err(in_step("gain of the PID"))?,
+            high_frequency_hz,
+            controller,
+        })
+    }
+
+    /// Smallest dynamic stiffness of the tool at standstill, N/m.
+    pub(super) fn stiffness_n_per_m(&self) -> f64 {
+        self.rest.stiffness.0
+    }
+
+    /// What they are judged by.
+    pub(super) fn judged(&self) -> JudgedFigures {
+        let peaks = self.rest.sensitivity.iter().chain(&self.fast.sensitivity);
+        JudgedFigures {
+            stable: self.nominal.is_stable(),
+            sensitivity_peak_db: highest(peaks),
+            noise_current_a: self.rest.noise_current_a.max(self.fast.noise_current_a),
+            high_frequency_gain_a_per_m: self.high_frequency_gain_a_per_m,
+        }
+    }
+
+    /// The PID with its whole certificate, loops with shifted modes included.
+    ///
+    /// # Errors
+    /// As [`certify`].
+    pub(super) fn certified(
+        self,
+        machine: &Machine,
+        settings: &TuneSettings,
+        evaluations: usize,
+    ) -> Result<TunedPid, VerificationError> {
+        let law = &self.law;
+        let whole = |factor: f64, words: &str| {
+            verify(
+                &with_shifted_modes(machine, factor),
+                law,
+                SHIFTED_SPEEDS,
+                words,
+            )
+        };
+        let lowered = whole(1.0 - settings.mode_shift, "full plant, all modes lowered")?;
+        let raised = whole(1.0 + settings.mode_shift, "full plant, all modes raised")?;
+        Ok(TunedPid {
+            certificate: PidCertificate {
+                lowered,
+                raised,
+                shifted: shifted_loops(machine, law, settings)?,
+                nominal: self.nominal,
+                sensitivity: self.rest.sensitivity,
+                sensitivity_at_speed: self.fast.sensitivity,
+                stiffness_n_per_m: self.rest.stiffness.0,
+                stiffness_hz: self.rest.stiffness.1,
+                stiffness_at_speed_n_per_m: self.fast.stiffness.0,
+                noise_current_a: self.rest.noise_current_a.max(self.fast.noise_current_a),
+                high_frequency_gain_a_per_m: self.high_frequency_gain_a_per_m,
+                high_frequency_hz: self.high_frequency_hz,
+                evaluations,
+            },
+            parameters: self.parameters,
+            controller: self.controller,
+        })
     }
 }
 
@@ -153,53 +291,7 @@ pub fn certify(
     evaluations: usize,
     name: &str,
 ) -> Result<TunedPid, VerificationError> {
-    let period = machine.spindle.electronics.sample_period_s();
-    let controller = pid_controller(&parameters, period, name)?;
-    let ControlLaw::Discrete(law) = &controller.law else {
-        return Err(ControllerError::Infeasible {
-            step: "PID",
-            reason: "it was not sampled".to_owned(),
-            advice: "check the sample rate of the spindle",
-        }
-        .into());
-    };
-    let nominal = verify(machine, law, settings.speeds, "full plant, sampled")?;
-    let whole = |factor: f64, words: &str| {
-        verify(
-            &with_shifted_modes(machine, factor),
-            law,
-            SHIFTED_SPEEDS,
-            words,
-        )
-    };
-    let lowered = whole(1.0 - settings.mode_shift, "full plant, all modes lowered")?;
-    let raised = whole(1.0 + settings.mode_shift, "full plant, all modes raised")?;
-    let shifted = shifted_loops(machine, law, settings)?;
-    let stable = nominal.is_stable();
-    let fastest = machine.spindle.max_rpm * TAU / 60.0;
-    let rest = full_figures(machine, law, 0.0, stable)?;
-    let fast = full_figures(machine, law, fastest, stable)?;
-    let high_frequency_hz = high_frequency_hz(machine)?;
-    let gain = high_frequency_gain(law, high_frequency_hz).map_err(in_step("gain of the PID"))?;
-    Ok(TunedPid {
-        certificate: PidCertificate {
-            nominal,
-            lowered,
-            raised,
-            shifted,
-            sensitivity: rest.sensitivity,
-            sensitivity_at_speed: fast.sensitivity,
-            stiffness_n_per_m: rest.stiffness.0,
-            stiffness_hz: rest.stiffness.1,
-            stiffness_at_speed_n_per_m: fast.stiffness.0,
-            noise_current_a: rest.noise_current_a.max(fast.noise_current_a),
-            high_frequency_gain_a_per_m: gain,
-            high_frequency_hz,
-            evaluations,
-        },
-        parameters,
-        controller,
-    })
+    Figures::new(machine, parameters, settings, name)?.certified(machine, settings, evaluations)
 }
 
 /// Machine with every flexible frequency multiplied by `factor` (moduli by its square).

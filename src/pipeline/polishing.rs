@@ -11,7 +11,7 @@ use super::certificates::mu_words;
 use super::comparison::predict;
 use super::delivery::{Candidate, Delivery, plane_of_law};
 use super::judged::Judged;
-use super::polish_job::{Goal, PolishJob, ZONE_A, ZONE_B, limits};
+use super::polish_job::{Goal, PolishJob, Polished, ZONE_A, ZONE_B, limits};
 use super::widening::Widening;
 use crate::controller::polish::{LoopLimits, PolishRound};
 use crate::controller::speed_proof::SpeedProof;
@@ -113,6 +113,14 @@ impl Contest<'_> {
         limits: LoopLimits,
         plane: Result<&StateSpace<Discrete>, &PipelineError>,
     ) {
+        let done = plane
+            .map_err(ToString::to_string)
+            .and_then(|plane| polished_from(&self.job, limits, plane));
+        self.enter(start, done);
+    }
+
+    /// Keeps what a polish led to when it is better.
+    fn enter(&mut self, start: &'static str, done: Result<Attempted, String>) {
         let mut attempt = PolishAttempt {
             start,
             judged: None,
@@ -121,11 +129,6 @@ impl Contest<'_> {
             certificates: vec![],
             failure: None,
         };
-        let done = plane.map_err(ToString::to_string).and_then(|plane| {
-            self.job
-                .polish(limits, plane)
-                .map_err(|error| error.to_string())
-        });
         match done {
             Ok((judged, candidate, found)) => {
                 attempt.objections = self.objections(&judged);
@@ -142,6 +145,18 @@ impl Contest<'_> {
         }
         self.outcome.attempts.push(attempt);
     }
+}
+
+/// The figures, the delivery and the course of a polish.
+type Attempted = (Judged, Delivery, Polished);
+
+/// A polish, or in words why there is none.
+fn polished_from(
+    job: &PolishJob<'_>,
+    limits: LoopLimits,
+    plane: &StateSpace<Discrete>,
+) -> Result<Attempted, String> {
+    job.polish(limits, plane).map_err(|error| error.to_string())
 }
 
 /// Polishes `plane`, of which `dk` is the realisation, and decides which controller is delivered. Where that of the D-K
@@ -171,15 +186,23 @@ pub(super) fn polished(
         delivery: None,
         judged,
     };
-    let by_pid = contest.misses_a_goal().then(|| tuned_pid(machine));
+    const DK: &str = "D-K iteration";
+    let (start, first) = match job.earlier {
+        Some(earlier) => ("earlier design", earlier),
+        None => (DK, plane),
+    };
+    // Neither needs the other.
+    let misses = contest.misses_a_goal();
+    let (by_pid, done) = rayon::join(
+        || misses.then(|| tuned_pid(machine)),
+        || polished_from(&job, zone_a, first),
+    );
     if let Some(Ok((_, stiffness))) = &by_pid {
         contest.rival = Some(*stiffness);
     }
-    if let Some(earlier) = job.earlier {
-        contest.attempt("earlier design", zone_a, Ok(earlier));
-    }
-    if job.earlier.is_none() || contest.misses_a_goal() {
-        contest.attempt("D-K iteration", zone_a, Ok(plane));
+    contest.enter(start, done);
+    if job.earlier.is_some() && contest.misses_a_goal() {
+        contest.attempt(DK, zone_a, Ok(plane));
     }
     if let Some(found) = &by_pid {
         let start = found.as_ref().map(|(plane, _)| plane);

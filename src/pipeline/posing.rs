@@ -18,7 +18,7 @@ use crate::augment::plane::{Route, modes_below_nyquist};
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::augment::weight_plane::fit_errors;
 use crate::augment::weights::Weights;
-use crate::robust::prescale::{ScaleStart, constant_scales};
+use crate::robust::prescale::{ScaleStart, constant_scales, scales_to};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
@@ -116,6 +116,7 @@ pub(super) fn pose_again(
         Some((problems, scales)) => posing.kept_or_chosen(problems, scales)?,
         None => posing.bounded(posing.chosen()?)?,
     };
+    let posed = posing.searched(posed)?;
     let aim = widening.apply(weights);
     let covered_modes = posing.modes(Some(cover));
     let written = posing.modes(None);
@@ -208,13 +209,13 @@ impl Posing<'_> {
         covers
     }
 
-    /// Constant scales of a problem, from the scales of another if there are any.
+    /// Constant scales of a problem, from the scales of another if there are any, to the level that is enough.
     fn attempt(
         &self,
         cover: Cover,
         widening: Widening,
         limit: Option<f64>,
-        from: Beside<'_>,
+        (from, enough): (Beside<'_>, f64),
     ) -> Result<Posed, PipelineError> {
         let modes = self.modes(Some(cover));
         let plant = generalized(
@@ -242,12 +243,26 @@ impl Posing<'_> {
             true => ScaleStart::Neighbour(&start),
             false => ScaleStart::Guess(&start),
         };
-        let found = constant_scales(&plant, start)?;
+        let found = scales_to(&plant, start, enough)?;
         Ok(Posed {
             plant,
             limit,
             scales: found.scale,
             gamma: found.gamma,
+        })
+    }
+
+    /// The problem with its best constant scales, where the search for them ended at the target.
+    fn searched(&self, posed: Posed) -> Result<Posed, PipelineError> {
+        if !self.reaches(&posed) {
+            return Ok(posed);
+        }
+        let scales = &posed.scales[..posed.scales.len().saturating_sub(1)];
+        let found = constant_scales(&posed.plant, ScaleStart::Neighbour(scales))?;
+        Ok(Posed {
+            scales: found.scale,
+            gamma: found.gamma,
+            ..posed
         })
     }
 
@@ -298,7 +313,9 @@ impl Posing<'_> {
         limit: Option<f64>,
         from: Beside<'_>,
     ) -> Result<Choice, PipelineError> {
-        let posed = self.attempt(cover, widening, limit, from)?;
+        // Whether the target is reached decides; the choice that is made is searched to its end.
+        let ends = (from, self.settings.gamma_target);
+        let posed = self.attempt(cover, widening, limit, ends)?;
         Ok(Choice {
             cover,
             widening,
@@ -377,12 +394,16 @@ impl Posing<'_> {
 
     /// Constant scales of a choice's problem at another widening.
     fn rewidened(&self, choice: &Choice, widening: Widening) -> Result<Choice, PipelineError> {
-        self.covering(
-            choice.cover,
+        let cover = choice.cover;
+        let limit = choice.posed.limit;
+        let from = Beside::Far(&choice.posed.scales);
+        // Where γ crosses the target is interpolated: it is searched to its end.
+        let posed = self.attempt(cover, widening, limit, (from, 0.0))?;
+        Ok(Choice {
+            cover,
             widening,
-            choice.posed.limit,
-            Beside::Far(&choice.posed.scales),
-        )
+            posed,
+        })
     }
 
     /// The least factor of a family of widenings, from 1 on, that brings γ to the target; the last that lowered γ where
@@ -455,7 +476,7 @@ impl Posing<'_> {
                 cover,
                 widening,
                 Some(tighter[middle]),
-                Beside::Near(&posed.scales),
+                (Beside::Near(&posed.scales), self.settings.gamma_target),
             )?;
             if self.reaches(&tight) {
                 posed = tight;

@@ -36,6 +36,10 @@ const STRIDE: usize = 6;
 /// Rounds of so many lines round the largest value.
 const ROUNDS: usize = 4;
 const FINER: usize = 8;
+/// What the plain lines may miss of a peak: three lines to a half-power width show it to that share.
+const BETWEEN_LINES: f64 = 0.05;
+/// Peaks that are looked at more closely, the highest first.
+const MOST_TOPS: usize = 8;
 /// Last frequency as a share of Nyquist.
 const LAST: f64 = 0.9995;
 /// Lines of the plain grid and on each side of a pole: three to each half-power width.
@@ -105,6 +109,17 @@ pub fn mu_at_speed(
 
 const STAGE: &str = "μ over speed";
 
+/// Values of ascending frequency (their sign aside) that are at least as large as both neighbours, the largest first.
+fn tops(values: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let at = |k: Option<usize>| k.and_then(|k| values.get(k)).map_or(0.0, |v| v.0);
+    let mut tops: Vec<(f64, f64)> = (0..values.len())
+        .filter(|k| values[*k].0 >= at(k.checked_sub(1)).max(at(Some(k + 1))))
+        .map(|k| values[k])
+        .collect();
+    tops.sort_by(|a, b| b.0.total_cmp(&a.0));
+    tops
+}
+
 /// Largest bound of μ of a loop on lines, and between them round the largest.
 struct PeakSearch<'a> {
     rotating: &'a RotatingLoop,
@@ -150,9 +165,27 @@ impl<'a> PeakSearch<'a> {
                 take(&mut peak, (*upper, sign * self.lines[*k]));
             }
         }
-        for value in self.above(self.lines, peak.0)? {
+        // A peak is higher than its lines show: every one that may turn out the highest is looked at more closely.
+        let high = self.above(self.lines, (1.0 - BETWEEN_LINES) * peak.0)?;
+        for value in &high {
+            take(&mut peak, *value);
+        }
+        let mut tops = tops(&high);
+        tops.retain(|top| top.0 >= (1.0 - BETWEEN_LINES) * peak.0);
+        tops.truncate(MOST_TOPS);
+        let refined: Result<Vec<(f64, f64)>, PipelineError> = tops
+            .par_iter()
+            .map(|top| self.refined(*top, last))
+            .collect();
+        for value in refined? {
             take(&mut peak, value);
         }
+        Ok(peak)
+    }
+
+    /// The largest bound round a line that is larger than its neighbours.
+    fn refined(&self, top: (f64, f64), last: f64) -> Result<(f64, f64), PipelineError> {
+        let mut peak = top;
         let mut lines = self.lines.to_vec();
         for _ in 0..ROUNDS {
             // Once more between the neighbours of the largest.
@@ -166,7 +199,9 @@ impl<'a> PeakSearch<'a> {
                 .map(|k| below + (above - below) * (k as f64 + 0.5) / FINER as f64)
                 .collect();
             for value in self.above(&lines, peak.0)? {
-                take(&mut peak, value);
+                if value.0 > peak.0 {
+                    peak = value;
+                }
             }
         }
         Ok(peak)

@@ -45,6 +45,18 @@ pub fn constant_scales(
     plant: &GeneralizedPlant,
     start: ScaleStart<'_>,
 ) -> Result<ConstantScales, SynthesisError> {
+    scales_to(plant, start, 0.0)
+}
+
+/// As [`constant_scales`], ended where the level `enough` is reached: γ is that level, or a lower one.
+///
+/// # Errors
+/// As [`constant_scales`].
+pub(crate) fn scales_to(
+    plant: &GeneralizedPlant,
+    start: ScaleStart<'_>,
+    enough: f64,
+) -> Result<ConstantScales, SynthesisError> {
     let (start, first_step) = match start {
         ScaleStart::Guess(scales) => (scales, FAR),
         ScaleStart::Neighbour(scales) => (scales, NEAR),
@@ -59,16 +71,23 @@ pub fn constant_scales(
     let mut ln: Vec<f64> = (0..free)
         .map(|k| start.get(k).map_or(0.0, |d| d.ln()))
         .collect();
-    let mut gamma = optimal_level(&at(&ln), &settings)?;
+    let reached = enough > 0.0 && matches!(is_feasible(&at(&ln), enough), Ok(true));
+    let mut gamma = match reached {
+        true => enough,
+        false => optimal_level(&at(&ln), &settings)?,
+    };
     let mut syntheses = 1;
     let mut known = Tried {
         lattice: vec![ln.clone()],
     };
     let mut step: f64 = first_step;
     // A last step of a tenth in ln d changes γ by well under a percent at the flat bottom.
-    while step > 0.1 && syntheses < SYNTHESES {
+    while step > 0.1 && syntheses < SYNTHESES && gamma > enough {
         let mut moved = false;
         for k in 0..free {
+            if gamma <= enough {
+                break;
+            }
             let beside = |direction: f64| {
                 let mut trial = ln.clone();
                 trial[k] += direction;

@@ -45,7 +45,8 @@ impl Curvature {
             let metric = metric();
             let length = dot(step, &times(&metric, step));
             if length > 0.0 {
-                self.0 = Some(metric * faer::Scale(along / length));
+                let n = step.len();
+                self.0 = Some(Mat::from_fn(n, n, |i, j| metric[(i, j)] * along / length));
             }
         }
         let Some(b) = &mut self.0 else { return };

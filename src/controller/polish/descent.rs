@@ -2,21 +2,19 @@
 //! Lagrangian, as its steps show it ([`Curvature`]).
 //!
 //! Merit φ = max log compliance + ρ Σ_limits max(0, largest log over its limit). Each step linearises the values near
-//! their group's largest and solves [`minimax_step`] with ½ δxᵀBδx + (λ/2)|p|², in coordinates in which |p|² is the mean
-//! square relative change of the loop (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does not
-//! depend on how the controller is written. B learns from refused steps, too. A step that raises φ or changes the encirclements of a rotor's det(I − G K) is refused and shortened.
+//! their group's largest and solves [`minimax_step`] with ½ δxᵀBδx + (λ/2)|p|², in coordinates in which |p|² is the
+//! mean square relative change of the loop (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does
+//! not depend on how the controller is written. A step that raises φ or changes the encirclements of a rotor's det(I −
+//! G K) is refused and shortened; B learns from it all the same.
 
 use super::curvature::Curvature;
 use super::loss::{Evaluation, Loss};
 use super::structure::Structure;
 use super::values::{GROUPS, Group, LIMITS, Value, WINDOW};
 use crate::controller::{ControllerError, in_step};
+use crate::linalg::symmetric::DefiniteFactor;
 use crate::linalg::{Mat, symmetric_eigen};
 use crate::robust::mu::minimax_step::{LinearValue, MinimaxStep, StepRule, minimax_step};
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
-use faer::{Par, Side};
 use rayon::prelude::*;
 
 /// Effort of a descent.
@@ -179,14 +177,9 @@ fn step_for(
 ) -> Option<MinimaxStep> {
     let n = whiten.nrows();
     // |Lᵀp|² = pᵀ(B + λI)p.
-    let factor = memory
-        .curvature
-        .seen_in(whiten, memory.weight)
-        .llt(Side::Lower)
-        .ok()?;
+    let factor = DefiniteFactor::new(&memory.curvature.seen_in(whiten, memory.weight))?;
     let slopes = Mat::from_fn(n, taking.len(), |i, k| taking[k].slope[i]);
-    let mut turned = whiten.transpose() * slopes;
-    solve_lower_triangular_in_place(factor.L(), turned.as_mut(), Par::Seq);
+    let turned = factor.solve_lower(whiten.transpose() * slopes);
     let linear: Vec<LinearValue> = taking
         .iter()
         .enumerate()
@@ -206,8 +199,7 @@ fn step_for(
         gap: GAP,
     };
     let found = minimax_step(&linear, &likely, &rule).ok()?;
-    let mut p = Mat::from_fn(n, 1, |i, _| found.step[i]);
-    solve_upper_triangular_in_place(factor.L().transpose(), p.as_mut(), Par::Seq);
+    let p = factor.solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
     let step = whiten * p;
     Some(MinimaxStep {
         step: (0..n).map(|i| step[(i, 0)]).collect(),

@@ -161,9 +161,9 @@ impl Loss {
         self.evaluate_above(law, x, 0.0)
     }
 
-    /// As [`Self::evaluate`] for a step of a descent: values that are too far below their limit, or below the largest of
-    /// the objective, to take part are left out, and such a bound of the specification may be replaced by a larger one
-    /// that is, too.
+    /// As [`Self::evaluate`] for a step of a descent: values that are too far below their limit, or below the largest
+    /// of the objective, to take part are left out, and such a bound of the specification may be replaced by a larger
+    /// one that is, too.
     pub(super) fn evaluate_near(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
         self.evaluate_above(law, x, FAR * self.limits.mu)
     }
