@@ -15,7 +15,7 @@ use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::linearise::assembled_with_size;
 use super::super::fit::problem::{Point, Problem};
-use super::candidate::{Candidate, Standing, failing_chi2, fails, next_model_error};
+use super::candidate::{Candidate, MODEL_ERRORS, Standing, failing_chi2, fails, next_model_error};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
@@ -29,6 +29,8 @@ pub(crate) const TIE_BIC: f64 = 7.0;
 const SHORT_LISTS: [usize; 3] = [24, 8, 5];
 /// The same for a second effect.
 const PAIR_LISTS: [usize; 3] = [16, 6, 4];
+/// Starts, beside those of effects that have one place, that may say the same as a mistake of the rig.
+const MIMICS: usize = 8;
 /// Hypotheses beyond this multiple of the best χ² after a first fit are dropped, except resonances, whose χ² falls
 /// late.
 const DROPPED_CHI2_RATIO: f64 = 3.0;
@@ -159,6 +161,20 @@ impl Case<'_> {
         Ok(Round { finalists, others })
     }
 
+    /// Whether some effect alone explains thinned lines: what does not has no part in a tie.
+    ///
+    /// # Errors
+    /// As [`Self::fit_down`].
+    pub(super) fn one_may_explain(&self, null: &Standing) -> Result<bool, DiagnoseError> {
+        let settled = null.working_error == FINAL_MODEL_ERROR
+            && null.failure < failing_chi2(null.candidate.fit.residuals);
+        let begun = self.first_fits(null, self.free(&[], settled), settled, MIMICS)?;
+        Ok(begun.par_iter().any(|(h, f)| {
+            let stood = self.fit_down(std::slice::from_ref(h), &f.at, self.thin());
+            stood.is_ok_and(|s| s.working_error == FINAL_MODEL_ERROR && !fails(&s.candidate.fit))
+        }))
+    }
+
     /// The lines that rank hypotheses.
     pub(super) fn thin(&self) -> Subset {
         Subset {
@@ -246,15 +262,52 @@ impl Case<'_> {
             Some((h.clone(), found))
         });
         let mut fits: Vec<(Hypothesis, Fit)> = fits.collect();
-        // Each start is tried: the place at which a fit ends depends on it.
-        let tilting =
-            |f: &&mut (Hypothesis, Fit)| f.0.kind == EffectKind::TiltingStiffness && fails(&f.1);
-        for (h, found) in fits.iter_mut().filter(tilting) {
+        self.move_tilting(&mut fits, &with, stages)?;
+        Ok(fits)
+    }
+
+    /// Begins tilting stiffnesses that fail from other places, unless another effect explains thinned lines down to the
+    /// final model error. Each start is tried, as the place at which a fit ends depends on it, the best one first: where
+    /// that stays among what is dropped, the others do too.
+    fn move_tilting(
+        &self,
+        fits: &mut [(Hypothesis, Fit)],
+        with: &(impl Fn(&Hypothesis) -> Vec<Hypothesis> + Sync),
+        stages: &[Stage],
+    ) -> Result<(), DiagnoseError> {
+        let order = |i: &usize, j: &usize| fits[*i].1.chi2.total_cmp(&fits[*j].1.chi2);
+        let failing = |i: &usize| {
+            let (h, fit) = &fits[*i];
+            h.kind == EffectKind::TiltingStiffness && fails(fit)
+        };
+        let mut moved: Vec<usize> = (0..fits.len()).filter(failing).collect();
+        moved.sort_by(order);
+        let Some((best, (w, _))) = (0..fits.len()).min_by(order).zip(stages.last()) else {
+            return Ok(());
+        };
+        let (h, fit) = &fits[best];
+        if !moved.is_empty() && !fails(fit) {
+            let with = with(h);
+            let down = MODEL_ERRORS.into_iter().filter(|e| e < w);
+            let down: Vec<Stage> = down.map(|e| (e, 4)).collect();
+            let end = self.problem(&with, self.thin()).fit(&fit.at, &down)?;
+            if !fails(&end) && self.model.strained(&end.at.p).is_empty() {
+                return Ok(());
+            }
+        }
+        let limit = DROPPED_CHI2_RATIO * fit.chi2 + 100.0;
+        for i in moved {
+            let (h, found) = &fits[i];
             let with = with(h);
             let problem = self.problem(&with, self.thin());
-            *found = self.relocated(&problem, h, found.clone(), stages);
+            let next = self.relocated(&problem, h, found.clone(), stages);
+            let dropped = next.chi2 > limit;
+            fits[i].1 = next;
+            if dropped {
+                break;
+            }
         }
-        Ok(fits)
+        Ok(())
     }
 
     /// A fit, or a better one from another place with the numbers that it found: where the row of an effect goes up and
