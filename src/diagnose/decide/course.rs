@@ -7,6 +7,7 @@
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::data::measurement::Measurement;
+use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::levitated_line::LEVITATED_FROM;
 use super::super::records::finding::{Alternatives, FoundFault};
 use super::super::records::gross::without_gross_faults;
@@ -137,18 +138,26 @@ fn or_one_effect(
     } = trial;
     progress("one effect in place of the mistake");
     let catalogue = hypotheses(machine, model, evidence)?;
-    if !trial.case(&catalogue, progress).one_may_explain(null)? {
+    // A mistake is one number, or one choice, like an effect of one number.
+    let mut names: Vec<&str> = found.faults.iter().map(|f| f.fault.name()).collect();
+    names.dedup();
+    let price = |residuals: usize| names.len() as f64 * (residuals.max(2) as f64).ln();
+    let case = trial.case(&catalogue, progress);
+    let Some(thinly) = case.one_effect_thinly(null)? else {
+        return Ok(without);
+    };
+    let corrected = found.trial.case(&[], progress);
+    let thin = corrected.problem(&[], corrected.thin());
+    let thin = thin.fit(&found.null.candidate.fit.at, &[(FINAL_MODEL_ERROR, 4)])?;
+    // All lines say more than some of them.
+    if thinly > thin.chi2 + price(thin.residuals) + TIE_BIC {
         return Ok(without);
     }
     let one = conclude(trial, null, (gross, 1), progress)?;
     if one.effects.is_empty() {
         return Ok(without);
     }
-    // A mistake is one number, or one choice, like an effect of one number.
-    let mut names: Vec<&str> = found.faults.iter().map(|f| f.fault.name()).collect();
-    names.dedup();
-    let price = names.len() as f64 * (residuals(null).max(2) as f64).ln();
-    let above = one.score - without.score - price;
+    let above = one.score - without.score - price(residuals(null));
     Ok(if above.abs() < TIE_BIC {
         either(without, one, above)
     } else if above < 0.0 {

@@ -88,10 +88,7 @@ impl Case<'_> {
             PAIR_LISTS
         };
         let with = |h: &Hypothesis| beside_present(present, h);
-        // Where nothing fails, a linear step on all lines tells what is worth a fit.
-        let fit = &standing.candidate.fit;
-        let settled = w == FINAL_MODEL_ERROR && standing.failure < failing_chi2(fit.residuals);
-        let free = self.free(present, settled);
+        let free = self.free(present, settled(standing));
         (self.progress)(&format!(
             "{} hypotheses, beside {} accepted",
             free.len(),
@@ -101,7 +98,8 @@ impl Case<'_> {
             self.problem(&with(h), usage).fit(from, stages)
         };
         let lower = next_model_error(w);
-        let begun = self.first_fits(standing, free, settled, lists[0])?;
+        let mut begun = self.first_fits(standing, free, lists[0])?;
+        self.move_tilting(&mut begun, &with, first_stages(standing))?;
         let mut others = vec![];
         let begun = ahead(
             begun,
@@ -161,18 +159,25 @@ impl Case<'_> {
         Ok(Round { finalists, others })
     }
 
-    /// Whether some effect alone explains thinned lines: what does not has no part in a tie.
+    /// Least score of one effect that explains thinned lines, if any does: what does not has no part in a tie.
     ///
     /// # Errors
     /// As [`Self::fit_down`].
-    pub(super) fn one_may_explain(&self, null: &Standing) -> Result<bool, DiagnoseError> {
-        let settled = null.working_error == FINAL_MODEL_ERROR
-            && null.failure < failing_chi2(null.candidate.fit.residuals);
-        let begun = self.first_fits(null, self.free(&[], settled), settled, MIMICS)?;
-        Ok(begun.par_iter().any(|(h, f)| {
-            let stood = self.fit_down(std::slice::from_ref(h), &f.at, self.thin());
-            stood.is_ok_and(|s| s.working_error == FINAL_MODEL_ERROR && !fails(&s.candidate.fit))
-        }))
+    pub(super) fn one_effect_thinly(&self, null: &Standing) -> Result<Option<f64>, DiagnoseError> {
+        let w = null.working_error;
+        let mut begun = self.first_fits(null, self.free(&[], settled(null)), MIMICS)?;
+        begun.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
+        begun.truncate(MIMICS / 2);
+        let down: Vec<Stage> = (MODEL_ERRORS.into_iter().filter(|e| *e <= w))
+            .map(|e| (e, 4))
+            .collect();
+        let ends = begun.par_iter().filter_map(|(h, f)| {
+            let one = std::slice::from_ref(h);
+            self.problem(one, self.thin()).fit(&f.at, &down).ok()
+        });
+        let explains = |end: &Fit| !fails(end) && self.model.strained(&end.at.p).is_empty();
+        let scores = ends.filter(explains).map(|end| score(&end));
+        Ok(scores.collect::<Vec<f64>>().into_iter().reduce(f64::min))
     }
 
     /// The lines that rank hypotheses.
@@ -214,10 +219,10 @@ impl Case<'_> {
         &self,
         standing: &Standing,
         free: Vec<Hypothesis>,
-        settled: bool,
         most: usize,
     ) -> Result<Vec<(Hypothesis, Fit)>, DiagnoseError> {
         let (present, w) = (&standing.candidate.effects, standing.working_error);
+        let settled = settled(standing);
         let with = |h: &Hypothesis| beside_present(present, h);
         let screen = if settled { Subset::ALL } else { self.thin() };
         // Where the nuisance parameters fit the data, the step starts from their fit.
@@ -248,32 +253,25 @@ impl Case<'_> {
         screened.par_extend(each);
         screened.retain(|s| !settled || s.2 < enough);
         let kept = shortlist(self.best_starts(screened, &with, origin, w), most);
-        // From a larger model error again: the nuisance parameters were fitted without the new effect.
-        let stages: &[Stage] = if settled {
-            &[(w, 4)]
-        } else {
-            &[(3.0 * w, 3), (w, 2)]
-        };
+        let stages = first_stages(standing);
         let fits = kept.par_iter().filter_map(|(h, at, _)| {
             let with = with(h);
             let problem = self.problem(&with, self.thin());
             let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
-            let found = problem.fit(&start, stages).ok()?;
+            let found = problem.fit(&start, &stages).ok()?;
             Some((h.clone(), found))
         });
-        let mut fits: Vec<(Hypothesis, Fit)> = fits.collect();
-        self.move_tilting(&mut fits, &with, stages)?;
-        Ok(fits)
+        Ok(fits.collect())
     }
 
-    /// Begins tilting stiffnesses that fail from other places, unless another effect explains thinned lines down to the
-    /// final model error. Each start is tried, as the place at which a fit ends depends on it, the best one first: where
-    /// that stays among what is dropped, the others do too.
+    /// Begins tilting stiffnesses that fail from other places, unless another effect explains thinned lines down to
+    /// the final model error. Each start is tried, as the place at which a fit ends depends on it, the best one first:
+    /// where that stays among what is dropped, the others do too.
     fn move_tilting(
         &self,
         fits: &mut [(Hypothesis, Fit)],
         with: &(impl Fn(&Hypothesis) -> Vec<Hypothesis> + Sync),
-        stages: &[Stage],
+        stages: Vec<Stage>,
     ) -> Result<(), DiagnoseError> {
         let order = |i: &usize, j: &usize| fits[*i].1.chi2.total_cmp(&fits[*j].1.chi2);
         let failing = |i: &usize| {
@@ -300,7 +298,7 @@ impl Case<'_> {
             let (h, found) = &fits[i];
             let with = with(h);
             let problem = self.problem(&with, self.thin());
-            let next = self.relocated(&problem, h, found.clone(), stages);
+            let next = self.relocated(&problem, h, found.clone(), &stages);
             let dropped = next.chi2 > limit;
             fits[i].1 = next;
             if dropped {
@@ -389,6 +387,21 @@ impl Case<'_> {
             (rank < STARTS || predicted < 1).then(|| (h.clone(), at.clone(), best))
         });
         kept.collect()
+    }
+}
+
+/// Whether nothing fails: a linear step on all lines tells then what is worth a fit.
+fn settled(standing: &Standing) -> bool {
+    let residuals = standing.candidate.fit.residuals;
+    standing.working_error == FINAL_MODEL_ERROR && standing.failure < failing_chi2(residuals)
+}
+
+/// Model errors of first fits: from a larger one again, as the nuisance parameters were fitted without the new effect.
+fn first_stages(standing: &Standing) -> Vec<Stage> {
+    let w = standing.working_error;
+    match settled(standing) {
+        true => vec![(w, 4)],
+        false => vec![(3.0 * w, 3), (w, 2)],
     }
 }
 

@@ -1,8 +1,8 @@
 //! Sensors that read the slope of the shaft, beside sensors that sit elsewhere.
 //!
-//! A plane that sits δ off reads w(z + δ), a sensor with an arm a reads w(z) + a w′(z). To first order in δ both are the
-//! same; the bending of the shaft, ½ δ² w″, tells them apart. What such a sensor reads follows from the derivative to the
-//! offset where it is zero, exactly in the arm, as responses of sweeps are linear in the rows of the sensors.
+//! A plane that sits δ off reads w(z + δ), a sensor with an arm a reads w(z) + a w′(z). To first order in δ both are
+//! the same; the bending of the shaft, ½ δ² w″, tells them apart. What such a sensor reads follows from the derivative
+//! to the offset where it is zero, exactly in the arm, as responses of sweeps are linear in the rows of the sensors.
 
 use super::super::DiagnoseError;
 use super::linearise::Linearised;

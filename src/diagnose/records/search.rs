@@ -318,7 +318,8 @@ fn with_number<T>(trial: &Trial, suspect: &Suspect, of: impl FnOnce(&RecordNumbe
     })
 }
 
-/// Fits a suspect at decreasing model errors until it fails at one beyond the first few, or by far at the last of those.
+/// Fits a suspect at decreasing model errors until it fails at one beyond the first few, or by far at the last of
+/// those.
 fn lowered(
     trial: &Trial,
     suspect: &Suspect,
