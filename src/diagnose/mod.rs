@@ -11,8 +11,9 @@ pub mod locate;
 pub(crate) mod records;
 
 pub use data::evidence::{Evidence, Gap};
+pub use decide::course::{diagnose, diagnose_with};
 pub use decide::judgement::Verdict;
-pub use decide::verdict::{Diagnosis, NamedEffect, diagnose, diagnose_with};
+pub use decide::verdict::{Diagnosis, NamedEffect, Rival};
 pub use records::finding::{Alternatives, FoundFault};
 
 use crate::identify::IdentifyError;

@@ -1,6 +1,6 @@
 //! A diagnosis as the topic `diagnosis` of the summary.
 
-use super::diagnosis_words::{sentence, size, statement};
+use super::diagnosis_words::{fault_words, sentence, size, statement};
 use super::readable;
 use super::summary::{Named, finite};
 use crate::diagnose::decide::verdict::Rival;
@@ -112,6 +112,9 @@ pub(crate) struct EffectSummary {
 pub(crate) struct RivalSummary {
     #[serde(flatten)]
     members: Members,
+    /// What it says is wrong with the records.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    record_faults: Vec<String>,
     #[serde(default)]
     score_above_best: Option<f64>,
 }
@@ -337,6 +340,7 @@ impl From<&Rival> for RivalSummary {
                     effects: several.iter().map(EffectSummary::from).collect(),
                 },
             },
+            record_faults: rival.record_faults.iter().map(fault_words).collect(),
             score_above_best: finite(rival.score_above_best),
         }
     }

@@ -36,8 +36,9 @@ pub fn sentence(d: &Diagnosis) -> String {
                 .tie
                 .iter()
                 .map(|r| {
-                    let all: Vec<String> = r.effects.iter().map(statement).collect();
-                    all.join(", and ")
+                    let faults = r.record_faults.iter().map(fault_words);
+                    let all = faults.chain(r.effects.iter().map(statement));
+                    all.collect::<Vec<String>>().join(", and ")
                 })
                 .collect();
             let next = d.next_measurement.as_ref().map_or(String::new(), |n| {
@@ -103,8 +104,12 @@ fn tried(d: &Diagnosis) -> String {
             d.gap_nearest
         );
     }
+    let slope = match d.slope_read {
+        true => " Sensors that read the slope of the shaft on such an arm come nearer.",
+        false => "",
+    };
     format!(
-        " Of all effects and mistakes of a rig that were tried the nearest is: {}; it leaves a gap of {:.2} σ.",
+        " Of all effects and mistakes of a rig that were tried the nearest is: {}; it leaves a gap of {:.2} σ.{slope}",
         names.join(", and "),
         d.gap_nearest
     )
@@ -135,19 +140,18 @@ fn unsafe_prediction(d: &Diagnosis) -> String {
 
 /// What is wrong with the records, as sentences; empty where nothing is.
 fn faults(d: &Diagnosis) -> String {
-    let each = |f: &FoundFault| {
-        let name = f.name.as_ref().map_or(String::new(), |n| format!(" ({n})"));
-        let record = match f.record {
-            RecordId::Sweep(s) => format!("sweep {}", s + 1),
-            RecordId::Hammer(t) => format!("hammer test {}", t + 1),
-        };
-        format!(
-            "In {record} {}{name}: {}. ",
-            f.fault.words(),
-            f.fault.remedy()
-        )
-    };
+    let each = |f: &FoundFault| format!("{}: {}. ", capital(&fault_words(f)), f.fault.remedy());
     d.record_faults.iter().map(each).collect()
+}
+
+/// A fault with its record.
+pub(crate) fn fault_words(f: &FoundFault) -> String {
+    let name = f.name.as_ref().map_or(String::new(), |n| format!(" ({n})"));
+    let record = match f.record {
+        RecordId::Sweep(s) => format!("sweep {}", s + 1),
+        RecordId::Hammer(t) => format!("hammer test {}", t + 1),
+    };
+    format!("in {record} {}{name}", f.fault.words())
 }
 
 /// The smallest sizes that would have been seen, for a few effects that matter most to a design.

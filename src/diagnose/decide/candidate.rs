@@ -20,7 +20,7 @@ const FINAL_ITERATIONS: usize = 20;
 /// below 1.
 pub const FAILING_CHI2: f64 = 1.0;
 /// χ² per residual above which smaller model errors are not tried: a fit that is off by so much does not come closer.
-const HOPELESS_CHI2: f64 = 10.0;
+pub(crate) const HOPELESS_CHI2: f64 = 10.0;
 
 /// χ² per residual above which this many of them are not explained: four standard deviations of its scatter by chance
 /// above [`FAILING_CHI2`].

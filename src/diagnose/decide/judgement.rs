@@ -9,6 +9,8 @@ use super::super::fit::model::MOST_SD;
 use super::super::fit::problem::Point;
 use super::candidate::Candidate;
 use super::misfit::{FAILING_BLOCK_CHI2, Misfit};
+use super::screening::TIE_BIC;
+use crate::spindle::EffectKind;
 
 /// Model model error at which a named model must explain the data: what an independent simulation or a good test rig
 /// leaves, relative.
@@ -20,6 +22,9 @@ const PREDICTED: f64 = 1.5;
 /// Most of the held-out gap that may remain else: a name that takes away less than seven tenths is one of many that
 /// fit.
 const REMAINS: f64 = 0.3;
+
+/// Iterations of fits of a sensor offset and of an arm.
+const SLOPE_ITERATIONS: usize = 6;
 
 /// Largest held-out gap of a model that is called right: beyond three standard deviations no chance leads.
 const MOST_HELD_OUT: f64 = 3.0;
@@ -64,6 +69,8 @@ pub(super) struct Judgement {
     pub after: Overall,
     /// Nuisance parameters beyond their priors.
     pub strained: Vec<(String, f64)>,
+    /// Whether sensors that read the slope explain more than a sensor offset of the set.
+    pub slope_read: bool,
 }
 
 /// Judges a set of effects by its worst block, by the gap, and by records that its fit has not seen.
@@ -85,7 +92,7 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
     let share = PREDICTED.max(REMAINS * before.held_out);
     let predicts = predicted.held_out < share.min(MOST_HELD_OUT);
     let strained = case.model.strained(&best.fit.at.p);
-    let verdict = match (explained, predicts, best.effects.is_empty()) {
+    let mut verdict = match (explained, predicts, best.effects.is_empty()) {
         // What no prior allows is no explanation.
         _ if !strained.is_empty() => Verdict::Unexplained,
         (true, true, false) => Verdict::Named,
@@ -93,6 +100,10 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
         (true, false, true) if after.all <= 1.0 && after.held_out <= PREDICTED => Verdict::Adequate,
         _ => Verdict::Unexplained,
     };
+    let slope_read = verdict == Verdict::Named && slope_is_read(case, best)?;
+    if slope_read {
+        verdict = Verdict::Unexplained;
+    }
     Ok(Judgement {
         verdict,
         misfit,
@@ -102,6 +113,7 @@ pub(super) fn judge(case: &Case, best: &Candidate) -> Result<Judgement, Diagnose
         predicted,
         after,
         strained,
+        slope_read,
     })
 }
 
@@ -165,6 +177,25 @@ pub(super) fn needed(
 ) -> Result<bool, DiagnoseError> {
     let open = overall(case, &shorter.effects, &shorter.fit.at)?.all > 1.0;
     Ok(open || relieves(case, shorter, longer) || lowers_the_gap(case, shorter, longer)?)
+}
+
+/// Whether sensors that read the slope of the shaft explain the sweeps better than a sensor offset of the set: then the
+/// offset is not what is missing.
+fn slope_is_read(case: &Case, best: &Candidate) -> Result<bool, DiagnoseError> {
+    let usage = Subset {
+        taps: false,
+        ..Subset::ALL
+    };
+    let problem = case.problem(&best.effects, usage);
+    let mut offsets = best.effects.iter().enumerate();
+    let Some((e, _)) = offsets.find(|(_, h)| h.kind == EffectKind::SensorOffset) else {
+        return Ok(false);
+    };
+    let stage = (FINAL_MODEL_ERROR, SLOPE_ITERATIONS);
+    let offset = problem.fit(&best.fit.at, &[stage])?;
+    let elsewhere = offset.data_chi2 + case.model.layout.prior(&offset.at.p);
+    let read = problem.with_slope_read(e, &offset.at, stage)?;
+    Ok(read < elsewhere - TIE_BIC)
 }
 
 /// What a fit may not see.

@@ -1,6 +1,7 @@
 //! Which effects are missing: screening, selection, verdict, and what to measure next.
 
 pub mod candidate;
+pub mod course;
 pub mod detectability;
 pub(crate) mod judgement;
 pub mod misfit;

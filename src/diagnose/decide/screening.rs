@@ -15,7 +15,7 @@ use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::linearise::assembled_with_size;
 use super::super::fit::problem::{Point, Problem};
-use super::candidate::{Candidate, Standing, failing_chi2, fails, next_model_error};
+use super::candidate::{Candidate, MODEL_ERRORS, Standing, failing_chi2, fails, next_model_error};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
@@ -29,6 +29,8 @@ pub(crate) const TIE_BIC: f64 = 7.0;
 const SHORT_LISTS: [usize; 3] = [24, 8, 5];
 /// The same for a second effect.
 const PAIR_LISTS: [usize; 3] = [16, 6, 4];
+/// Starts, beside those of effects that have one place, that may say the same as a mistake of the rig.
+const MIMICS: usize = 8;
 /// Hypotheses beyond this multiple of the best χ² after a first fit are dropped, except resonances, whose χ² falls
 /// late.
 const DROPPED_CHI2_RATIO: f64 = 3.0;
@@ -86,10 +88,7 @@ impl Case<'_> {
             PAIR_LISTS
         };
         let with = |h: &Hypothesis| beside_present(present, h);
-        // Where nothing fails, a linear step on all lines tells what is worth a fit.
-        let fit = &standing.candidate.fit;
-        let settled = w == FINAL_MODEL_ERROR && standing.failure < failing_chi2(fit.residuals);
-        let free = self.free(present, settled);
+        let free = self.free(present, settled(standing));
         (self.progress)(&format!(
             "{} hypotheses, beside {} accepted",
             free.len(),
@@ -99,7 +98,8 @@ impl Case<'_> {
             self.problem(&with(h), usage).fit(from, stages)
         };
         let lower = next_model_error(w);
-        let begun = self.first_fits(standing, free, settled, lists[0])?;
+        let mut begun = self.first_fits(standing, free, lists[0])?;
+        self.move_tilting(&mut begun, &with, first_stages(standing))?;
         let mut others = vec![];
         let begun = ahead(
             begun,
@@ -159,6 +159,27 @@ impl Case<'_> {
         Ok(Round { finalists, others })
     }
 
+    /// Least score of one effect that explains thinned lines, if any does: what does not has no part in a tie.
+    ///
+    /// # Errors
+    /// As [`Self::fit_down`].
+    pub(super) fn one_effect_thinly(&self, null: &Standing) -> Result<Option<f64>, DiagnoseError> {
+        let w = null.working_error;
+        let mut begun = self.first_fits(null, self.free(&[], settled(null)), MIMICS)?;
+        begun.sort_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
+        begun.truncate(MIMICS / 2);
+        let down: Vec<Stage> = (MODEL_ERRORS.into_iter().filter(|e| *e <= w))
+            .map(|e| (e, 4))
+            .collect();
+        let ends = begun.par_iter().filter_map(|(h, f)| {
+            let one = std::slice::from_ref(h);
+            self.problem(one, self.thin()).fit(&f.at, &down).ok()
+        });
+        let explains = |end: &Fit| !fails(end) && self.model.strained(&end.at.p).is_empty();
+        let scores = ends.filter(explains).map(|end| score(&end));
+        Ok(scores.collect::<Vec<f64>>().into_iter().reduce(f64::min))
+    }
+
     /// The lines that rank hypotheses.
     pub(super) fn thin(&self) -> Subset {
         Subset {
@@ -198,10 +219,10 @@ impl Case<'_> {
         &self,
         standing: &Standing,
         free: Vec<Hypothesis>,
-        settled: bool,
         most: usize,
     ) -> Result<Vec<(Hypothesis, Fit)>, DiagnoseError> {
         let (present, w) = (&standing.candidate.effects, standing.working_error);
+        let settled = settled(standing);
         let with = |h: &Hypothesis| beside_present(present, h);
         let screen = if settled { Subset::ALL } else { self.thin() };
         // Where the nuisance parameters fit the data, the step starts from their fit.
@@ -232,29 +253,59 @@ impl Case<'_> {
         screened.par_extend(each);
         screened.retain(|s| !settled || s.2 < enough);
         let kept = shortlist(self.best_starts(screened, &with, origin, w), most);
-        // From a larger model error again: the nuisance parameters were fitted without the new effect.
-        let stages: &[Stage] = if settled {
-            &[(w, 4)]
-        } else {
-            &[(3.0 * w, 3), (w, 2)]
-        };
+        let stages = first_stages(standing);
         let fits = kept.par_iter().filter_map(|(h, at, _)| {
             let with = with(h);
             let problem = self.problem(&with, self.thin());
             let (start, _) = problem.downhill(&beside(origin, h), at, w).ok()?;
-            let found = problem.fit(&start, stages).ok()?;
+            let found = problem.fit(&start, &stages).ok()?;
             Some((h.clone(), found))
         });
-        let mut fits: Vec<(Hypothesis, Fit)> = fits.collect();
-        // Each start is tried: the place at which a fit ends depends on it.
-        let tilting =
-            |f: &&mut (Hypothesis, Fit)| f.0.kind == EffectKind::TiltingStiffness && fails(&f.1);
-        for (h, found) in fits.iter_mut().filter(tilting) {
+        Ok(fits.collect())
+    }
+
+    /// Begins tilting stiffnesses that fail from other places, unless another effect explains thinned lines down to
+    /// the final model error. Each start is tried, as the place at which a fit ends depends on it, the best one first:
+    /// where that stays among what is dropped, the others do too.
+    fn move_tilting(
+        &self,
+        fits: &mut [(Hypothesis, Fit)],
+        with: &(impl Fn(&Hypothesis) -> Vec<Hypothesis> + Sync),
+        stages: Vec<Stage>,
+    ) -> Result<(), DiagnoseError> {
+        let order = |i: &usize, j: &usize| fits[*i].1.chi2.total_cmp(&fits[*j].1.chi2);
+        let failing = |i: &usize| {
+            let (h, fit) = &fits[*i];
+            h.kind == EffectKind::TiltingStiffness && fails(fit)
+        };
+        let mut moved: Vec<usize> = (0..fits.len()).filter(failing).collect();
+        moved.sort_by(order);
+        let Some((best, (w, _))) = (0..fits.len()).min_by(order).zip(stages.last()) else {
+            return Ok(());
+        };
+        let (h, fit) = &fits[best];
+        if !moved.is_empty() && !fails(fit) {
+            let with = with(h);
+            let down = MODEL_ERRORS.into_iter().filter(|e| e < w);
+            let down: Vec<Stage> = down.map(|e| (e, 4)).collect();
+            let end = self.problem(&with, self.thin()).fit(&fit.at, &down)?;
+            if !fails(&end) && self.model.strained(&end.at.p).is_empty() {
+                return Ok(());
+            }
+        }
+        let limit = DROPPED_CHI2_RATIO * fit.chi2 + 100.0;
+        for i in moved {
+            let (h, found) = &fits[i];
             let with = with(h);
             let problem = self.problem(&with, self.thin());
-            *found = self.relocated(&problem, h, found.clone(), stages);
+            let next = self.relocated(&problem, h, found.clone(), &stages);
+            let dropped = next.chi2 > limit;
+            fits[i].1 = next;
+            if dropped {
+                break;
+            }
         }
-        Ok(fits)
+        Ok(())
     }
 
     /// A fit, or a better one from another place with the numbers that it found: where the row of an effect goes up and
@@ -336,6 +387,21 @@ impl Case<'_> {
             (rank < STARTS || predicted < 1).then(|| (h.clone(), at.clone(), best))
         });
         kept.collect()
+    }
+}
+
+/// Whether nothing fails: a linear step on all lines tells then what is worth a fit.
+fn settled(standing: &Standing) -> bool {
+    let residuals = standing.candidate.fit.residuals;
+    standing.working_error == FINAL_MODEL_ERROR && standing.failure < failing_chi2(residuals)
+}
+
+/// Model errors of first fits: from a larger one again, as the nuisance parameters were fitted without the new effect.
+fn first_stages(standing: &Standing) -> Vec<Stage> {
+    let w = standing.working_error;
+    match settled(standing) {
+        true => vec![(w, 4)],
+        false => vec![(3.0 * w, 3), (w, 2)],
     }
 }
 

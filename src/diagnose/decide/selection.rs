@@ -66,6 +66,9 @@ pub(super) fn choose(
     if !needed(case, &null.candidate, &first.candidate)? {
         return Ok(chosen(null.clone(), vec![]));
     }
+    if most <= 1 {
+        return Ok(chosen(first, finalists));
+    }
     let done = complete(case, &first)?;
     if let (Some(place), false) = (sole, done) {
         let alone = (first.clone(), finalists.clone());

@@ -6,16 +6,13 @@
 //! bearings) are predicted from a fit that has not seen them.
 
 use super::super::DiagnoseError;
-use super::super::data::evidence::{Evidence, Subset};
-use super::super::data::measurement::Measurement;
+use super::super::data::evidence::Evidence;
 use super::super::fit::hypothesis::{self, Hypothesis, POSITION_UNIT_M, Scope, catalogue};
 use super::super::fit::model::Model;
 use super::super::fit::problem::Point;
 use super::super::locate::correction::{Correction, correct};
 use super::super::locate::localisation::{Localisation, localise};
-use super::super::records::finding::{Alternatives, FoundFault};
-use super::super::records::gross::without_gross_faults;
-use super::super::records::search::explained;
+use super::super::records::finding::FoundFault;
 use super::super::records::trial::Trial;
 use super::candidate::{Candidate, Standing};
 use super::detectability::{Detectable, detectable};
@@ -23,10 +20,9 @@ use super::judgement::{Judgement, Verdict, judge, lowers_the_gap, overall, relie
 use super::misfit::Misfit;
 use super::next_measurement::{Proposal, proposals};
 use super::residuals::{Channel, Fitted, channels, gaps};
-use super::selection::{MOST_EFFECTS, choose};
+use super::selection::choose;
 use super::tie::indistinguishable;
 use crate::diagnose::fit::case::Case;
-use crate::identify::plausibility::RecordFault;
 use crate::identify::{HammerFrf, SweepRecord};
 use crate::spindle::{Effect, EffectKind, Location, Machine};
 
@@ -48,6 +44,8 @@ pub struct NamedEffect {
 pub struct Rival {
     /// Its effects.
     pub effects: Vec<NamedEffect>,
+    /// What it says is wrong with the records.
+    pub record_faults: Vec<FoundFault>,
     /// Score above the best.
     pub score_above_best: f64,
 }
@@ -63,6 +61,9 @@ pub struct Diagnosis {
     pub nearest: Vec<Effect>,
     /// The gap that the best explanation leaves over all records.
     pub gap_nearest: f64,
+    /// Whether the nearest explanation is a sensor offset, and sensors that read the slope of the shaft on such an arm
+    /// are nearer.
+    pub slope_read: bool,
     /// Nuisance parameters that the best explanation drives beyond what their priors allow, with how many standard
     /// deviations, the furthest first: what is missing shows in them.
     pub strained: Vec<(String, f64)>,
@@ -106,7 +107,7 @@ pub struct Diagnosis {
     pub detectable: Vec<Detectable>,
     /// Score of the best explanation; infinite where it does not explain the records.
     pub score: f64,
-    /// What is wrong with the records.
+    /// What is wrong with the records; of a tie, under the best explanation.
     pub record_faults: Vec<FoundFault>,
     /// The sweeps without these faults.
     pub sweeps: Vec<SweepRecord>,
@@ -122,97 +123,8 @@ impl Diagnosis {
     }
 }
 
-/// Diagnoses a machine; `progress` is told what is being done.
-///
-/// # Errors
-/// [`DiagnoseError`] for records or machines that cannot be used.
-pub fn diagnose(
-    machine: &Machine,
-    measurement: &Measurement,
-    progress: &(dyn Fn(&str) + Sync),
-) -> Result<Diagnosis, DiagnoseError> {
-    diagnose_with(machine, measurement, &Alternatives::default(), progress)
-}
-
-/// Diagnoses a machine that may have held another tool, or run under another controller, than the records name.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_with(
-    machine: &Machine,
-    measurement: &Measurement,
-    alternatives: &Alternatives,
-    progress: &(dyn Fn(&str) + Sync),
-) -> Result<Diagnosis, DiagnoseError> {
-    let (gross, measurement) = without_gross_faults(machine, measurement)?;
-    let trial = Trial::new(machine, measurement)?;
-    progress("the machine as it is");
-    let (null, explained_by_nothing) = trial.stands(Subset::ALL)?;
-    progress("mistakes of the rig");
-    let mut faulty = explained(&trial, &null, explained_by_nothing, alternatives)?;
-    if let Some(found) = faulty.take_if(|f| f.complete) {
-        let faults = gross.iter().cloned().chain(found.faults).collect();
-        let without = conclude(&found.trial, &found.null, (faults, MOST_EFFECTS), progress)?;
-        if without.verdict != Verdict::Unexplained {
-            return Ok(without);
-        }
-    }
-    let wide = match explained_by_nothing {
-        true => None,
-        false => trial.widened(&null)?,
-    };
-    // A machine that is off everywhere has one explanation; three effects and more would not be a simpler one.
-    let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
-    let plain = conclude(&trial, &null, (gross.clone(), most), progress)?;
-    // One effect is simpler than a machine that is off everywhere.
-    let many = plain.verdict == Verdict::Unexplained || plain.effects.len() > 1;
-    if let Some(wide) = wide.filter(|w| many && w.score < plain.score) {
-        progress("a machine that is further off than usual");
-        return conclude(&wide.trial, &wide.null, (gross, MOST_EFFECTS), progress);
-    }
-    // A free law at one place of the electronics explains what the catalogue does not: what is there is outside of it.
-    let sole = plain.localisation.sole();
-    let outside = sole.is_some_and(|place| !place.mechanical());
-    if plain.verdict != Verdict::Unexplained || outside {
-        return Ok(plain);
-    }
-    // From far away either comparison may miss what the other one finds.
-    let mut open = trial.observing(trial.evidence.clone());
-    open.model.levitation = None;
-    let (start, _) = open.stands(Subset::ALL)?;
-    let found = conclude(&open, &start, (gross.clone(), most), progress)?;
-    if found.verdict != Verdict::Unexplained {
-        return Ok(found);
-    }
-    if let Some(found) = faulty {
-        let faults = gross.iter().cloned().chain(found.faults).collect();
-        let both = conclude(&found.trial, &found.null, (faults, MOST_EFFECTS), progress)?;
-        if both.verdict != Verdict::Unexplained {
-            return Ok(both);
-        }
-    }
-    for record in trial.measurement.records() {
-        let rest = trial.measurement.without(record);
-        if rest.sweeps.is_empty() {
-            continue;
-        }
-        let rest = Trial::new(machine, rest)?;
-        let (null, complete) = rest.stands(Subset::ALL)?;
-        if complete {
-            let alone = FoundFault {
-                record,
-                fault: RecordFault::Disagrees,
-                name: None,
-            };
-            let faults = gross.into_iter().chain([alone]).collect();
-            return conclude(&rest, &null, (faults, MOST_EFFECTS), progress);
-        }
-    }
-    Ok(plain)
-}
-
 /// The diagnosis of records without `faults`, with at most so many effects.
-fn conclude(
+pub(super) fn conclude(
     trial: &Trial,
     null: &Standing,
     (faults, most): (Vec<FoundFault>, usize),
@@ -246,6 +158,7 @@ fn conclude(
         predicted,
         after,
         strained,
+        slope_read,
     } = judge(&case, &best)?;
     if verdict == Verdict::Adequate && !faults.is_empty() {
         verdict = Verdict::Named;
@@ -256,7 +169,7 @@ fn conclude(
     };
     let tie = match members.len() {
         0 | 1 => vec![],
-        _ => rivals(&members, &best)?,
+        _ => rivals(&members, &best, &faults)?,
     };
     if !tie.is_empty() {
         verdict = Verdict::Tie;
@@ -303,6 +216,7 @@ fn conclude(
         channels: shown_channels,
         correction,
         gap_nearest: after.all,
+        slope_read,
         strained,
         score: match verdict {
             Verdict::Unexplained => f64::INFINITY,
@@ -324,10 +238,15 @@ fn axis_gains(trial: &Trial, point: &Point) -> Vec<[f64; 4]> {
 }
 
 /// Explanations that the data do not tell apart, beside the best.
-fn rivals(members: &[&Candidate], best: &Candidate) -> Result<Vec<Rival>, DiagnoseError> {
+fn rivals(
+    members: &[&Candidate],
+    best: &Candidate,
+    faults: &[FoundFault],
+) -> Result<Vec<Rival>, DiagnoseError> {
     let one = |member: &&Candidate| {
         Ok(Rival {
             effects: named(member)?,
+            record_faults: faults.to_vec(),
             score_above_best: member.score() - best.score(),
         })
     };
@@ -378,7 +297,7 @@ fn corrected_machine(trial: &Trial, shown: &Shown) -> Machine {
 }
 
 /// Hypotheses that the records of a measurement can show.
-fn hypotheses(
+pub(super) fn hypotheses(
     machine: &Machine,
     model: &Model,
     evidence: &Evidence,

@@ -216,7 +216,7 @@ impl Problem<'_> {
     }
 
     /// The normal equations with priors at a point.
-    fn equations(&self, at: &Point, here: &Linearised, cost: f64) -> Equations {
+    pub(super) fn equations(&self, at: &Point, here: &Linearised, cost: f64) -> Equations {
         let (r, j) = (&here.residual, &here.jacobian);
         let data_chi2: f64 = r.iter().map(|r| r * r).sum();
         let mut normal = j.normal();
@@ -309,13 +309,13 @@ impl Problem<'_> {
 }
 
 /// The normal equations at a point.
-struct Equations {
+pub(super) struct Equations {
     /// The point with its χ².
     fit: Fit,
     /// JᵀJ with priors, n×n.
-    normal: Mat<f64>,
+    pub(super) normal: Mat<f64>,
     /// Jᵀr with priors, n×1.
-    slope: Mat<f64>,
+    pub(super) slope: Mat<f64>,
 }
 
 /// A decrease of χ² that means nothing.

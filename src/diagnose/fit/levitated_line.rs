@@ -7,7 +7,7 @@ use crate::linalg::Mat;
 use crate::spindle::response::SIDE;
 
 /// Model errors from which on responses are compared in a closed loop.
-const LEVITATED_FROM: f64 = 0.03;
+pub(crate) const LEVITATED_FROM: f64 = 0.03;
 
 impl Problem<'_> {
     /// The loop in which responses are compared, if any. That mixes channels, of which some may be held out.

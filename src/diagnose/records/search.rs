@@ -8,7 +8,7 @@
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
 use super::super::data::measurement::RecordId;
-use super::super::decide::candidate::{FAILING_CHI2, MODEL_ERRORS, Standing};
+use super::super::decide::candidate::{FAILING_CHI2, HOPELESS_CHI2, MODEL_ERRORS, Standing};
 use super::super::decide::judgement::{Overall, further, overall};
 use super::super::decide::screening::FIRST_EFFECT_BIC_GAIN;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
@@ -16,12 +16,13 @@ use super::super::fit::record_number::{Numbered, RecordNumber};
 use super::clipped::{beyond, clippings};
 use super::finding::{Alternatives, FoundFault};
 use super::folded::folded;
-use super::suspect::{Suspect, suspects};
+use super::suspect::{Family, Suspect, suspects};
 use super::trial::Trial;
 use crate::identify::plausibility::RecordFault;
 use crate::identify::plausibility::correction::largest;
 use crate::lti::HeldResponse;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 
 /// Most faults that are named together.
 const MOST: usize = 4;
@@ -48,7 +49,8 @@ pub(crate) struct Explained<'a> {
     pub complete: bool,
 }
 
-/// The faults that bring the records nearest to the machine, one after the other; none where no fault does.
+/// The faults that bring the records nearest to the machine, one after the other; none where no fault does. Faults that
+/// do not explain all are those of thinned lines.
 ///
 /// # Errors
 /// [`DiagnoseError`] for records or machines that cannot be used.
@@ -80,10 +82,13 @@ pub(crate) fn explained<'a>(
         }
     }
     if here.faults.is_empty() {
-        return Ok(None);
+        return reconciled(trial);
     }
-    let found = on_all_lines(trial, &here, alternatives)?;
-    Ok((found.complete || found.null.nearer_than(null)).then_some(found))
+    // What thinned lines refute is worth all of them only where nothing else explains the records.
+    Ok(Some(match here.complete {
+        true => on_all_lines(trial, &here, alternatives)?,
+        false => here,
+    }))
 }
 
 /// Gap of a machine without effects.
@@ -136,7 +141,10 @@ fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>
 }
 
 /// The same faults with all lines, their numbers fitted again.
-fn on_all_lines<'a>(
+///
+/// # Errors
+/// As [`explained`].
+pub(crate) fn on_all_lines<'a>(
     trial: &Trial<'a>,
     thin: &Explained<'a>,
     alternatives: &Alternatives<'a>,
@@ -310,7 +318,8 @@ fn with_number<T>(trial: &Trial, suspect: &Suspect, of: impl FnOnce(&RecordNumbe
     })
 }
 
-/// Fits a suspect at decreasing model errors until it fails at one beyond the first few.
+/// Fits a suspect at decreasing model errors until it fails at one beyond the first few, or by far at the last of
+/// those.
 fn lowered(
     trial: &Trial,
     suspect: &Suspect,
@@ -326,12 +335,63 @@ fn lowered(
                 ITERATIONS
             };
             fit = numbered.fit(&fit, *error, iterations)?;
-            if fit.failure > FAILING_CHI2 && *error < MODEL_ERRORS[FIRST - 1] {
+            let limit = match error.total_cmp(&MODEL_ERRORS[FIRST - 1]) {
+                Ordering::Less => FAILING_CHI2,
+                Ordering::Equal => HOPELESS_CHI2,
+                Ordering::Greater => f64::INFINITY,
+            };
+            if fit.failure > limit {
                 break;
             }
         }
         Ok(fit)
     })
+}
+
+/// A record that disagrees with all others, which the machine explains: with one number of its own, fitted from where
+/// the others stand. Of two records either clock may be the wrong one.
+fn reconciled<'a>(trial: &Trial<'a>) -> Result<Option<Explained<'a>>, DiagnoseError> {
+    let all: Vec<RecordId> = trial.measurement.records().collect();
+    let mut best: Option<Explained<'a>> = None;
+    for record in all.iter().copied() {
+        let (_, rest) = trial.evidence.apart(record);
+        if rest.sweeps.iter().all(|s| s.omega_rad_s.is_empty()) {
+            continue;
+        }
+        let (others, complete) = trial.observing(rest).stands(Subset::ALL)?;
+        if !complete {
+            continue;
+        }
+        let own = suspects(&trial.machine, &trial.evidence, &trial.measurement).into_iter();
+        for s in own.filter(|s| s.record == record) {
+            let from = Numbered {
+                number: s.start,
+                at: others.candidate.fit.at.clone(),
+                chi2: f64::INFINITY,
+                failure: f64::INFINITY,
+                model_error: MODEL_ERRORS[0],
+            };
+            let number = lowered(trial, &s, &from, &MODEL_ERRORS)?.number;
+            if !s.matters(number, &trial.measurement) {
+                continue;
+            }
+            let mut tried = vec![(record, s.fault(number))];
+            if s.family == Family::Clock && all.len() == 2 {
+                let other = all.iter().filter(|r| **r != record);
+                tried.extend(other.map(|r| (*r, s.fault(-number))));
+            }
+            for (record, fault) in tried {
+                let measurement = trial.measurement.clone().corrected(record, fault);
+                let found = explanation(trial.with(measurement)?, vec![(record, fault, None)])?;
+                let score = |e: &Explained| e.null.candidate.score();
+                let lowest = best.as_ref().map(score);
+                if found.complete && lowest.is_none_or(|lowest| score(&found) < lowest) {
+                    best = Some(found);
+                }
+            }
+        }
+    }
+    Ok(best)
 }
 
 /// Other tools and other controllers.

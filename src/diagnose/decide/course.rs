@@ -1,0 +1,203 @@
+//! The course of a diagnosis: mistakes of the rig first, then effects, then what remains when neither explains the
+//! records.
+//!
+//! A mistake that explains the records is compared with single effects, as far as one of them comes near: another tool
+//! looks like a mass at the tip. Where the data do not tell them apart, both stand in a tie.
+
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::data::measurement::Measurement;
+use super::super::fit::estimate::FINAL_MODEL_ERROR;
+use super::super::fit::levitated_line::LEVITATED_FROM;
+use super::super::records::finding::{Alternatives, FoundFault};
+use super::super::records::gross::without_gross_faults;
+use super::super::records::search::{Explained, explained, on_all_lines};
+use super::super::records::trial::Trial;
+use super::candidate::Standing;
+use super::judgement::Verdict;
+use super::screening::TIE_BIC;
+use super::selection::MOST_EFFECTS;
+use super::verdict::{Diagnosis, Rival, conclude, hypotheses};
+use crate::identify::plausibility::RecordFault;
+use crate::spindle::Machine;
+
+/// Diagnoses a machine; `progress` is told what is being done.
+///
+/// # Errors
+/// [`DiagnoseError`] for records or machines that cannot be used.
+pub fn diagnose(
+    machine: &Machine,
+    measurement: &Measurement,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    diagnose_with(machine, measurement, &Alternatives::default(), progress)
+}
+
+/// Diagnoses a machine that may have held another tool, or run under another controller, than the records name.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_with(
+    machine: &Machine,
+    measurement: &Measurement,
+    alternatives: &Alternatives,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    let (gross, measurement) = without_gross_faults(machine, measurement)?;
+    let trial = Trial::new(machine, measurement)?;
+    progress("the machine as it is");
+    let (null, explained_by_nothing) = trial.stands(Subset::ALL)?;
+    progress("mistakes of the rig");
+    let mut faulty = explained(&trial, &null, explained_by_nothing, alternatives)?;
+    if let Some(found) = faulty.take_if(|f| f.complete) {
+        let faults = gross.iter().cloned().chain(found.faults.clone()).collect();
+        let without = conclude(&found.trial, &found.null, (faults, MOST_EFFECTS), progress)?;
+        if without.verdict != Verdict::Unexplained {
+            return or_one_effect((&trial, &null), &found, (gross, without), progress);
+        }
+    }
+    let wide = match explained_by_nothing {
+        true => None,
+        false => trial.widened(&null)?,
+    };
+    // A machine that is off everywhere has one explanation; three effects and more would not be a simpler one.
+    let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
+    let plain = conclude(&trial, &null, (gross.clone(), most), progress)?;
+    // One effect is simpler than a machine that is off everywhere.
+    let many = plain.verdict == Verdict::Unexplained || plain.effects.len() > 1;
+    if let Some(wide) = wide.filter(|w| many && w.score < plain.score) {
+        progress("a machine that is further off than usual");
+        return conclude(&wide.trial, &wide.null, (gross, MOST_EFFECTS), progress);
+    }
+    // A free law at one place of the electronics explains what the catalogue does not: what is there is outside of it.
+    let sole = plain.localisation.sole();
+    let outside = sole.is_some_and(|place| !place.mechanical());
+    if plain.verdict != Verdict::Unexplained || outside {
+        return Ok(plain);
+    }
+    // From far away either comparison may miss what the other one finds; from nearby both are the same.
+    if null.working_error >= LEVITATED_FROM && !plain.slope_read {
+        let mut open = trial.observing(trial.evidence.clone());
+        open.model.levitation = None;
+        let (start, _) = open.stands(Subset::ALL)?;
+        let found = conclude(&open, &start, (gross.clone(), most), progress)?;
+        if found.verdict != Verdict::Unexplained {
+            return Ok(found);
+        }
+    }
+    if let Some(found) = faulty {
+        let found = on_all_lines(&trial, &found, alternatives)?;
+        if found.complete || found.null.nearer_than(&null) {
+            let faults = gross.iter().cloned().chain(found.faults).collect();
+            let both = conclude(&found.trial, &found.null, (faults, MOST_EFFECTS), progress)?;
+            if both.verdict != Verdict::Unexplained {
+                return Ok(both);
+            }
+        }
+    }
+    for record in trial.measurement.records() {
+        let rest = trial.measurement.without(record);
+        if rest.sweeps.is_empty() {
+            continue;
+        }
+        let rest = Trial::new(machine, rest)?;
+        let (null, complete) = rest.stands(Subset::ALL)?;
+        if complete {
+            let alone = FoundFault {
+                record,
+                fault: RecordFault::Disagrees,
+                name: None,
+            };
+            let faults = gross.into_iter().chain([alone]).collect();
+            return conclude(&rest, &null, (faults, MOST_EFFECTS), progress);
+        }
+    }
+    Ok(plain)
+}
+
+/// A diagnosis that names mistakes of the rig, or what one effect says in their place: the effect where it explains the
+/// records better, both where the data do not tell.
+fn or_one_effect(
+    (trial, null): (&Trial, &Standing),
+    found: &Explained,
+    (gross, without): (Vec<FoundFault>, Diagnosis),
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    let residuals = |s: &Standing| s.candidate.fit.residuals;
+    // A wrong speed says the same as a gyroscopic factor, which every rotor has at 1. Explanations of other data do not
+    // compare.
+    let speed = |f: &FoundFault| matches!(f.fault, RecordFault::SpeedLabel { .. });
+    if found.faults.iter().any(speed) || residuals(null) != residuals(&found.null) {
+        return Ok(without);
+    }
+    let Trial {
+        machine,
+        model,
+        evidence,
+        ..
+    } = trial;
+    progress("one effect in place of the mistake");
+    let catalogue = hypotheses(machine, model, evidence)?;
+    // A mistake is one number, or one choice, like an effect of one number.
+    let mut names: Vec<&str> = found.faults.iter().map(|f| f.fault.name()).collect();
+    names.dedup();
+    let price = |residuals: usize| names.len() as f64 * (residuals.max(2) as f64).ln();
+    let case = trial.case(&catalogue, progress);
+    let Some(thinly) = case.one_effect_thinly(null)? else {
+        return Ok(without);
+    };
+    let corrected = found.trial.case(&[], progress);
+    let thin = corrected.problem(&[], corrected.thin());
+    let thin = thin.fit(&found.null.candidate.fit.at, &[(FINAL_MODEL_ERROR, 4)])?;
+    // All lines say more than some of them.
+    if thinly > thin.chi2 + price(thin.residuals) + TIE_BIC {
+        return Ok(without);
+    }
+    let one = conclude(trial, null, (gross, 1), progress)?;
+    if one.effects.is_empty() {
+        return Ok(without);
+    }
+    let above = one.score - without.score - price(residuals(null));
+    Ok(if above.abs() < TIE_BIC {
+        either(without, one, above)
+    } else if above < 0.0 {
+        one
+    } else {
+        without
+    })
+}
+
+/// A tie of mistakes and effects; `above` is the score of the effects above that of the mistakes.
+fn either(mistakes: Diagnosis, effects: Diagnosis, above: f64) -> Diagnosis {
+    let remedies = mistakes.record_faults.iter().map(|f| f.fault.remedy());
+    let mut remedies: Vec<String> = remedies.collect();
+    remedies.dedup();
+    let members = |d: &Diagnosis, above: f64| -> Vec<Rival> {
+        let alone = Rival {
+            effects: d.effects.clone(),
+            record_faults: d.record_faults.clone(),
+            score_above_best: 0.0,
+        };
+        let mut all = d.tie.clone();
+        if all.is_empty() {
+            all.push(alone);
+        }
+        all.iter_mut().for_each(|r| r.score_above_best += above);
+        all
+    };
+    let (best, other) = match above < 0.0 {
+        true => (effects, mistakes),
+        false => (mistakes, effects),
+    };
+    let mut tie = members(&best, 0.0);
+    tie.extend(members(&other, above.abs()));
+    Diagnosis {
+        verdict: Verdict::Tie,
+        tie,
+        next_measurement: Some(format!(
+            "the same record once more, after a look at the rig ({})",
+            remedies.join("; ")
+        )),
+        ..best
+    }
+}
