@@ -15,6 +15,10 @@ impl<T: TimeBase> Response for StateSpace<T> {
     }
 }
 
+/// Lines round poles that are closer than this share of their frequency are one: far above the rounding of an eigenvalue,
+/// far below the width of a peak.
+const SAME_LINE: f64 = 1e-7;
+
 /// Sorted, positive, finite angular frequencies without duplicates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrequencyGrid {
@@ -78,6 +82,9 @@ impl FrequencyGrid {
                 );
             }
         }
+        // Two planes have each pole twice: beside its double a line would look like a peak.
+        all.sort_by(f64::total_cmp);
+        all.dedup_by(|b, a| *b < *a * (1.0 + SAME_LINE));
         Self::from_rad_s(all)
     }
 

@@ -103,11 +103,11 @@ pub struct PolishEffort {
 }
 
 impl Default for PolishEffort {
-    /// Sixty steps, and more as long as a round gains: on the reference spindle further ones add half a percent.
+    /// Eighty steps, and more as long as a round gains a percent.
     fn default() -> Self {
         Self {
             rounds: 2,
-            steps: 30,
+            steps: 40,
             cuts: 4,
             cut_steps: 15,
         }

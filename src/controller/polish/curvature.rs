@@ -81,3 +81,64 @@ fn times(b: &Mat<f64>, step: &[f64]) -> Vec<f64> {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A positive definite matrix of order four.
+    fn hessian() -> Mat<f64> {
+        let root = Mat::from_fn(4, 4, |i, j| 1.0 / (1.0 + i as f64 + 2.0 * j as f64));
+        let product = &root * root.transpose();
+        Mat::from_fn(4, 4, |i, j| {
+            product[(i, j)] + if i == j { 0.3 } else { 0.0 }
+        })
+    }
+
+    fn unit() -> Mat<f64> {
+        Mat::identity(4, 4)
+    }
+
+    #[test]
+    fn conjugate_steps_on_a_quadratic_teach_its_hessian() {
+        let h = hessian();
+        let mut learnt = Curvature::default();
+        let mut steps: Vec<Vec<f64>> = vec![];
+        for k in 0..4 {
+            // The unit vectors made conjugate to the steps before (Gram and Schmidt in the metric H).
+            let mut step: Vec<f64> = (0..4).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+            for before in &steps {
+                let image = times(&h, before);
+                let share = dot(&step, &image) / dot(before, &image);
+                for (s, b) in step.iter_mut().zip(before) {
+                    *s -= share * b;
+                }
+            }
+            learnt.learn(&step, &times(&h, &step), unit);
+            steps.push(step);
+        }
+        let found = learnt.seen_in(&unit(), 0.0);
+        assert!((found - &h).norm_max() < 1e-12);
+        let half = 0.5 * dot(&steps[2], &times(&h, &steps[2]));
+        assert!((learnt.half_along(&steps[2]) - half).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_curves_down_leaves_the_matrix_positive() {
+        let mut learnt = Curvature::default();
+        // Nothing is known before a step with curvature.
+        learnt.learn(&[1.0, 0.0, 0.0, 0.0], &[-1.0, 0.0, 0.0, 0.0], unit);
+        assert_eq!(learnt.half_along(&[1.0, 2.0, 3.0, 4.0]), 0.0);
+        learnt.learn(&[1.0, 0.0, 0.0, 0.0], &[2.0, 0.1, 0.0, 0.0], unit);
+        assert!((learnt.half_along(&[1.0, 0.0, 0.0, 0.0]) - 1.0).abs() < 1e-12);
+        for k in 0..20 {
+            let step = [(k as f64).sin(), 1.0, -0.3, (k as f64).cos()];
+            learnt.learn(&step, &step.map(|s| -5.0 * s), unit);
+            // A fifth of what it was is left along the step.
+            assert!(learnt.half_along(&step) > 0.0);
+        }
+        let values = crate::linalg::symmetric_eigen(&learnt.seen_in(&unit(), 0.0));
+        let least = values.map_or(f64::NAN, |(values, _)| values[0]);
+        assert!(least > 0.0, "{least}");
+    }
+}

@@ -44,8 +44,6 @@ const OWN_STEP: f64 = 1.0;
 const METRIC: (usize, f64) = (3, 0.2);
 /// Proximal weight at which a descent gives up: the step is below rounding.
 const HEAVIEST: f64 = 1e9;
-/// Share of its promise that a step may be short of the best one.
-const GAP: f64 = 0.02;
 
 /// What a descent keeps from one round to the next.
 #[derive(Clone, Debug)]
@@ -196,7 +194,6 @@ fn step_for(
         limits: LIMITS,
         penalty: PENALTY,
         proximal: 1.0,
-        gap: GAP,
     };
     let found = minimax_step(&linear, &likely, &rule).ok()?;
     let p = factor.solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));

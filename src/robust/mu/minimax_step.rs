@@ -28,8 +28,6 @@ pub struct StepRule {
     pub penalty: f64,
     /// λ.
     pub proximal: f64,
-    /// Share of what the step promises that it may be short of the best one.
-    pub gap: f64,
 }
 
 /// A step with what the linear model promises.
@@ -54,8 +52,7 @@ const BINDS: f64 = 1e-6;
 /// The step for `values`; those of the numbers `likely` are expected to bind.
 ///
 /// Few of the values bind at a step. The programme is solved with the largest ones and the likely ones; those that its
-/// step would lift above their level join until there are none, which is the solution with all of them, or until the
-/// step is within the gap of it: the optimum with some of the values is below that with all.
+/// step would lift above their level join until there are none, which is the solution with all of them.
 ///
 /// # Errors
 /// [`ProgrammeError`] when the interior-point iteration breaks down.
@@ -73,7 +70,6 @@ pub fn minimax_step(
         };
         level + rule.penalty * levels[1..].iter().sum::<f64>()
     };
-    let start = merit(&levels_at_start);
     let below = |k: &usize| levels_at_start[group(&values[*k])] - values[*k].value;
     let (mut taken, mut left): (Vec<usize>, Vec<usize>) =
         (0..values.len()).partition(|k| likely.contains(k));
@@ -90,12 +86,10 @@ pub fn minimax_step(
             .map(|k| (after(&values[*k]) - reached[group(&values[*k])], *k))
             .filter(|(above, _)| *above > VIOLATION)
             .collect();
-        let predicted = merit(&levels(values, rule.limits, after));
-        let short = predicted - merit(&reached);
-        if violated.is_empty() || short <= rule.gap * (start - predicted) {
+        if violated.is_empty() {
             let binding = taken.into_iter().zip(weights);
             return Ok(MinimaxStep {
-                predicted,
+                predicted: merit(&levels(values, rule.limits, after)),
                 step,
                 binding: binding.filter(|(_, weight)| *weight > BINDS).collect(),
             });
