@@ -15,8 +15,8 @@ impl<T: TimeBase> Response for StateSpace<T> {
     }
 }
 
-/// Lines round poles that are closer than this share of their frequency are one: far above the rounding of an eigenvalue,
-/// far below the width of a peak.
+/// Lines round poles that are closer than this share of their frequency are one: far above the rounding of an
+/// eigenvalue, far below the width of a peak.
 const SAME_LINE: f64 = 1e-7;
 
 /// Sorted, positive, finite angular frequencies without duplicates.

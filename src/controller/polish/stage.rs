@@ -54,8 +54,8 @@ const FEWER: usize = 3;
 const HEAVIER: f64 = 4.0;
 /// A limit is exceeded beyond this factor: less is what lines at other frequencies show of the same peak.
 const EXCEEDED: f64 = 1.01;
-/// A round has to take this share of what exceeds the limits (logarithms, summed); one that takes less shows that the
-/// rest is out of reach, and moves the limits to where it came.
+/// A round has to take this share of what exceeds the limits (logarithms, summed); one that takes less shows that what
+/// it did not take of a limit's own excess is out of reach, and moves that limit to where it came.
 const WORTHWHILE: f64 = 0.25;
 
 /// A sampled controller of one plane (signals m to currents A) on its way to a stiffer tool.
@@ -215,7 +215,7 @@ impl<'a> Polisher<'a> {
             self.renew(FINE)?;
         }
         let start = self.x.clone();
-        let before = excess(&self.figures);
+        let before = self.figures;
         let mut begun = self.standing();
         let first = self.rounds == 0;
         let mut effort = Effort {
@@ -244,8 +244,8 @@ impl<'a> Polisher<'a> {
         self.stale |= !self.elsewhere.is_empty();
         self.elsewhere.clear();
         let after = excess(&self.figures);
-        if !first && after > EXCEEDED.ln() && after > (1.0 - WORTHWHILE) * before {
-            self.keep_within_reach();
+        if !first && after > EXCEEDED.ln() && after > (1.0 - WORTHWHILE) * excess(&before) {
+            self.keep_within_reach(&before);
         }
         self.rounds += 1;
         self.figures.steps = done;
@@ -294,8 +294,9 @@ impl<'a> Polisher<'a> {
         excess(&self.figures) <= EXCEEDED.ln()
     }
 
-    /// A limit that is out of reach is moved to where the loop is.
-    fn keep_within_reach(&mut self) {
+    /// A limit that is out of reach is moved to where the loop is: one that was exceeded before the round, and that the
+    /// round did not bring nearer.
+    fn keep_within_reach(&mut self, before: &PolishRound) {
         let limits = &mut self.task.limits;
         let list = [
             &mut limits.sensitivity,
@@ -304,8 +305,10 @@ impl<'a> Polisher<'a> {
             &mut limits.mu,
             &mut limits.weak_sensitivity,
         ];
-        for (limit, over) in list.into_iter().zip(self.figures.over_limit) {
-            if over > EXCEEDED {
+        let over = self.figures.over_limit.into_iter().zip(before.over_limit);
+        for (limit, (over, before)) in list.into_iter().zip(over) {
+            let stays = before > EXCEEDED && over.ln() > (1.0 - WORTHWHILE) * before.ln();
+            if over > EXCEEDED && stays {
                 *limit *= over;
             }
         }
