@@ -47,30 +47,25 @@ const MOST_THREADS: usize = 1024;
 /// Stack of a thread, bytes: commands run on the threads of the pool, as deep as on the main thread.
 const STACK: usize = 8 << 20;
 
-/// A pool of so many threads, 0: one a processor.
-fn pool(threads: usize) -> rayon::ThreadPoolBuilder {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .stack_size(STACK)
-}
-
 impl Console {
     /// The console of a run, with `writing` for the files; sets the number of threads.
     ///
     /// # Errors
     /// [`Failure`] for a number of threads that cannot be had.
     pub(crate) fn open(arguments: &ConsoleArguments, writing: Writing) -> Result<Self, Failure> {
-        if let Some(threads) = arguments.threads {
-            if threads == 0 || threads > MOST_THREADS {
-                let rule = format!("--threads {threads}: 1 to {MOST_THREADS} are possible");
-                return Err(Failure::new(rule).with_hint("leave it out for one a processor"));
-            }
-            pool(threads)
-                .build_global()
-                .map_err(|e| Failure::new(format!("--threads {threads}: {e}")))?;
-        } else {
-            // A process that runs a second command has its threads already.
-            let _ = pool(0).build_global();
+        if let Some(threads) = arguments.threads
+            && !(1..=MOST_THREADS).contains(&threads)
+        {
+            let rule = format!("--threads {threads}: 1 to {MOST_THREADS} are possible");
+            return Err(Failure::new(rule).with_hint("leave it out for one a processor"));
+        }
+        // A process that runs a second command has its threads already.
+        let built = rayon::ThreadPoolBuilder::new()
+            .num_threads(arguments.threads.unwrap_or(0))
+            .stack_size(STACK)
+            .build_global();
+        if let (Some(threads), Err(error)) = (arguments.threads, built) {
+            return Err(Failure::new(format!("--threads {threads}: {error}")));
         }
         let terminal = std::io::stdout().is_terminal();
         let form = match () {

@@ -177,6 +177,11 @@ pub fn symmetric_eigen(a: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), NumericErro
     Ok((values, evd.U().to_owned()))
 }
 
+/// aᵀb of two vectors of one length.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
 /// Largest singular value of a real matrix; 0 for an empty one, NaN when it cannot be computed.
 pub fn max_singular_value(a: &Mat<f64>) -> f64 {
     if a.nrows() == 0 || a.ncols() == 0 {

@@ -76,14 +76,11 @@ pub fn definite_eigen_lifted(
         scale.push(m[(i, i)].sqrt().recip());
     }
     let scaled = |a: &Mat<f64>| Mat::from_fn(n, n, |i, j| a[(i, j)] * scale[i] * scale[j]);
-    let llt = scaled(m).llt(Side::Lower).map_err(|_| singular(0.0))?;
-    let l = llt.L().to_owned();
+    let factor = DefiniteFactor::new(&scaled(m)).ok_or_else(|| singular(0.0))?;
     // S = L⁻¹ K L⁻ᵀ
-    let mut s = scaled(k);
-    solve_lower_triangular_in_place(l.as_ref(), s.as_mut(), Par::Seq);
-    let mut s = s.transpose().to_owned();
-    solve_lower_triangular_in_place(l.as_ref(), s.as_mut(), Par::Seq);
-    let q = l.transpose() * Mat::from_fn(n, null.ncols(), |i, j| null[(i, j)] / scale[i]);
+    let s = factor.solve_lower(scaled(k));
+    let s = factor.solve_lower(s.transpose().to_owned());
+    let q = factor.0.transpose() * Mat::from_fn(n, null.ncols(), |i, j| null[(i, j)] / scale[i]);
     // Above every eigenvalue, since λ_max ≤ ‖S‖_F: the lifted ones come last.
     let lift = 2.0 * s.norm_l2();
     let s = Mat::from_fn(n, n, |i, j| {
@@ -96,7 +93,7 @@ pub fn definite_eigen_lifted(
     // Rounding leaves a trace of the null vectors; remove it.
     let overlap = q.transpose() * &v;
     v = &v - &q * &overlap;
-    solve_upper_triangular_in_place(l.transpose(), v.as_mut(), Par::Seq);
+    let v = factor.solve_upper(v);
     Ok(DefiniteEigen {
         values: values[..kept].to_vec(),
         vectors: Mat::from_fn(n, kept, |i, j| v[(i, j)] * scale[i]),

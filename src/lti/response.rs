@@ -82,7 +82,7 @@ impl FrequencyGrid {
                 );
             }
         }
-        // Two planes have each pole twice: beside its double a line would look like a peak.
+        // Equal planes have the same poles: without this a line next to its double would be a local maximum.
         all.sort_by(f64::total_cmp);
         all.dedup_by(|b, a| *b < *a * (1.0 + SAME_LINE));
         Self::from_rad_s(all)

@@ -142,7 +142,7 @@ fn highest<'a>(peaks: impl Iterator<Item = &'a PeakSensitivity>) -> f64 {
 /// The figures that the settings of a tuning limit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JudgedFigures {
-    /// At every speed and with every shift that was checked.
+    /// At every speed that was checked, and with every shift if those were.
     pub stable: bool,
     /// Largest sensitivity, dB.
     pub sensitivity_peak_db: f64,
@@ -171,7 +171,7 @@ impl JudgedFigures {
 /// Figures of a PID on the full plant but for the loops with shifted modes, which take most of the time.
 pub(super) struct Figures {
     parameters: PidParameters,
-    controller: Controller,
+    name: String,
     law: StateSpace<Discrete>,
     nominal: Verification,
     rest: FullFigures,
@@ -192,8 +192,8 @@ impl Figures {
         name: &str,
     ) -> Result<Self, VerificationError> {
         let period = machine.spindle.electronics.sample_period_s();
-        let controller = pid_controller(&parameters, period, name)?;
-        let ControlLaw::Discrete(law) = &controller.law else {
+        let Controller { name, law } = pid_controller(&parameters, period, name)?;
+        let ControlLaw::Discrete(law) = law else {
             return Err(ControllerError::Infeasible {
                 step: "PID",
                 reason: "it was not sampled".to_owned(),
@@ -201,7 +201,6 @@ impl Figures {
             }
             .into());
         };
-        let law = law.clone();
         let nominal = verify(machine, &law, settings.speeds, "full plant, sampled")?;
         let stable = nominal.is_stable();
         let fastest = machine.spindle.max_rpm * TAU / 60.0;
@@ -217,7 +216,7 @@ impl Figures {
             fast,
             high_frequency_gain_a_per_m: gain.map_err(in_step("gain of the PID"))?,
             high_frequency_hz,
-            controller,
+            name,
         })
     }
 
@@ -248,6 +247,7 @@ impl Figures {
         evaluations: usize,
     ) -> Result<TunedPid, VerificationError> {
         let law = &self.law;
+        let judged = self.judged();
         let whole = |factor: f64, words: &str| {
             verify(
                 &with_shifted_modes(machine, factor),
@@ -269,13 +269,16 @@ impl Figures {
                 stiffness_n_per_m: self.rest.stiffness.0,
                 stiffness_hz: self.rest.stiffness.1,
                 stiffness_at_speed_n_per_m: self.fast.stiffness.0,
-                noise_current_a: self.rest.noise_current_a.max(self.fast.noise_current_a),
-                high_frequency_gain_a_per_m: self.high_frequency_gain_a_per_m,
+                noise_current_a: judged.noise_current_a,
+                high_frequency_gain_a_per_m: judged.high_frequency_gain_a_per_m,
                 high_frequency_hz: self.high_frequency_hz,
                 evaluations,
             },
             parameters: self.parameters,
-            controller: self.controller,
+            controller: Controller {
+                name: self.name,
+                law: ControlLaw::Discrete(self.law),
+            },
         })
     }
 }

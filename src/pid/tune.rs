@@ -29,6 +29,7 @@ pub fn tune(
     let mut given: Vec<PidParameters> = vec![];
     let mut evaluations = 0;
     let mut best: Option<TunedPid> = None;
+    // What exceeds a limit without shifted modes: it is certified if nothing better is found.
     let mut set_aside: Option<(f64, Figures, usize)> = None;
     for attempt in 0..=REPAIRS {
         let asked = asked(machine, &goal, BAND_HZ)?;
@@ -43,53 +44,41 @@ pub fn tune(
         (goal.starts, goal.basins) = (0, 1);
         let figures = Figures::new(machine, found.parameters, settings, "PID")?;
         progress(attempt, figures.stiffness_n_per_m());
-        let violation = figures.judged().violation(settings);
-        // A limit is exceeded without shifted modes: they are looked at if nothing better is found.
+        let judged = figures.judged();
+        let violation = judged.violation(settings);
         if violation > 0.0 {
-            lower(&mut goal, settings, &figures.judged());
-            if set_aside
-                .as_ref()
-                .is_none_or(|(least, ..)| violation < *least)
-            {
+            lower(&mut goal, settings, &judged);
+            let least = set_aside.as_ref().map(|(least, ..)| *least);
+            if least.is_none_or(|least| violation < least) {
                 set_aside = Some((violation, figures, evaluations));
             }
             continue;
         }
         let tuned = figures.certified(machine, settings, evaluations)?;
-        let judged = tuned.certificate.judged();
-        let meets = tuned.certificate.meets(settings);
-        lower(&mut goal, settings, &judged);
-        if meets
-            || best
-                .as_ref()
-                .is_none_or(|old| worse(old, &judged, settings))
-        {
-            best = Some(tuned);
+        if tuned.certificate.meets(settings) {
+            return Ok(tuned);
         }
-        if meets {
-            break;
-        }
+        lower(&mut goal, settings, &tuned.certificate.judged());
+        best = Some(nearer(best, tuned, settings));
     }
     let beaten = |least: f64| {
-        let of = |pid: &TunedPid| pid.certificate.judged().violation(settings);
-        best.as_ref().is_none_or(|pid| least < of(pid))
+        let best = best.as_ref();
+        best.is_none_or(|pid| least < pid.certificate.judged().violation(settings))
     };
     if let Some((_, figures, evaluations)) = set_aside.filter(|(least, ..)| beaten(*least)) {
         let tuned = figures.certified(machine, settings, evaluations)?;
-        let judged = tuned.certificate.judged();
-        if best
-            .as_ref()
-            .is_none_or(|old| worse(old, &judged, settings))
-        {
-            best = Some(tuned);
-        }
+        best = Some(nearer(best, tuned, settings));
     }
     best.ok_or_else(|| nothing_found("no attempt was made".to_owned()).into())
 }
 
-/// True when `old` is further outside what was asked.
-fn worse(old: &TunedPid, judged: &JudgedFigures, settings: &TuneSettings) -> bool {
-    judged.violation(settings) < old.certificate.judged().violation(settings)
+/// Of two PIDs the one that is less far outside what was asked, the earlier of equal ones.
+fn nearer(earlier: Option<TunedPid>, later: TunedPid, settings: &TuneSettings) -> TunedPid {
+    let violation = |pid: &TunedPid| pid.certificate.judged().violation(settings);
+    match earlier {
+        Some(earlier) if violation(&earlier) <= violation(&later) => earlier,
+        _ => later,
+    }
 }
 
 /// Times the search is taken up again when the full plant shows what its lines did not.

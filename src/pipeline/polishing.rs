@@ -191,7 +191,7 @@ pub(super) fn polished(
         Some(earlier) => ("earlier design", earlier),
         None => (DK, plane),
     };
-    // Neither needs the other.
+    // The tuned PID and the first polish do not depend on each other.
     let misses = contest.misses_a_goal();
     let (by_pid, done) = rayon::join(
         || misses.then(|| tuned_pid(machine)),

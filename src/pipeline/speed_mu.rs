@@ -109,6 +109,11 @@ pub fn mu_at_speed(
 
 const STAGE: &str = "μ over speed";
 
+/// The larger bound with its frequency, the first of equal ones.
+fn larger(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    if b.0 > a.0 { b } else { a }
+}
+
 /// Values of ascending frequency (their sign aside) that are at least as large as both neighbours, the largest first.
 fn tops(values: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let at = |k: Option<usize>| k.and_then(|k| values.get(k)).map_or(0.0, |v| v.0);
@@ -155,21 +160,14 @@ impl<'a> PeakSearch<'a> {
     /// controller is not that of the response at one frequency.
     fn peak(&self, last: f64) -> Result<(f64, f64), PipelineError> {
         let mut peak = (0.0, f64::NAN);
-        let take = |peak: &mut (f64, f64), value: (f64, f64)| {
-            if value.0 > peak.0 {
-                *peak = value;
-            }
-        };
         for (k, both) in self.guides.iter().zip(&self.guided) {
             for ((upper, _), sign) in both.iter().zip(SIGNS) {
-                take(&mut peak, (*upper, sign * self.lines[*k]));
+                peak = larger(peak, (*upper, sign * self.lines[*k]));
             }
         }
-        // A peak is higher than its lines show: every one that may turn out the highest is looked at more closely.
+        // A peak is higher than its lines show: those that may turn out the highest are looked at more closely.
         let high = self.above(self.lines, (1.0 - BETWEEN_LINES) * peak.0)?;
-        for value in &high {
-            take(&mut peak, *value);
-        }
+        peak = high.iter().copied().fold(peak, larger);
         let mut tops = tops(&high);
         tops.retain(|top| top.0 >= (1.0 - BETWEEN_LINES) * peak.0);
         tops.truncate(MOST_TOPS);
@@ -177,10 +175,7 @@ impl<'a> PeakSearch<'a> {
             .par_iter()
             .map(|top| self.refined(*top, last))
             .collect();
-        for value in refined? {
-            take(&mut peak, value);
-        }
-        Ok(peak)
+        Ok(refined?.into_iter().fold(peak, larger))
     }
 
     /// The largest bound round a line that is larger than its neighbours.
@@ -198,11 +193,7 @@ impl<'a> PeakSearch<'a> {
             lines = (0..FINER)
                 .map(|k| below + (above - below) * (k as f64 + 0.5) / FINER as f64)
                 .collect();
-            for value in self.above(&lines, peak.0)? {
-                if value.0 > peak.0 {
-                    peak = value;
-                }
-            }
+            peak = self.above(&lines, peak.0)?.into_iter().fold(peak, larger);
         }
         Ok(peak)
     }

@@ -48,7 +48,8 @@ pub fn constant_scales(
     scales_to(plant, start, 0.0)
 }
 
-/// As [`constant_scales`], ended where the level `enough` is reached: γ is that level, or a lower one.
+/// As [`constant_scales`], ended as soon as the level `enough` is reached: γ is then that level or a lower one. Zero is
+/// never reached.
 ///
 /// # Errors
 /// As [`constant_scales`].

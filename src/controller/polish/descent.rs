@@ -50,7 +50,7 @@ const HEAVIEST: f64 = 1e9;
 pub(crate) struct Memory {
     /// Proximal weight.
     pub weight: f64,
-    /// What the steps told of curvature.
+    /// Curvature learnt from the steps.
     pub curvature: Curvature,
 }
 
@@ -71,7 +71,7 @@ impl Memory {
 }
 
 /// A value that takes part in a step, with its derivative by the parameters.
-struct Taking {
+struct Participant {
     value: Value,
     slope: Vec<f64>,
 }
@@ -98,11 +98,11 @@ pub(crate) fn descend(
     let mut likely: Vec<Value> = vec![];
     while steps < effort.steps {
         steps += 1;
-        let taking = match rows.take() {
+        let participants = match rows.take() {
             Some(rows) => rows,
-            None => taking_part(loss, law, x, &found),
+            None => participants_of(loss, law, x, &found),
         };
-        let step = step_for(&taking, &likely, &whiten.coordinates, memory);
+        let step = step_for(&participants, &likely, &whiten.coordinates, memory);
         let Some(MinimaxStep {
             step,
             predicted,
@@ -110,7 +110,7 @@ pub(crate) fn descend(
         }) = step
         else {
             memory.weight *= 4.0;
-            rows = Some(taking);
+            rows = Some(participants);
             if memory.weight > HEAVIEST {
                 break;
             }
@@ -130,15 +130,16 @@ pub(crate) fn descend(
         }
         let accepted = same && kept > 0.05 * promised;
         if same {
-            let change = slope_change((loss, law), (&trial, &next), &taking, &binding);
-            memory
-                .curvature
-                .learn(&step, &change, || whiten.metric.clone());
+            let change = slope_change((loss, law), (&trial, &next), &participants, &binding);
+            memory.curvature.learn(&step, &change, || whiten.metric());
         }
-        likely = binding.iter().map(|(k, _)| taking[*k].value).collect();
+        likely = binding
+            .iter()
+            .map(|(k, _)| participants[*k].value)
+            .collect();
         if !accepted {
             memory.weight *= if same && kept > -promised { 2.0 } else { 4.0 };
-            rows = Some(taking);
+            rows = Some(participants);
             if memory.weight > HEAVIEST {
                 break;
             }
@@ -168,7 +169,7 @@ pub(crate) fn descend(
 
 /// The step of the parameters for the values that take part, of which `likely` bound at the step before.
 fn step_for(
-    taking: &[Taking],
+    participants: &[Participant],
     likely: &[Value],
     whiten: &Mat<f64>,
     memory: &Memory,
@@ -176,9 +177,9 @@ fn step_for(
     let n = whiten.nrows();
     // |Lᵀp|² = pᵀ(B + λI)p.
     let factor = DefiniteFactor::new(&memory.curvature.seen_in(whiten, memory.weight))?;
-    let slopes = Mat::from_fn(n, taking.len(), |i, k| taking[k].slope[i]);
+    let slopes = Mat::from_fn(n, participants.len(), |i, k| participants[k].slope[i]);
     let turned = factor.solve_lower(whiten.transpose() * slopes);
-    let linear: Vec<LinearValue> = taking
+    let linear: Vec<LinearValue> = participants
         .iter()
         .enumerate()
         .map(|(k, t)| LinearValue {
@@ -187,8 +188,8 @@ fn step_for(
             gradient: (0..n).map(|i| turned[(i, k)]).collect(),
         })
         .collect();
-    let likely: Vec<usize> = (0..taking.len())
-        .filter(|k| likely.iter().any(|v| v.is_same(&taking[*k].value)))
+    let likely: Vec<usize> = (0..participants.len())
+        .filter(|k| likely.iter().any(|v| v.is_same(&participants[*k].value)))
         .collect();
     let rule = StepRule {
         limits: LIMITS,
@@ -204,17 +205,17 @@ fn step_for(
     })
 }
 
-/// By what the slope of the Lagrangian at `trial` differs from that before it.
+/// Slope of the Lagrangian at `trial` less that before the step.
 fn slope_change(
     (loss, law): (&Loss, &dyn Structure),
     (trial, next): (&[f64], &Evaluation),
-    taking: &[Taking],
+    participants: &[Participant],
     binding: &[(usize, f64)],
 ) -> Vec<f64> {
     let parts: Vec<Vec<f64>> = binding
         .par_iter()
         .map(|(k, weight)| {
-            let before = &taking[*k];
+            let before = &participants[*k];
             let after = loss.gradient(law, trial, next, &before.value);
             let pairs = after.iter().zip(&before.slope);
             pairs.map(|(a, b)| weight * (a - b)).collect()
@@ -225,12 +226,19 @@ fn slope_change(
         .collect()
 }
 
-/// Coordinates of a step and the metric behind them.
+/// Coordinates p of a step δx = M^{-1/2} p.
 struct Whitening {
     /// M^{-1/2}, parameters × coordinates.
     coordinates: Mat<f64>,
+    /// M^{1/2}, coordinates × parameters.
+    root: Mat<f64>,
+}
+
+impl Whitening {
     /// M.
-    metric: Mat<f64>,
+    fn metric(&self) -> Mat<f64> {
+        self.root.transpose() * &self.root
+    }
 }
 
 fn whitening(
@@ -259,18 +267,22 @@ fn whitening(
     let (values, vectors) = symmetric_eigen(&metric).map_err(in_step("metric of the polish"))?;
     let floor = FLAT * values.last().copied().unwrap_or(1.0);
     let root = |k: usize| values[k].max(floor).sqrt();
-    let inverse = Mat::from_fn(n, n, |k, i| vectors[(i, k)] * root(k) / unit[i]);
     Ok(Whitening {
         coordinates: Mat::from_fn(n, n, |i, k| unit[i] * vectors[(i, k)] / root(k)),
-        metric: inverse.transpose() * &inverse,
+        root: Mat::from_fn(n, n, |k, i| vectors[(i, k)] * root(k) / unit[i]),
     })
 }
 
 /// Values near the largest of their group with their derivatives.
-fn taking_part(loss: &Loss, law: &dyn Structure, x: &[f64], found: &Evaluation) -> Vec<Taking> {
+fn participants_of(
+    loss: &Loss,
+    law: &dyn Structure,
+    x: &[f64],
+    found: &Evaluation,
+) -> Vec<Participant> {
     near_largest(found)
         .into_par_iter()
-        .map(|value| Taking {
+        .map(|value| Participant {
             value,
             slope: loss.gradient(law, x, found, &value),
         })

@@ -131,23 +131,14 @@ impl Loss {
 
     /// Scales of the modal channels of a loop of the specification, each from the nearest line.
     pub(super) fn scales_near(&self, lines: &[Line], side: usize, blocks: usize) -> Vec<Vec<f64>> {
-        let loops = self.specification.iter().flat_map(|s| &s.loops);
-        let own = loops.into_iter().find(|part| part.side == side);
-        let omega = |k: usize| self.lines[k].omega_rad_s;
+        let mut loops = self.specification.iter().flat_map(|s| &s.loops);
+        let own = loops.find(|part| part.side == side);
         let nearest = |line: &Line| {
-            let above = self
-                .lines
-                .partition_point(|l| l.omega_rad_s < line.omega_rad_s);
-            let beside = [
-                above.saturating_sub(1),
-                above.min(self.lines.len().saturating_sub(1)),
-            ];
-            let distance = |k: &usize| (omega(*k) - line.omega_rad_s).abs();
-            let by_distance = |a: &usize, b: &usize| distance(a).total_cmp(&distance(b));
-            let k = beside
-                .into_iter()
-                .filter(|k| *k < self.lines.len())
-                .min_by(by_distance)?;
+            let omega = line.omega_rad_s;
+            let above = self.lines.partition_point(|l| l.omega_rad_s < omega);
+            let beside = above.saturating_sub(1)..self.lines.len().min(above + 1);
+            let distance = |k: &usize| (self.lines[*k].omega_rad_s - omega).abs();
+            let k = beside.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
             own.map(|part| part.scales[k].clone())
         };
         let lines = lines.iter();
@@ -370,7 +361,7 @@ impl Loss {
             }
             for (part, bound) in state.specification.iter().enumerate() {
                 let ratio = (bound.sigma / self.limits.mu).powi(2);
-                // The square of the least positive number is zero, whose logarithm is no value.
+                // Zero has no logarithm; what is not a number stays.
                 let ratio = if ratio < f64::MIN_POSITIVE {
                     f64::MIN_POSITIVE
                 } else {

@@ -54,8 +54,8 @@ const FEWER: usize = 3;
 const HEAVIER: f64 = 4.0;
 /// A limit is exceeded beyond this factor: less is what lines at other frequencies show of the same peak.
 const EXCEEDED: f64 = 1.01;
-/// A round has to take this share of what exceeds the limits (logarithms, summed); one that takes less shows that what
-/// it did not take of a limit's own excess is out of reach, and moves that limit to where it came.
+/// A round has to take this share of what exceeds the limits (logarithms, summed). After one that takes less, a limit of
+/// whose own excess it took less than this share counts as out of reach and is moved to where the loop is.
 const WORTHWHILE: f64 = 0.25;
 
 /// A sampled controller of one plane (signals m to currents A) on its way to a stiffer tool.
@@ -294,8 +294,8 @@ impl<'a> Polisher<'a> {
         excess(&self.figures) <= EXCEEDED.ln()
     }
 
-    /// A limit that is out of reach is moved to where the loop is: one that was exceeded before the round, and that the
-    /// round did not bring nearer.
+    /// Moves the limits that are out of reach to where the loop is: those that were exceeded before the round, and of
+    /// whose excess it took too little.
     fn keep_within_reach(&mut self, before: &PolishRound) {
         let limits = &mut self.task.limits;
         let list = [
@@ -307,8 +307,8 @@ impl<'a> Polisher<'a> {
         ];
         let over = self.figures.over_limit.into_iter().zip(before.over_limit);
         for (limit, (over, before)) in list.into_iter().zip(over) {
-            let stays = before > EXCEEDED && over.ln() > (1.0 - WORTHWHILE) * before.ln();
-            if over > EXCEEDED && stays {
+            let exceeded = before.min(over) > EXCEEDED;
+            if exceeded && over.ln() > (1.0 - WORTHWHILE) * before.ln() {
                 *limit *= over;
             }
         }

@@ -7,6 +7,7 @@
 
 use super::scale::DScales;
 use crate::augment::GeneralizedPlant;
+use crate::linalg::dense::dot;
 use crate::robust::dfit::factors::{Factors, Limits};
 use crate::robust::hinf::{HinfSettings, optimal_level};
 use crate::robust::structure::Structure;
@@ -136,10 +137,6 @@ impl Descent<'_> {
         }
         (self.at(start, &x), value.exp())
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 fn scaled_identity(n: usize, value: f64) -> Vec<Vec<f64>> {

@@ -7,6 +7,7 @@
 
 use super::lmi::{ProgrammeError, QuadraticProgramme, Row};
 use crate::linalg::Mat;
+use crate::linalg::dense::dot;
 
 /// A value with its linearisation.
 #[derive(Clone, Debug)]
@@ -119,10 +120,6 @@ fn levels<'a>(
         *level = level.max(of(value));
     }
     found
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 /// The step for some of the values, and their weights.
