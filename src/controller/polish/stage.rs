@@ -54,8 +54,8 @@ const FEWER: usize = 3;
 const HEAVIER: f64 = 4.0;
 /// A limit is exceeded beyond this factor: less is what lines at other frequencies show of the same peak.
 const EXCEEDED: f64 = 1.01;
-/// A round has to take this share of what exceeds the limits (logarithms, summed). After one that takes less, a limit of
-/// whose own excess it took less than this share counts as out of reach and is moved to where the loop is.
+/// A round has to take this share of what exceeds the limits (logarithms, summed). After one that takes less, a limit
+/// of whose own excess it took less than this share counts as out of reach and is moved to where the loop is.
 const WORTHWHILE: f64 = 0.25;
 
 /// A sampled controller of one plane (signals m to currents A) on its way to a stiffer tool.
