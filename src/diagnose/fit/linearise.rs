@@ -248,6 +248,7 @@ impl Problem<'_> {
                     effects: &effects,
                     speed_rad_s: *speed,
                     derivatives: strained,
+                    further: &[],
                     probes: &probes,
                 },
             )

@@ -52,7 +52,7 @@ impl Model {
             effects,
             speed_rad_s,
             derivatives,
-            probes: &[],
+            ..Assembly::default()
         };
         Ok(self.reduced.assemble(p, assembly)?)
     }

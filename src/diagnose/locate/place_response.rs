@@ -76,7 +76,8 @@ impl Place {
                 effects: &effects,
                 speed_rad_s,
                 derivatives,
-                probes: &probes,
+                further: &probes,
+                probes: &[],
             },
         )?;
         let count = assembled.ports();

@@ -21,6 +21,10 @@ pub struct Assembled {
     pub(super) gyroscopic: Option<Gyroscopic>,
     /// Amplitudes, ports × coordinates.
     pub(super) ports: Vec<Vec<f64>>,
+    /// Ports from and to which responses are computed; those between the others are not.
+    pub(super) driven: usize,
+    /// Of each coordinate, its amplitudes at two ports multiplied, in the order of [`pairs`].
+    pub(super) products: Vec<f64>,
     /// Constant receptance between ports, ports×ports; empty with the mesh of the model.
     pub(super) constant: Vec<f64>,
     /// Laws at ports.
@@ -45,10 +49,32 @@ pub struct Receptance {
 
 /// One signed frequency in the complex plane.
 pub(crate) struct Planar {
-    /// X = Z⁻¹Φᵀ, dynamic coordinates × ports.
+    /// X = Z⁻¹Φᵀ, dynamic coordinates × driven ports.
     pub x: Vec<c64>,
-    /// Receptance with all loops closed, ports × ports.
-    pub closed: Vec<c64>,
+    /// Number of driven ports.
+    driven: usize,
+    /// Receptance with all loops closed, ports × driven ports.
+    closed: Vec<c64>,
+}
+
+impl Planar {
+    /// Entry of the closed receptance, which is symmetric, between two ports of which one is driven.
+    pub(super) fn entry(&self, a: usize, b: usize) -> c64 {
+        let (row, column) = if b < self.driven { (a, b) } else { (b, a) };
+        self.closed[row * self.driven + column]
+    }
+}
+
+/// The pairs of ports, of which the second is driven, that a symmetric response needs.
+fn pairs(ports: usize, driven: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..ports).flat_map(move |i| (0..driven.min(i + 1)).map(move |j| (i, j)))
+}
+
+/// Amplitudes of each coordinate at two ports multiplied, in the order of [`pairs`]; `ports` are ports × coordinates.
+pub(super) fn products(ports: &[Vec<f64>], driven: usize) -> Vec<f64> {
+    let coordinates = 0..ports.first().map_or(0, Vec::len);
+    let own = |k: usize| pairs(ports.len(), driven).map(move |(i, j)| ports[i][k] * ports[j][k]);
+    coordinates.flat_map(own).collect()
 }
 
 impl Assembled {
@@ -79,12 +105,11 @@ impl Assembled {
 
     /// The 3×3 part between sensors, tool and magnets.
     pub(super) fn pick(&self, at: &Planar) -> [c64; 9] {
-        let n = self.ports.len();
-        std::array::from_fn(|k| at.closed[OUT[k / 3] * n + IN[k % 3]])
+        std::array::from_fn(|k| at.entry(OUT[k / 3], IN[k % 3]))
     }
 
     pub(super) fn planar(&self, w: f64) -> Planar {
-        let (p, n) = (self.ports.len(), self.omega.len());
+        let (ports, p) = (self.ports.len(), self.driven);
         let diagonal = |k: usize| {
             c64::new(
                 self.omega[k] * self.omega[k] - w * w,
@@ -102,38 +127,39 @@ impl Assembled {
                     }
                 }
             }
-            Some(g) => x = g.solve(w, d, &self.ports, &diagonal),
+            Some(g) => x = g.solve(w, d, &self.ports[..p], &diagonal),
         }
-        let mut h = vec![ZERO; p * p];
-        for (h, c) in h.iter_mut().zip(&self.constant) {
-            *h += c;
-        }
-        for k in 0..d {
-            for i in 0..p {
-                let a = self.ports[i][k];
-                for j in 0..=i {
-                    h[i * p + j] += x[k * p + j] * a;
-                }
+        let mut h = vec![ZERO; ports * p];
+        for (row, constant) in h.chunks_mut(p).zip(self.constant.chunks(ports)) {
+            for (h, c) in row.iter_mut().zip(constant) {
+                *h += c;
             }
         }
         if let Some(g) = &self.gyroscopic {
-            for k in 0..d {
-                for i in 0..p {
-                    let a = w * g.factor * g.ports[k * p + i];
-                    for j in 0..=i {
-                        h[i * p + j] -= x[k * p + j] * a;
+            for (k, x) in x.chunks(p).enumerate() {
+                for (i, row) in h.chunks_mut(p).enumerate() {
+                    let a = self.ports[i][k] - w * g.factor * g.ports[k * ports + i];
+                    // The rest follows from symmetry.
+                    for (h, x) in row.iter_mut().zip(x).take(i + 1) {
+                        *h += x * a;
                     }
                 }
             }
         }
-        for k in d..n {
+        // Coordinates that are not coupled.
+        let alone = if self.gyroscopic.is_some() { d } else { 0 };
+        let count = pairs(ports, p).count();
+        let (mut re, mut im) = (vec![0.0; count], vec![0.0; count]);
+        for (k, products) in self.products.chunks(count).enumerate().skip(alone) {
             let inverse = diagonal(k).inv();
-            for i in 0..p {
-                let a = inverse * self.ports[i][k];
-                for j in 0..=i {
-                    h[i * p + j] += a * self.ports[j][k];
-                }
+            for ((re, im), product) in re.iter_mut().zip(&mut im).zip(products) {
+                *re += inverse.re * product;
+                *im += inverse.im * product;
             }
+        }
+        let parts = re.into_iter().zip(im);
+        for ((i, j), (re, im)) in pairs(ports, p).zip(parts) {
+            h[i * p + j] += c64::new(re, im);
         }
         for housing in &self.effective.housings {
             let own = housing.omega_rad_s;
@@ -150,7 +176,10 @@ impl Assembled {
                 h[i * p + j] = h[j * p + i];
             }
         }
-        let closed = close(&h, p, &self.feedback, &self.gains(w));
-        Planar { x, closed }
+        Planar {
+            x,
+            driven: p,
+            closed: close(&h, p, &self.feedback, &self.gains(w)),
+        }
     }
 }

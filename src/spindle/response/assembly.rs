@@ -6,15 +6,15 @@
 //! part is a constant receptance and whose rest is a change of coordinates: with T = (1 + sKC)⁻¹ the stiffness is TK,
 //! ports are T b, and s bᵀCTb is added.
 
-use super::assembled::Assembled;
+use super::assembled::{Assembled, products};
 use super::damping::ModalDamping;
 use super::feedback::{Feedback, Law, PlaneSpring, attached, springs_in_one_plane};
-use super::finer_mesh::FinerMesh;
 use super::gyroscopic::Gyroscopic;
+use super::moved_shaft::{Move, MovedShaft};
 use super::probe::Probe;
 use super::reduced::ReducedMachine;
 use super::ritz::ReducedShaft;
-use super::shaft_modes::{Modes, modes};
+use super::shaft_modes::Modes;
 use super::strain::Strain;
 use crate::linalg::Mat;
 use crate::rotor::modes::RIGID;
@@ -36,6 +36,8 @@ pub struct Assembly<'a> {
     /// Whether derivatives to moduli and mesh are wanted.
     pub derivatives: bool,
     /// Further ports.
+    pub further: &'a [Probe],
+    /// Ports behind those, of which the responses between one and another are not needed.
     pub probes: &'a [Probe],
 }
 
@@ -61,10 +63,14 @@ impl ReducedMachine {
             None => &self.rigid,
         };
         let scale = self.modulus_factors(p, effects);
-        let mut k = stiffness(shaft, &scale, joint);
-        let finer = FinerMesh::new(shaft, &mut k, p[parameters.mesh()])?;
-        let masses = added_masses(shaft, effects, finer.as_ref())?;
-        let modes = modes(&k, &masses)?;
+        let by = Move {
+            scale: &scale,
+            joint,
+            mesh: p[parameters.mesh()],
+            effects,
+        };
+        let moved = self.recent.shaft(shaft, by)?;
+        let MovedShaft { modes, finer } = &*moved;
         let omega = &modes.omega;
         let dynamic = omega
             .iter()
@@ -75,34 +81,41 @@ impl ReducedMachine {
         let damping = ModalDamping::new(omega, zeta, effective.loss_time_s, assembly.speed_rad_s);
         let mut ports = self.ports(shaft, &machine, &effective, p)?;
         add_joint_damping(&mut ports, shaft, joint);
-        for probe in assembly.probes {
+        for probe in assembly.further.iter().chain(assembly.probes) {
             ports.rows.push(probe.row(shaft)?);
         }
-        let constant = match &finer {
-            Some(finer) => finer.move_ports(&mut ports.rows)?,
+        // A spring in one plane joins all ports.
+        let driven = match ports.plane_springs.is_empty() {
+            true => ports.rows.len() - assembly.probes.len(),
+            false => ports.rows.len(),
+        };
+        let constant = match finer {
+            Some(finer) => finer.move_ports(shaft, &mut ports.rows)?,
             None => vec![],
         };
-        let amplitudes = amplitudes(&modes, &ports.rows);
+        let amplitudes = amplitudes(modes, &ports.rows);
         let speed_rad_s = assembly.speed_rad_s;
         let gyroscopic = (speed_rad_s != 0.0).then(|| {
             let mut gyroscopic =
-                Gyroscopic::new(speed_rad_s, &shaft.gyroscopic, &modes, &amplitudes, dynamic);
+                Gyroscopic::new(speed_rad_s, &shaft.gyroscopic, modes, &amplitudes, dynamic);
             gyroscopic.factor = effective.gyroscopic_factor;
             gyroscopic
         });
         let strain = assembly
             .derivatives
-            .then(|| Strain::new(shaft, &scale, &modes, &amplitudes, dynamic));
+            .then(|| Strain::new(shaft, &scale, modes, &amplitudes[..driven], dynamic));
         let circulates = |f: &Feedback| f.law == Law::Circulatory && f.value != 0.0;
         let coupled = gyroscopic.is_some()
             || damping.circulatory.iter().any(|t| *t != 0.0)
             || ports.feedback.iter().any(circulates);
         Ok(Assembled {
             speed_rad_s,
-            omega: modes.omega,
+            omega: modes.omega.clone(),
             damping,
             dynamic,
             gyroscopic,
+            driven,
+            products: products(&amplitudes, driven),
             ports: amplitudes,
             constant,
             feedback: ports.feedback,
@@ -179,54 +192,6 @@ impl ReducedMachine {
             plane_springs,
         })
     }
-}
-
-/// Stiffness with moduli `scale` times their own, and with the fitted joint, n×n.
-fn stiffness(shaft: &ReducedShaft, scale: &[f64], joint: Option<&Effect>) -> Mat<f64> {
-    let n = shaft.len();
-    let mut k = shaft.stiffness.clone();
-    for (group, scale) in shaft.groups.iter().zip(scale).filter(|(_, s)| **s != 1.0) {
-        for j in 0..n {
-            let column = k.col_as_slice_mut(j).iter_mut();
-            for (k, own) in column.zip(group.col_as_slice(j)) {
-                *k += (scale - 1.0) * own;
-            }
-        }
-    }
-    if let (Some(effect), Some(rows)) = (joint, &shaft.joint) {
-        for (row, value) in rows.iter().zip(&effect.values) {
-            k = Mat::from_fn(n, n, |i, j| k[(i, j)] + value * row[i] * row[j]);
-        }
-    }
-    k
-}
-
-/// Rows and masses, kg, of the effects that add mass.
-fn added_masses(
-    shaft: &ReducedShaft,
-    effects: &[Effect],
-    finer: Option<&FinerMesh>,
-) -> Result<Vec<(Vec<f64>, f64)>, SpindleError> {
-    let mut masses = vec![];
-    for effect in effects {
-        let value = effect.values.first().copied().unwrap_or_default();
-        let z = match (effect.kind, &effect.location) {
-            (EffectKind::ToolMass, _) => shaft.span_m().0,
-            (EffectKind::AddedMass, Location::Position(z)) => *z,
-            _ => continue,
-        };
-        // No mass has no place: its derivative to the place is exactly none, not rounding.
-        if value == 0.0 {
-            continue;
-        }
-        let mut row = [shaft.row(z)?];
-        if let Some(finer) = finer {
-            finer.move_ports(&mut row)?;
-        }
-        let [row] = row;
-        masses.push((row, value));
-    }
-    Ok(masses)
 }
 
 fn add_joint_damping(ports: &mut Ports, shaft: &ReducedShaft, joint: Option<&Effect>) {

@@ -11,19 +11,19 @@ use crate::rotor::modes::RIGID;
 impl Assembled {
     /// Coordinates behind the closed loops between outputs and inputs.
     pub(super) fn behind(&self, at: &Planar, w: f64, outs: &[usize], ins: &[usize]) -> Adjoint {
-        let (p, d, n) = (self.ports.len(), self.dynamic, outs.len());
+        let (p, d, n) = (self.driven, self.dynamic, outs.len());
         let gains = self.gains(w);
         let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
         for (o, out) in outs.iter().enumerate() {
             left[o * p + out] += 1.0;
             for (Feedback { port, .. }, gain) in self.feedback.iter().zip(&gains) {
-                left[o * p + port] += at.closed[out * p + port] * gain;
+                left[o * p + port] += at.entry(*out, *port) * gain;
             }
         }
         for (i, input) in ins.iter().enumerate() {
             right[input * n + i] += 1.0;
             for (Feedback { port, .. }, gain) in self.feedback.iter().zip(&gains) {
-                right[port * n + i] += gain * at.closed[port * p + input];
+                right[port * n + i] += gain * at.entry(*port, *input);
             }
         }
         let (mut xl, mut xr) = (vec![ZERO; n * d], vec![ZERO; d * n]);
@@ -69,12 +69,12 @@ impl Assembled {
         strains: &[Vec<c64>],
         parameters: &MachineParameters,
     ) -> Vec<Vec<c64>> {
-        let (p, d) = (self.ports.len(), self.dynamic);
+        let d = self.dynamic;
         let mut all = Vec::with_capacity(parameters.analytic());
         let (mesh, moduli) = strains.split_last().unzip();
         all.extend_from_slice(moduli.unwrap_or_default());
         for (port, ks) in MAGNETS.into_iter().zip(self.negative_stiffness()) {
-            let entry = |o: usize, i: usize| at.closed[o * p + port] * at.closed[port * p + i] * ks;
+            let entry = |o: usize, i: usize| at.entry(o, port) * at.entry(port, i) * ks;
             let pairs = outs.iter().flat_map(|o| ins.iter().map(move |i| (*o, *i)));
             all.push(pairs.map(|(o, i)| entry(o, i)).collect());
         }

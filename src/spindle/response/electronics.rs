@@ -44,15 +44,32 @@ impl ElectronicsLine {
     /// F from the closed receptance forwards and backwards (3×3: sensors and tool from magnets and tool).
     pub fn apply(&self, plus: &[c64; 9], minus: Option<&[c64; 9]>) -> Square {
         let mut f = [ZERO; SIDE * SIDE];
+        let apart = self.force.iter().chain(&self.axes).all(apart);
         for k in 0..9 {
             let (o, i) = (2 * (k / 3), 2 * (k % 3));
             let (a, b) = planar(plus[k], minus.map(|minus| minus[k]));
+            if apart {
+                // Most entries are zero, and each of the others is only scaled.
+                let scaled = |v: c64, out: usize, input: usize| {
+                    let v = self.force.get(i / 2).map_or(v, |m| v * m[3 * input]);
+                    self.axes.get(o / 2).map_or(v, |m| v * m[3 * out])
+                };
+                f[o * SIDE + i] = scaled(a, 0, 0);
+                f[(o + 1) * SIDE + i + 1] = scaled(a, 1, 1);
+                if minus.is_some() {
+                    f[(o + 1) * SIDE + i] = scaled(b, 1, 0);
+                    f[o * SIDE + i + 1] = scaled(-b, 0, 1);
+                }
+                continue;
+            }
             f[o * SIDE + i] = a;
             f[(o + 1) * SIDE + i + 1] = a;
             f[(o + 1) * SIDE + i] = b;
             f[o * SIDE + i + 1] = -b;
         }
-        self.surround(&mut f, SIDE);
+        if !apart {
+            self.surround(&mut f, SIDE);
+        }
         f
     }
 
@@ -61,8 +78,7 @@ impl ElectronicsLine {
     pub(crate) fn surround(&self, f: &mut [c64], side: usize) {
         for (i, m) in self.force.iter().enumerate() {
             let (x, y) = (2 * i, 2 * i + 1);
-            // Without coupling across a bearing, the usual case, both axes are only scaled.
-            let apart = m[1] == ZERO && m[2] == ZERO;
+            let apart = apart(m);
             for row in f.chunks_mut(side) {
                 let (on_x, on_y) = (row[x], row[y]);
                 (row[x], row[y]) = match apart {
@@ -73,7 +89,7 @@ impl ElectronicsLine {
         }
         for (i, m) in self.axes.iter().enumerate() {
             let (x, y) = (2 * i * side, (2 * i + 1) * side);
-            let apart = m[1] == ZERO && m[2] == ZERO;
+            let apart = apart(m);
             for column in 0..side {
                 let (of_x, of_y) = (f[x + column], f[y + column]);
                 (f[x + column], f[y + column]) = match apart {
@@ -83,6 +99,11 @@ impl ElectronicsLine {
             }
         }
     }
+}
+
+/// Without coupling across a bearing, the usual case, both axes are only scaled.
+fn apart(block: &[c64; 4]) -> bool {
+    block[1] == ZERO && block[2] == ZERO
 }
 
 /// 1/((1 + s/ω_a)(1 + √(s/ω_e))).

@@ -129,9 +129,10 @@ pub(crate) fn attached(effective: &Effective) -> impl Iterator<Item = (&Attachme
     all.flat_map(|a| Law::parts(a.gain).map(move |(law, value)| (a, law, value)))
 }
 
-/// Closes the loops `feedback` with their `gains` round an open receptance between `ports` ports, row-major.
-pub(crate) fn close(open: &[c64], ports: usize, feedback: &[Feedback], gains: &[c64]) -> Vec<c64> {
-    let (p, m) = (ports, feedback.len());
+/// Closes the loops `feedback` with their `gains` round an open receptance of ports to forces at the first `driven` of
+/// them, those of the loops among these, row-major.
+pub(crate) fn close(open: &[c64], driven: usize, feedback: &[Feedback], gains: &[c64]) -> Vec<c64> {
+    let (p, m) = (driven, feedback.len());
     let mut unit = vec![ZERO; m * m];
     let mut rows = vec![ZERO; m * p];
     for (a, f) in feedback.iter().enumerate() {
@@ -143,11 +144,11 @@ pub(crate) fn close(open: &[c64], ports: usize, feedback: &[Feedback], gains: &[
     }
     eliminate(&mut unit, &mut rows, m, p);
     let mut closed = open.to_vec();
-    for i in 0..p {
-        for (a, f) in feedback.iter().enumerate() {
-            let through = open[i * p + f.port] * gains[a];
-            for j in 0..p {
-                closed[i * p + j] += through * rows[a * p + j];
+    for (closed, open) in closed.chunks_mut(p).zip(open.chunks(p)) {
+        for ((f, gain), row) in feedback.iter().zip(gains).zip(rows.chunks(p)) {
+            let through = open[f.port] * gain;
+            for (closed, row) in closed.iter_mut().zip(row) {
+                *closed += through * row;
             }
         }
     }

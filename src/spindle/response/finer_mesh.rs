@@ -4,20 +4,20 @@ use super::ritz::ReducedShaft;
 use crate::linalg::{Mat, solve};
 use crate::spindle::SpindleError;
 
-/// s, 1 + sKC and C.
-pub(super) struct FinerMesh<'a> {
+/// s and 1 + sKC.
+#[derive(Debug)]
+pub(super) struct FinerMesh {
     s: f64,
     unit: Mat<f64>,
-    mesh: &'a Mat<f64>,
 }
 
-impl<'a> FinerMesh<'a> {
+impl FinerMesh {
     /// Changes a stiffness to that of a mesh `s` steps finer; nothing for s = 0.
     ///
     /// # Errors
     /// [`SpindleError::Numeric`] for a mesh so much coarser that 1 + sKC is singular.
     pub(super) fn new(
-        shaft: &'a ReducedShaft,
+        shaft: &ReducedShaft,
         stiffness: &mut Mat<f64>,
         s: f64,
     ) -> Result<Option<Self>, SpindleError> {
@@ -31,19 +31,22 @@ impl<'a> FinerMesh<'a> {
         });
         let moved = solve(&unit, &*stiffness)?;
         *stiffness = Mat::from_fn(n, n, |i, j| 0.5 * (moved[(i, j)] + moved[(j, i)]));
-        let mesh = &shaft.mesh;
-        Ok(Some(Self { s, unit, mesh }))
+        Ok(Some(Self { s, unit }))
     }
 
-    /// Rows of the ports in the changed coordinates; returns their constant receptance, ports × ports.
+    /// Rows of the ports of the shaft in the changed coordinates; returns their constant receptance, ports × ports.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(super) fn move_ports(&self, rows: &mut [Vec<f64>]) -> Result<Vec<f64>, SpindleError> {
+    pub(super) fn move_ports(
+        &self,
+        shaft: &ReducedShaft,
+        rows: &mut [Vec<f64>],
+    ) -> Result<Vec<f64>, SpindleError> {
         let (n, p) = (self.unit.nrows(), rows.len());
         let before = Mat::from_fn(n, p, |i, j| rows[j][i]);
         let after = solve(&self.unit, &before)?;
-        let still = before.transpose() * (self.mesh * &after);
+        let still = before.transpose() * (&shaft.mesh * &after);
         for (j, row) in rows.iter_mut().enumerate() {
             for (i, a) in row.iter_mut().enumerate() {
                 *a = after[(i, j)];

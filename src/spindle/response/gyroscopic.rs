@@ -71,6 +71,7 @@ impl Gyroscopic {
         let n = behind.n;
         let d = behind.right.len() / n.max(1);
         let p = behind.right_ports.len() / n.max(1);
+        let stride = self.ports.len() / d.max(1);
         let mut slope = vec![ZERO; n * n];
         let mut on_left = vec![ZERO; n];
         let mut on_right = vec![ZERO; n];
@@ -78,7 +79,7 @@ impl Gyroscopic {
             on_left.fill(ZERO);
             on_right.fill(ZERO);
             for q in 0..p {
-                let port = w * self.ports[k * p + q];
+                let port = w * self.ports[k * stride + q];
                 for o in 0..n {
                     on_left[o] -= behind.left_ports[o * p + q] * port;
                     on_right[o] -= behind.right_ports[q * n + o] * port;
@@ -102,7 +103,8 @@ impl Gyroscopic {
         slope
     }
 
-    /// Z⁻¹B: coordinates × ports at a signed frequency, `diagonal` what Z is without gyroscopic terms.
+    /// Z⁻¹B of the first `ports`, coordinates × ports, at a signed frequency; `diagonal` is what Z is without
+    /// gyroscopic terms.
     pub(super) fn solve(
         &self,
         w: f64,
@@ -111,6 +113,7 @@ impl Gyroscopic {
         diagonal: &impl Fn(usize) -> c64,
     ) -> Vec<c64> {
         let (l, d, p) = (self.near, dynamic, ports.len());
+        let stride = self.ports.len() / d.max(1);
         let w = w * self.factor;
         let both = self.own.iter().zip(&self.through);
         let term: Vec<f64> = both.map(|(own, t)| w * own - w * w * t).collect();
@@ -120,7 +123,7 @@ impl Gyroscopic {
         for (k, row) in rows.chunks_mut(width).enumerate() {
             row[..l].copy_from_slice(&term[k * d..k * d + l]);
             for j in 0..p {
-                row[l + j] = ports[j][k] - w * self.ports[k * p + j];
+                row[l + j] = ports[j][k] - w * self.ports[k * stride + j];
             }
         }
         let far: Vec<c64> = (l..d)

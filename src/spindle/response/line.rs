@@ -93,8 +93,7 @@ impl Assembled {
                         change.slope(&self.effective, &response, omega_rad_s)
                     }
                     Some(Number::InPlane(sum, plane)) => {
-                        let ports = self.ports.len();
-                        let x = |out, input| whirl.apart(ports, out, input);
+                        let x = |out, input| whirl.apart(out, input);
                         let mut own = in_plane(sum, *plane, first, omega_rad_s, x);
                         electronics.surround(&mut own, SIDE);
                         own

@@ -78,11 +78,15 @@ pub(super) fn in_plane(
 }
 
 impl Whirl {
-    /// Entry of the response from one port and plane to another, springs in one plane open; `ports` is their number.
-    pub(super) fn apart(&self, ports: usize, out: (usize, usize), input: (usize, usize)) -> c64 {
-        let entry = out.0 * ports + input.0;
-        let back = self.backward.as_ref().map(|b| b.closed[entry]);
-        let (same, x_to_y) = planar(self.forward.closed[entry], back);
+    /// Entry between two ports of the response in a plane and from one plane to the other, springs in one plane open.
+    fn both(&self, out: usize, input: usize) -> (c64, c64) {
+        let back = self.backward.as_ref().map(|b| b.entry(out, input));
+        planar(self.forward.entry(out, input), back)
+    }
+
+    /// Entry of the response from one port and plane to another, springs in one plane open.
+    pub(super) fn apart(&self, out: (usize, usize), input: (usize, usize)) -> c64 {
+        let (same, x_to_y) = self.both(out.0, input.0);
         match (out.1, input.1) {
             (0, 1) => -x_to_y,
             (1, 0) => x_to_y,
@@ -155,12 +159,9 @@ impl Assembled {
     }
 
     fn closed_in_planes(&self, whirl: &Whirl, outs: &[usize], ins: &[usize]) -> Closed {
-        let ports = self.ports.len();
         let side = 2 * outs.len();
         let open = in_pairs(outs.len(), |n| {
-            let entry = outs[n / ins.len()] * ports + ins[n % ins.len()];
-            let back = whirl.backward.as_ref().map(|b| b.closed[entry]);
-            planar(whirl.forward.closed[entry], back)
+            whirl.both(outs[n / ins.len()], ins[n % ins.len()])
         });
         let springs = (OUT.len(), self.plane_springs.as_slice());
         let (loops, response) = close_in_planes(&open, side, springs, whirl.omega_rad_s);

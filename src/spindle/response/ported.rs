@@ -48,10 +48,10 @@ impl Assembled {
         let at = self.planar(w);
         let outs: Vec<usize> = OUT.iter().chain(extra).copied().collect();
         let ins: Vec<usize> = IN.iter().chain(extra).copied().collect();
-        let (p, side) = (self.ports.len(), outs.len());
+        let side = outs.len();
         let mut response = Vec::with_capacity(side * side);
         for out in &outs {
-            response.extend(ins.iter().map(|i| at.closed[out * p + i]));
+            response.extend(ins.iter().map(|i| at.entry(*out, *i)));
         }
         let slopes = parameters.map_or(vec![], |parameters| {
             let behind = self.behind(&at, w, &outs, &ins);

@@ -1,5 +1,6 @@
 //! A machine whose shaft stands in Ritz coordinates, rigid and with a joint at the nose.
 
+use super::moved_shaft::Recent;
 use super::parameters::MachineParameters;
 use super::ritz::ReducedShaft;
 use crate::spindle::{Effect, Effective, Machine, SpindleError};
@@ -15,6 +16,8 @@ pub struct ReducedMachine {
     pub(super) rigid: ReducedShaft,
     /// Made when an effect needs it: most machines are only compared as they are.
     jointed: OnceLock<Result<ReducedShaft, SpindleError>>,
+    /// Shafts with parameters that were assembled last.
+    pub(super) recent: Recent,
 }
 
 impl ReducedMachine {
@@ -29,6 +32,7 @@ impl ReducedMachine {
             machine: machine.clone(),
             rigid: ReducedShaft::new(machine, group, false)?,
             jointed: OnceLock::new(),
+            recent: Recent::default(),
             parameters,
         })
     }

@@ -77,8 +77,7 @@ impl Assembled {
         o: usize,
         i: usize,
     ) -> c64 {
-        let p = self.ports.len();
-        let h = |a: usize, b: usize| at.closed[a * p + b];
+        let h = |a: usize, b: usize| at.entry(a, b);
         // A law at a place whose slope port moves it.
         let moved = |q: usize, slope: usize| h(o, slope) * h(q, i) + h(o, q) * h(slope, i);
         match term {

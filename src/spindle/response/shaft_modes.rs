@@ -5,6 +5,7 @@ use crate::rotor::modes::RIGID;
 use crate::spindle::SpindleError;
 
 /// Modes, mass-orthonormal, the rigid ones first.
+#[derive(Debug)]
 pub(super) struct Modes {
     /// Natural frequencies, rad/s; zero for the rigid ones.
     pub omega: Vec<f64>,

@@ -239,6 +239,7 @@ fn derivatives_of_readings() {
                 effects: &effects,
                 speed_rad_s: speed,
                 derivatives: false,
+                further: &[],
                 probes: &probes,
             },
         );
@@ -409,6 +410,7 @@ fn derivatives_of_effects() {
                 effects: &effects,
                 speed_rad_s: speed,
                 derivatives: true,
+                further: &[],
                 probes: &probes,
             },
         );

@@ -1,0 +1,144 @@
+//! The modes of a shaft whose moduli, mesh, joint and added masses have moved, each computed once.
+//!
+//! Records at several speeds, places that are tried from one point, and residuals next to derivatives ask for the same
+//! shaft: the last few are kept.
+
+use super::finer_mesh::FinerMesh;
+use super::ritz::ReducedShaft;
+use super::shaft_modes::{Modes, modes};
+use crate::linalg::Mat;
+use crate::spindle::{Effect, EffectKind, Location, SpindleError};
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Shafts that are kept: those that threads work on at a time, and the point that all of them start from.
+const KEPT: usize = 16;
+
+/// A shaft with its parameters, without anything round it.
+#[derive(Debug)]
+pub(super) struct MovedShaft {
+    /// Modes.
+    pub modes: Modes,
+    /// The change of coordinates of another mesh, if there is one.
+    pub finer: Option<FinerMesh>,
+}
+
+/// What a shaft depends on.
+#[derive(Clone, Copy)]
+pub(super) struct Move<'a> {
+    /// Factor of the modulus of every group.
+    pub scale: &'a [f64],
+    /// The fitted joint, if there is one.
+    pub joint: Option<&'a Effect>,
+    /// Steps to a finer mesh.
+    pub mesh: f64,
+    /// Effects, of which masses count.
+    pub effects: &'a [Effect],
+}
+
+/// The shafts that were asked for last, by what they depend on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Recent(Arc<Mutex<VecDeque<Entry>>>);
+
+/// Bits of all numbers of a [`Move`], and its shaft.
+type Entry = (Vec<u64>, Arc<MovedShaft>);
+
+impl Recent {
+    /// The shaft of a move, computed where it is not among the last.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when an effect leaves the shaft or an eigenvalue iteration fails.
+    pub(super) fn shaft(
+        &self,
+        shaft: &ReducedShaft,
+        by: Move,
+    ) -> Result<Arc<MovedShaft>, SpindleError> {
+        let key = by.key(shaft);
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = {
+            let mut all = lock();
+            let at = all.iter().position(|(other, _)| *other == key);
+            let entry = at.and_then(|at| all.remove(at));
+            all.extend(entry.clone());
+            entry
+        };
+        if let Some((_, found)) = known {
+            return Ok(found);
+        }
+        let made = Arc::new(MovedShaft::new(shaft, by)?);
+        let mut all = lock();
+        all.push_back((key, made.clone()));
+        if all.len() > KEPT {
+            all.pop_front();
+        }
+        Ok(made)
+    }
+}
+
+impl Move<'_> {
+    /// Places, and masses in kg, that the effects add.
+    fn masses(&self, shaft: &ReducedShaft) -> impl Iterator<Item = (f64, f64)> {
+        self.effects.iter().filter_map(|effect| {
+            let value = effect.values.first().copied().unwrap_or_default();
+            let z = match (effect.kind, &effect.location) {
+                (EffectKind::ToolMass, _) => shaft.span_m().0,
+                (EffectKind::AddedMass, Location::Position(z)) => *z,
+                _ => return None,
+            };
+            // No mass has no place: its derivative to the place is exactly none, not rounding.
+            (value != 0.0).then_some((z, value))
+        })
+    }
+
+    fn key(&self, shaft: &ReducedShaft) -> Vec<u64> {
+        let joint = self.joint.map_or(&[][..], |joint| &joint.values);
+        let lengths = [self.joint.is_some() as u64, joint.len() as u64];
+        let masses = self.masses(shaft).flat_map(|(z, mass)| [z, mass]);
+        let numbers = [self.mesh].into_iter().chain(self.scale.iter().copied());
+        let numbers = numbers.chain(joint.iter().copied()).chain(masses);
+        lengths
+            .into_iter()
+            .chain(numbers.map(f64::to_bits))
+            .collect()
+    }
+}
+
+impl MovedShaft {
+    fn new(shaft: &ReducedShaft, by: Move) -> Result<Self, SpindleError> {
+        let mut k = stiffness(shaft, by.scale, by.joint);
+        let finer = FinerMesh::new(shaft, &mut k, by.mesh)?;
+        let mut masses = vec![];
+        for (z, mass) in by.masses(shaft) {
+            let mut row = [shaft.row(z)?];
+            if let Some(finer) = &finer {
+                finer.move_ports(shaft, &mut row)?;
+            }
+            let [row] = row;
+            masses.push((row, mass));
+        }
+        Ok(Self {
+            modes: modes(&k, &masses)?,
+            finer,
+        })
+    }
+}
+
+/// Stiffness with moduli `scale` times their own, and with the fitted joint, n×n.
+fn stiffness(shaft: &ReducedShaft, scale: &[f64], joint: Option<&Effect>) -> Mat<f64> {
+    let n = shaft.len();
+    let mut k = shaft.stiffness.clone();
+    for (group, scale) in shaft.groups.iter().zip(scale).filter(|(_, s)| **s != 1.0) {
+        for j in 0..n {
+            let column = k.col_as_slice_mut(j).iter_mut();
+            for (k, own) in column.zip(group.col_as_slice(j)) {
+                *k += (scale - 1.0) * own;
+            }
+        }
+    }
+    if let (Some(effect), Some(rows)) = (joint, &shaft.joint) {
+        for (row, value) in rows.iter().zip(&effect.values) {
+            k = Mat::from_fn(n, n, |i, j| k[(i, j)] + value * row[i] * row[j]);
+        }
+    }
+    k
+}
