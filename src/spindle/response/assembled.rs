@@ -108,6 +108,18 @@ impl Assembled {
         std::array::from_fn(|k| at.entry(OUT[k / 3], IN[k % 3]))
     }
 
+    /// (ω_k² − ω² + jωc_k − circ_k)⁻¹ of all coordinates, real and imaginary parts apart.
+    fn inverses(&self, w: f64) -> (Vec<f64>, Vec<f64>) {
+        let damping = self.damping.total.iter().zip(&self.damping.circulatory);
+        let both = self.omega.iter().zip(damping);
+        both.map(|(omega, (total, circulatory))| {
+            let (re, im) = (omega * omega - w * w, w * total - circulatory);
+            let norm = re * re + im * im;
+            (re / norm, -im / norm)
+        })
+        .unzip()
+    }
+
     pub(super) fn planar(&self, w: f64) -> Planar {
         let (ports, p) = (self.ports.len(), self.driven);
         let diagonal = |k: usize| {
@@ -116,14 +128,15 @@ impl Assembled {
                 w * self.damping.total[k] - self.damping.circulatory[k],
             )
         };
+        let inverses = self.inverses(w);
         let d = self.dynamic;
         let mut x = vec![ZERO; d * p];
         match &self.gyroscopic {
             None => {
-                for k in 0..d {
-                    let inverse = diagonal(k).inv();
-                    for j in 0..p {
-                        x[k * p + j] = inverse * self.ports[j][k];
+                for (k, x) in x.chunks_mut(p).enumerate() {
+                    let inverse = c64::new(inverses.0[k], inverses.1[k]);
+                    for (x, port) in x.iter_mut().zip(&self.ports) {
+                        *x = inverse * port[k];
                     }
                 }
             }
@@ -150,11 +163,11 @@ impl Assembled {
         let alone = if self.gyroscopic.is_some() { d } else { 0 };
         let count = pairs(ports, p).count();
         let (mut re, mut im) = (vec![0.0; count], vec![0.0; count]);
-        for (k, products) in self.products.chunks(count).enumerate().skip(alone) {
-            let inverse = diagonal(k).inv();
+        let own = inverses.0.iter().zip(&inverses.1);
+        for (products, (own_re, own_im)) in self.products.chunks(count).zip(own).skip(alone) {
             for ((re, im), product) in re.iter_mut().zip(&mut im).zip(products) {
-                *re += inverse.re * product;
-                *im += inverse.im * product;
+                *re += own_re * product;
+                *im += own_im * product;
             }
         }
         let parts = re.into_iter().zip(im);

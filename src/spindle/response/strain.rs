@@ -37,21 +37,15 @@ impl Strain {
             amplitude[range.clone()].fill(scale.sqrt());
         }
         let own = Mat::from_fn(n, count, |i, r| shaft.strains[(i, r)] * amplitude[r]);
-        let turned = turned.transpose() * own;
-        let mut strains = Mat::zeros(count, dynamic + ports.len());
-        for k in 0..dynamic {
-            for r in 0..count {
-                strains[(r, k)] = turned[(k, r)];
-            }
-        }
-        for (q, port) in ports.iter().enumerate() {
-            for k in dynamic..n {
-                let follows = port[k] / omega[k].powi(2);
-                for r in 0..count {
-                    strains[(r, dynamic + q)] += follows * turned[(k, r)];
-                }
-            }
-        }
+        let turned = own.transpose() * turned;
+        let follow = Mat::from_fn(n - dynamic, ports.len(), |k, q| {
+            ports[q][dynamic + k] / omega[dynamic + k].powi(2)
+        });
+        let above = turned.subcols(dynamic, n - dynamic) * follow;
+        let strains = Mat::from_fn(count, dynamic + ports.len(), |r, c| match c < dynamic {
+            true => turned[(r, c)],
+            false => above[(r, c - dynamic)],
+        });
         Self {
             of_group: shaft.strains_of_group.clone(),
             strains,
