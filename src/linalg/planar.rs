@@ -93,6 +93,13 @@ impl Planar {
         (self.re[k], self.im[k])
     }
 
+    /// Writes an entry (re, im).
+    #[inline(always)]
+    pub(crate) fn set(&mut self, i: usize, j: usize, (re, im): (f64, f64)) {
+        let k = i + j * self.rows;
+        (self.re[k], self.im[k]) = (re, im);
+    }
+
     /// Adds a real number to an entry.
     #[inline(always)]
     pub(crate) fn add_real(&mut self, i: usize, j: usize, value: f64) {
@@ -104,6 +111,11 @@ impl Planar {
     pub(crate) fn squared(&self, i: usize, j: usize) -> f64 {
         let (re, im) = self.at(i, j);
         re * re + im * im
+    }
+
+    /// Σ|entry|².
+    pub(crate) fn sum_of_squares(&self) -> f64 {
+        self.re.iter().chain(&self.im).map(|v| v * v).sum()
     }
 
     /// Rows `from`..`to` of a column.

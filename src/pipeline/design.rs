@@ -192,10 +192,10 @@ pub fn design(
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let from_dk = Candidate::new(machine, weights, &problems, &sampled)?;
-    progress(Event::Stage("realisation and its μ"));
     let (delivery, polish) = match &settings.polish {
         None => {
+            let from_dk = Candidate::new(machine, weights, &problems, &sampled)?;
+            progress(Event::Stage("realisation and its μ"));
             let proof = from_dk.proof(machine)?;
             let speeds = settings.speeds;
             (from_dk.delivered(machine, &problems, speeds, proof)?, None)
@@ -209,7 +209,9 @@ pub fn design(
                 effort: *effort,
                 earlier: settings.earlier.as_ref().map(|e| &e.plane),
             };
-            let (delivery, outcome) = polished(job, &sampled, from_dk)?;
+            // The polish computes that figure beside its first descent.
+            progress(Event::Stage("realisation and its μ"));
+            let (delivery, outcome) = polished(job, &sampled)?;
             (delivery, Some(outcome))
         }
     };
