@@ -19,7 +19,6 @@ pub mod schur;
 pub(crate) mod small;
 pub(crate) mod svd;
 pub(crate) mod symmetric;
-pub(crate) mod wide;
 
 pub use dense::{
     eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,

@@ -3,7 +3,6 @@
 //! Loops over a column vectorise, and storage is allocated once for many factorisations: what general routines spend on
 //! matrices of a few dozen rows is mostly allocation and dispatch.
 
-use super::wide::wide;
 use super::{Mat, c64};
 
 /// A complex matrix in two arrays.
@@ -21,7 +20,7 @@ pub(crate) type Part<'a> = (&'a [f64], &'a [f64]);
 pub(crate) type PartMut<'a> = (&'a mut [f64], &'a mut [f64]);
 
 /// y ← y + a·x.
-#[inline(always)]
+#[inline]
 pub(crate) fn add_scaled(y: PartMut, a: (f64, f64), x: Part) {
     let own = y.0.iter_mut().zip(y.1.iter_mut());
     for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
@@ -31,7 +30,7 @@ pub(crate) fn add_scaled(y: PartMut, a: (f64, f64), x: Part) {
 }
 
 /// y ← y + a·conj(x), as [`add_scaled`].
-#[inline(always)]
+#[inline]
 pub(crate) fn add_scaled_conj(y: PartMut, a: (f64, f64), x: Part) {
     let own = y.0.iter_mut().zip(y.1.iter_mut());
     for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
@@ -75,39 +74,27 @@ impl Planar {
     }
 
     /// Number of rows.
-    #[inline(always)]
     pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
     /// Number of columns.
-    #[inline(always)]
     pub(crate) fn cols(&self) -> usize {
         self.cols
     }
 
     /// Entry (re, im).
-    #[inline(always)]
     pub(crate) fn at(&self, i: usize, j: usize) -> (f64, f64) {
         let k = i + j * self.rows;
         (self.re[k], self.im[k])
     }
 
-    /// Writes an entry (re, im).
-    #[inline(always)]
-    pub(crate) fn set(&mut self, i: usize, j: usize, (re, im): (f64, f64)) {
-        let k = i + j * self.rows;
-        (self.re[k], self.im[k]) = (re, im);
-    }
-
     /// Adds a real number to an entry.
-    #[inline(always)]
     pub(crate) fn add_real(&mut self, i: usize, j: usize, value: f64) {
         self.re[i + j * self.rows] += value;
     }
 
     /// |entry|².
-    #[inline(always)]
     pub(crate) fn squared(&self, i: usize, j: usize) -> f64 {
         let (re, im) = self.at(i, j);
         re * re + im * im
@@ -119,21 +106,18 @@ impl Planar {
     }
 
     /// Rows `from`..`to` of a column.
-    #[inline(always)]
     pub(crate) fn part(&self, from: usize, to: usize, j: usize) -> Part<'_> {
         let (a, b) = (from + j * self.rows, to + j * self.rows);
         (&self.re[a..b], &self.im[a..b])
     }
 
     /// Rows `from`..`to` of a column for writing.
-    #[inline(always)]
     pub(crate) fn part_mut(&mut self, from: usize, to: usize, j: usize) -> PartMut<'_> {
         let (a, b) = (from + j * self.rows, to + j * self.rows);
         (&mut self.re[a..b], &mut self.im[a..b])
     }
 
     /// Column `j` for writing, and all columns before it.
-    #[inline(always)]
     fn split(&mut self, j: usize) -> (PartMut<'_>, Part<'_>) {
         let k = j * self.rows;
         let (before_re, after_re) = self.re.split_at_mut(k);
@@ -143,7 +127,6 @@ impl Planar {
     }
 
     /// Sets every entry to zero.
-    #[inline(always)]
     pub(crate) fn clear(&mut self) {
         self.re.fill(0.0);
         self.im.fill(0.0);
@@ -151,7 +134,6 @@ impl Planar {
 
     /// Replaces the lower triangle of a Hermitian matrix by its Cholesky factor L; false when it is not positive
     /// definite.
-    #[inline(always)]
     pub(crate) fn cholesky(&mut self) -> bool {
         let n = self.rows;
         for j in 0..n {
@@ -177,7 +159,6 @@ impl Planar {
     }
 
     /// Transposed inverse of a lower triangular factor with a real diagonal: column r of `into` is row r of L⁻¹.
-    #[inline(always)]
     pub(crate) fn invert_lower_transposed(&self, into: &mut Self) {
         let n = self.rows;
         into.clear();
@@ -200,11 +181,6 @@ impl Planar {
     /// Largest singular value, through the smaller Gram matrix: exact to rounding relative to itself. NaN for entries
     /// that are not finite.
     pub(crate) fn largest_singular_value(&self) -> f64 {
-        wide(|| self.by_gram())
-    }
-
-    #[inline(always)]
-    fn by_gram(&self) -> f64 {
         let entries = self.re.iter().chain(&self.im);
         // max() would drop a NaN.
         let size = entries.fold(0.0f64, |m, v| if v.abs() <= m { m } else { v.abs() });
@@ -233,7 +209,6 @@ impl Planar {
 
     /// Largest eigenvalue of a Hermitian matrix (both triangles), which it destroys: Householder's tridiagonal form,
     /// then QL.
-    #[inline(always)]
     pub(crate) fn largest_hermitian_value(&mut self) -> f64 {
         let n = self.rows;
         let (mut d, mut e) = (vec![0.0; n], vec![0.0; n]);
@@ -249,7 +224,6 @@ impl Planar {
     }
 
     /// Annihilates column k below the subdiagonal by a reflection I − τvvᴴ on both sides; returns |subdiagonal entry|.
-    #[inline(always)]
     fn reflect(&mut self, k: usize, v: &mut Self, p: &mut Self) -> f64 {
         let (n, first) = (self.rows, k + 1);
         let x = self.part(first, n, k);

@@ -5,7 +5,6 @@ use super::response::Response;
 use super::scale::balancing;
 use super::state_space::{StateSpace, TimeBase};
 use crate::linalg::planar::{Part, PartMut, add_scaled};
-use crate::linalg::wide::wide;
 use crate::linalg::{Mat, c64};
 
 /// A system prepared for evaluation on a grid.
@@ -78,16 +77,6 @@ impl<T: TimeBase> FrequencyResponder<T> {
 
     /// C(ζI − A)⁻¹B + D, p×m; entries are infinite or NaN on a pole.
     pub fn transfer(&self, point: c64) -> Mat<c64> {
-        let (p, m) = (self.d.nrows(), self.d.ncols());
-        let sum = wide(|| self.rows_at(point));
-        Mat::from_fn(p, m, |i, j| {
-            let (re, im) = sum.at(i, j);
-            c64::new(re, im)
-        })
-    }
-
-    #[inline(always)]
-    fn rows_at(&self, point: c64) -> Rows {
         let (n, p, m) = (self.n, self.d.nrows(), self.d.ncols());
         let mut rows = Rows::new(n, n + m);
         self.reduced(point, &mut rows);
@@ -113,11 +102,13 @@ impl<T: TimeBase> FrequencyResponder<T> {
                 add_scaled(own, (self.c[(i, k)], 0.0), rows.part(k, n));
             }
         }
-        sum
+        Mat::from_fn(p, m, |i, j| {
+            let (re, im) = sum.at(i, j);
+            c64::new(re, im)
+        })
     }
 
     /// Rows of [ζI − H | B], reduced to an upper triangle with row exchanges.
-    #[inline(always)]
     fn reduced(&self, point: c64, rows: &mut Rows) {
         let (n, m) = (self.n, self.d.ncols());
         let width = n + m;
@@ -184,21 +175,18 @@ impl Rows {
         }
     }
 
-    #[inline(always)]
     fn at(&self, i: usize, j: usize) -> (f64, f64) {
         let k = i * self.width + j;
         (self.re[k], self.im[k])
     }
 
     /// Row `i` from column `from` on.
-    #[inline(always)]
     fn part(&self, i: usize, from: usize) -> Part<'_> {
         let span = i * self.width + from..(i + 1) * self.width;
         (&self.re[span.clone()], &self.im[span])
     }
 
     /// Row `k` for writing and row `l` below it, both from column `from` on.
-    #[inline(always)]
     fn pair(&mut self, k: usize, l: usize, from: usize) -> (PartMut<'_>, Part<'_>) {
         let (w, cut) = (self.width, (k + 1) * self.width);
         let (above_re, below_re) = self.re.split_at_mut(cut);
@@ -211,7 +199,6 @@ impl Rows {
     }
 
     /// Row `k` and the next one for writing, from column `from` on.
-    #[inline(always)]
     fn neighbours(&mut self, k: usize, from: usize) -> (Part<'_>, PartMut<'_>) {
         let (w, cut) = (self.width, (k + 1) * self.width);
         let (above_re, below_re) = self.re.split_at_mut(cut);
@@ -224,7 +211,6 @@ impl Rows {
     }
 
     /// Exchanges two neighbouring rows from column `from` on.
-    #[inline(always)]
     fn swap(&mut self, k: usize, l: usize, from: usize) {
         let w = self.width;
         for array in [&mut self.re, &mut self.im] {
@@ -234,7 +220,6 @@ impl Rows {
     }
 
     /// Multiplies row `k` from column `from` on.
-    #[inline(always)]
     fn scale(&mut self, k: usize, from: usize, factor: c64) {
         for j in k * self.width + from..(k + 1) * self.width {
             let product = c64::new(self.re[j], self.im[j]) * factor;

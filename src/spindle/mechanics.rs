@@ -16,7 +16,6 @@ use super::response::feedback::{
 };
 use super::whirl_form::WhirlForm;
 use crate::linalg::planar::{Planar, add_scaled};
-use crate::linalg::wide::wide;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::basis::Cut;
 use crate::rotor::modes::RIGID;
@@ -259,20 +258,18 @@ impl Mechanics {
                 // Column i is row i of the receptance.
                 let mut rows = Planar::from_fn(p, p, |j, i| (self.residual[(i, j)], 0.0));
                 let mut driven = Planar::zeros(p, 1);
-                wide(|| {
-                    for k in 0..n {
-                        let inverse = diagonal(k).inv();
-                        let column = driven.part_mut(0, p, 0);
-                        for j in 0..p {
-                            let z = inverse * self.ports[(j, k)];
-                            (column.0[j], column.1[j]) = (z.re, z.im);
-                        }
-                        for i in 0..p {
-                            let read = (self.ports[(i, k)], 0.0);
-                            add_scaled(rows.part_mut(0, p, i), read, driven.part(0, p, 0));
-                        }
+                for k in 0..n {
+                    let inverse = diagonal(k).inv();
+                    let column = driven.part_mut(0, p, 0);
+                    for j in 0..p {
+                        let z = inverse * self.ports[(j, k)];
+                        (column.0[j], column.1[j]) = (z.re, z.im);
                     }
-                });
+                    for i in 0..p {
+                        let read = (self.ports[(i, k)], 0.0);
+                        add_scaled(rows.part_mut(0, p, i), read, driven.part(0, p, 0));
+                    }
+                }
                 Mat::from_fn(p, p, |i, j| {
                     let (re, im) = rows.at(j, i);
                     c64::new(re, im)

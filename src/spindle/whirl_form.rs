@@ -6,7 +6,6 @@
 //! exactly.
 
 use crate::linalg::planar::{Planar, add_scaled};
-use crate::linalg::wide::wide;
 use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 
 /// Poles and port amplitudes of the whirl modes.
@@ -80,21 +79,19 @@ impl WhirlForm {
         // Column i is row i of the receptance.
         let mut rows = Planar::from_fn(p, p, |j, i| (residual[(i, j)], 0.0));
         let mut driven = Planar::zeros(p, 1);
-        wide(|| {
-            for (k, pole) in self.poles.iter().enumerate() {
-                let gain = (s * (s - pole)).inv();
-                driven.clear();
-                add_scaled(
-                    driven.part_mut(0, p, 0),
-                    parts(gain),
-                    self.force.part(0, p, k),
-                );
-                for i in 0..p {
-                    let read = self.read.at(i, k);
-                    add_scaled(rows.part_mut(0, p, i), read, driven.part(0, p, 0));
-                }
+        for (k, pole) in self.poles.iter().enumerate() {
+            let gain = (s * (s - pole)).inv();
+            driven.clear();
+            add_scaled(
+                driven.part_mut(0, p, 0),
+                parts(gain),
+                self.force.part(0, p, k),
+            );
+            for i in 0..p {
+                let read = self.read.at(i, k);
+                add_scaled(rows.part_mut(0, p, i), read, driven.part(0, p, 0));
             }
-        });
+        }
         Mat::from_fn(p, p, |i, j| {
             let (re, im) = rows.at(j, i);
             c64::new(re, im)

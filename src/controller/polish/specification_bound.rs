@@ -7,8 +7,6 @@
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, outer, row_times, times};
 use super::responses::SpecificationLine;
-use crate::linalg::planar::{Part, Planar, add_scaled, add_scaled_conj};
-use crate::linalg::wide::wide;
 use crate::linalg::{Mat, c64};
 use crate::robust::mu::dscale::optimal;
 use crate::robust::structure::Structure;
@@ -61,8 +59,8 @@ pub(super) fn bound(
         q: [[ZERO; 2]; 2],
         slope: 0.0,
     };
-    // The transpose of D M D⁻¹: column i is row i of it.
-    let mut m = Planar::zeros(columns, rows);
+    // D M D⁻¹, column after column.
+    let mut m = Vec::with_capacity(rows * columns);
     let mut sum = 0.0;
     for j in 0..columns {
         let inner = times(r, &[line.read[(0, j)], line.read[(1, j)]]);
@@ -71,27 +69,30 @@ pub(super) fn bound(
             let entry = line.direct[(i, j)] + e * inner[0] + f * inner[1];
             let entry = entry * (scale(i) / scale(j));
             sum += entry.norm_sqr();
-            m.set(j, i, (entry.re, entry.im));
+            m.push(entry);
         }
     }
     // σ ≤ ‖M‖_F.
     if sum < floor * floor || sum == 0.0 {
         return below(sum.sqrt());
     }
-    let gram = wide(|| gram(&m));
+    let gram = gram(&m, rows, columns);
     // σ⁴ ≤ ‖MᴴM‖_F².
-    let square = gram.sum_of_squares().sqrt();
+    let square = gram.iter().map(c64::norm_sqr).sum::<f64>().sqrt();
     if square < floor * floor {
         return below(square.sqrt());
     }
-    let (sigma, v) = wide(|| largest(&gram));
+    let (sigma, v) = largest(&gram, columns);
     if sigma <= 0.0 {
         return below(sigma);
     }
     // u = M v/σ.
-    let u: Vec<c64> = (0..rows)
-        .map(|i| row_product(m.part(0, columns, i), &v) / sigma)
-        .collect();
+    let mut u = vec![ZERO; rows];
+    for (column, v) in m.chunks_exact(rows).zip(&v) {
+        for (u, entry) in u.iter_mut().zip(column) {
+            *u += entry * v / sigma;
+        }
+    }
     let a = [0, 1].map(|k| {
         (0..rows).fold(ZERO, |sum, i| {
             sum + u[i].conj() * line.drive[(i, k)] * scale(i)
@@ -113,80 +114,60 @@ pub(super) fn bound(
     }
 }
 
-/// MᴴM of a matrix whose rows are the columns of `turned`.
-#[inline(always)]
-fn gram(turned: &Planar) -> Planar {
-    let n = turned.rows();
-    let mut gram = Planar::zeros(n, n);
-    for i in 0..turned.cols() {
-        for j in 0..n {
-            let entry = turned.at(j, i);
-            let own = gram.part_mut(0, n, j);
-            add_scaled_conj(own, entry, turned.part(0, n, i));
+/// MᴴM of a matrix stored column after column, which is Hermitian: row after row.
+fn gram(m: &[c64], rows: usize, n: usize) -> Vec<c64> {
+    let mut gram = vec![ZERO; n * n];
+    for i in 0..n {
+        for j in i..n {
+            let (a, b) = (&m[i * rows..(i + 1) * rows], &m[j * rows..(j + 1) * rows]);
+            let entry = a.iter().zip(b).fold(ZERO, |sum, (a, b)| sum + a.conj() * b);
+            gram[i * n + j] = entry;
+            gram[j * n + i] = entry.conj();
         }
     }
     gram
 }
 
-/// Σ xⱼ vⱼ.
-#[inline(always)]
-fn row_product(x: Part, v: &[c64]) -> c64 {
-    let entries = x.0.iter().zip(x.1).zip(v);
-    entries.fold(ZERO, |sum, ((re, im), v)| sum + c64::new(*re, *im) * v)
-}
-
-/// A v of a square matrix.
-#[inline(always)]
-fn image(of: &Planar, v: &[c64]) -> Vec<c64> {
-    let n = of.rows();
-    let mut image = Planar::zeros(n, 1);
-    for (j, v) in v.iter().enumerate() {
-        add_scaled(image.part_mut(0, n, 0), (v.re, v.im), of.part(0, n, j));
-    }
-    let entry = |i: usize| image.at(i, 0);
-    (0..n).map(entry).map(|(re, im)| c64::new(re, im)).collect()
-}
-
 /// Largest singular value with its right vector from MᴴM: the power method, started from a column of its 16th power.
-#[inline(always)]
-fn largest(gram: &Planar) -> (f64, Vec<c64>) {
-    let n = gram.rows();
-    let mut power = gram.clone();
-    let mut squared = Planar::zeros(n, n);
+fn largest(gram: &[c64], n: usize) -> (f64, Vec<c64>) {
+    let mut power = gram.to_vec();
+    let mut squared = vec![ZERO; n * n];
     for _ in 0..4 {
-        let trace: f64 = (0..n).map(|i| power.at(i, i).0).sum();
+        let trace: f64 = (0..n).map(|i| power[i * n + i].re).sum();
         if trace.is_nan() || trace <= 0.0 {
             return (if trace.is_nan() { f64::NAN } else { 0.0 }, vec![ZERO; n]);
         }
-        let unit = trace.recip();
-        squared.clear();
-        for j in 0..n {
-            for k in 0..n {
-                let (re, im) = power.at(k, j);
-                let own = squared.part_mut(0, n, j);
-                add_scaled(own, (unit * re, unit * im), power.part(0, n, k));
+        for entry in &mut power {
+            *entry /= trace;
+        }
+        // (P²)ᵢⱼ of a Hermitian P is the product of its row i with the conjugate row j.
+        for i in 0..n {
+            for j in i..n {
+                let (a, b) = (&power[i * n..(i + 1) * n], &power[j * n..(j + 1) * n]);
+                let entry = a.iter().zip(b).fold(ZERO, |sum, (a, b)| sum + a * b.conj());
+                squared[i * n + j] = entry;
+                squared[j * n + i] = entry.conj();
             }
         }
-        // P²/tr P: the next trace takes the other factor.
         std::mem::swap(&mut power, &mut squared);
     }
     let mut column = 0;
     for i in 1..n {
-        if power.at(i, i).0 > power.at(column, column).0 {
+        if power[i * n + i].re > power[column * n + column].re {
             column = i;
         }
     }
-    let mut v: Vec<c64> = (0..n)
-        .map(|i| power.at(i, column))
-        .map(|(re, im)| c64::new(re, im))
-        .collect();
+    let mut v: Vec<c64> = (0..n).map(|i| power[i * n + column]).collect();
+    let image = |of: &[c64], v: &[c64]| -> Vec<c64> {
+        of.chunks_exact(n)
+            .map(|row| row.iter().zip(v).fold(ZERO, |sum, (p, v)| sum + p * v))
+            .collect()
+    };
     // Three more steps: a second value 1 % below the largest is left with 1e-3 of the vector, 1e-6 of the value.
-    for step in 0..4 {
-        if step > 0 {
-            v = image(&power, &v);
-        }
-        let size = v.iter().map(c64::norm_sqr).sum::<f64>().sqrt();
-        v.iter_mut().for_each(|z| *z /= size);
+    for _ in 0..3 {
+        let w = image(&power, &v);
+        let size = w.iter().map(c64::norm_sqr).sum::<f64>().sqrt();
+        v = w.into_iter().map(|z| z / size).collect();
     }
     let own = image(gram, &v);
     let square: f64 = own.iter().zip(&v).map(|(g, v)| (g * v.conj()).re).sum();

@@ -6,7 +6,6 @@
 //! no scale reaches below β − μ max(c_k / tr Z_k): for any scale some block has more gain in Z than that.
 
 use crate::linalg::planar::{Planar, add_scaled_conj};
-use crate::linalg::wide::wide;
 use std::ops::Range;
 
 /// Columns and rows of M that a block owns.
@@ -38,11 +37,6 @@ const LEFT: f64 = 3e-3;
 
 /// Centres of a matrix with σ_max = 1 for its blocks, from x = 1.
 pub(crate) fn centres(m: &Planar, blocks: &[BlockRange]) -> Centre {
-    wide(|| centres_of(m, blocks))
-}
-
-#[inline(always)]
-fn centres_of(m: &Planar, blocks: &[BlockRange]) -> Centre {
     let n = blocks.len();
     let mut work = Work::new(m, blocks);
     let mut end = Centre {
@@ -155,7 +149,6 @@ impl<'a> Work<'a> {
     }
 
     /// Cholesky factor of S; false when S is not positive definite.
-    #[inline(always)]
     fn factor(&mut self, x: &[f64], level: f64) -> bool {
         let q = self.m.cols();
         self.s.clear();
@@ -175,7 +168,6 @@ impl<'a> Work<'a> {
     }
 
     /// G, MG and MGMᴴ from the factor of S.
-    #[inline(always)]
     fn products(&mut self) {
         let (p, q) = (self.m.rows(), self.m.cols());
         self.s.invert_lower_transposed(&mut self.inverse);
@@ -206,7 +198,6 @@ impl<'a> Work<'a> {
     }
 
     /// Gradient, Hessian and the derivatives by the level, after `factor`.
-    #[inline(always)]
     fn differentiate(&mut self, x: &[f64], level: f64) {
         self.products();
         let n = x.len();
@@ -242,7 +233,6 @@ impl<'a> Work<'a> {
 }
 
 /// Σ|entry|² over rows and columns.
-#[inline(always)]
 fn squares(of: &Planar, rows: &Range<usize>, cols: &Range<usize>) -> f64 {
     let mut sum = 0.0;
     for j in cols.clone() {
@@ -254,7 +244,6 @@ fn squares(of: &Planar, rows: &Range<usize>, cols: &Range<usize>) -> f64 {
 }
 
 /// The same for a Hermitian matrix of which the upper triangle is stored; `rows` are before `cols` or the same.
-#[inline(always)]
 fn squares_above(of: &Planar, rows: &Range<usize>, cols: &Range<usize>) -> f64 {
     if rows.start != cols.start {
         return squares(of, rows, cols);
