@@ -185,9 +185,9 @@ fn polished_from(
     job.polish(limits, plane).map_err(|error| error.to_string())
 }
 
-/// Polishes `plane`, the controller of the D-K iteration, and decides which controller is delivered. Where that of the D-K
-/// iteration misses a goal, a PID is tuned: the polished controller has to be as stiff, and where it misses a goal too,
-/// the polish starts from the PID as well, within zone A, then within zone B.
+/// Polishes `plane`, the controller of the D-K iteration, and decides which controller is delivered. Where that of the
+/// D-K iteration misses a goal, a PID is tuned: the polished controller has to be as stiff, and where it misses a goal
+/// too, the polish starts from the PID as well, within zone A, then within zone B.
 pub(super) fn polished(
     job: PolishJob<'_>,
     plane: &StateSpace<Discrete>,

@@ -17,7 +17,8 @@ pub enum Event<'a> {
 
 /// Stages of a design in their order, with the usual share of each in the time of all, per cent: the first four are
 /// repeated when the whole machine asks for another synthesis. Shares are rounded means over three machines, whose
-/// polish, which includes the figures of the D-K iteration, took 74, 87 and 94 per cent; they serve an estimate on a terminal and nothing else.
+/// polish, which includes the figures of the D-K iteration, took 74, 87 and 94 per cent; they serve an estimate on a
+/// terminal and nothing else.
 pub const STAGES: [(&str, f64); 11] = [
     ("problems and constant scales", 8.0),
     ("D-K iteration", 1.0),

@@ -2,9 +2,9 @@
 //!
 //! At jω even a control that is not causal leaves, with the constant scales D of the uncertainty channels,
 //!   max(σ_max(Π D P11 D⁻¹), σ_max(D P11 D⁻¹ Π')),
-//! Π the projection on what D P12 does not reach, Π' that on what P21 D⁻¹ does not read (Parrott 1978). A frequency where
-//! this exceeds a level shows that the level is out of reach, at a thousandth of the cost of the Riccati equations, which
-//! take longest where they have no solution.
+//! Π the projection on what D P12 does not reach, Π' that on what P21 D⁻¹ does not read (Parrott 1978). A frequency
+//! where this exceeds a level shows that the level is out of reach, at a small part of the cost of the Riccati
+//! equations, which take longest where they have no solution.
 
 use crate::augment::GeneralizedPlant;
 use crate::linalg::planar::{Planar, add_scaled, add_scaled_conj};
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn the_floor_is_what_the_control_neither_reaches_nor_reads() {
-        let floor = FrequencyFloor::new(&plant()).unwrap();
+        let floor = FrequencyFloor::new(&plant()).expect("the plant has a pole");
         let above = |level: f64, left: f64| floor.is_above(level, (&[1.0, left, 1.0], &[1.0; 3]));
         // z₂ alone has the norm √5; with w along (−1/2, 1) unread: |(−1/2)/(jω + 1)|² + (3/2)² over 5/4, at most 2.
         let level = 5f64.sqrt();

@@ -403,8 +403,8 @@ pub(super) fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
     (square.sqrt(), outer(&v, &u, (1.0 / square).into()))
 }
 
-/// Phase of det(I − G K) gathered over the lines, rad: that between the first and the last, and a turn for each time that
-/// it passes the negative real axis.
+/// Phase of det(I − G K) gathered over the lines, rad: that between the first and the last, and a turn for each time
+/// that it passes the negative real axis.
 fn gathered(lines: &[LineState], side: usize) -> f64 {
     let at = |line: &LineState| line.loops[side].determinant;
     if !lines.iter().all(|line| at(line).is_finite()) {
