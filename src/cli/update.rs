@@ -6,6 +6,8 @@ use super::machine::of_measurement;
 use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::named;
+use super::progress::Progress;
+use super::timings::Timings;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::identify::{Identification, identify};
@@ -68,6 +70,8 @@ pub(super) struct Arguments {
     /// Folder for spindle.yaml, tool.yaml, summary.json, tables and plots
     #[arg(long, default_value = "results/update")]
     out: String,
+    #[command(flatten)]
+    timings: Timings,
 }
 
 impl From<UpdateError> for Failure {
@@ -104,9 +108,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         &["summary.json", "spindle.yaml"],
         read.map(String::as_str),
     )?;
+    let progress = Progress::start(console);
+    progress.timed("records");
     let records = Records::of(&measurement, &machine)?;
     records.refuse_for_updating()?;
     records.say();
+    progress.timed("resonances and antiresonances");
     let (mut targets, identification) = targets(
         &measurement,
         &records,
@@ -120,12 +127,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         MethodArgument::GaussNewton => gauss_newton(&machine, &targets, settings),
         MethodArgument::NelderMead => nelder_mead(&machine, &targets, settings),
     };
+    progress.timed("fit");
     let full = fit(&settings)?;
     let resonances_only = if arguments.resonances_only {
         let settings = UpdateSettings {
             use_antiresonances: false,
             ..settings
         };
+        progress.timed("fit of resonances only");
         Some(fit(&settings)?)
     } else {
         None
@@ -135,6 +144,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         Some(only) => vec![("resonances_only", &only.fit), ("full", &full.fit)],
         None => vec![("updated", &full.fit)],
     };
+    progress.timed("predictions for hammer tests");
     let compared = [&machine, &delivered.machine];
     let hammers = hammer_errors(&measurement, &records.controllers, compared)?;
     let only = resonances_only.is_some().then_some(&full.fit);
@@ -146,7 +156,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         updating,
     };
     let text = format!("{:#}\n", json(&answer));
+    progress.timed("report");
     console.writing(|| write_all(&arguments.out, &machine, delivered, &models, &text))?;
+    arguments.timings.print(&progress.times());
+    drop(progress);
     let explanation = &delivered.fit.explanation;
     let met = explanation.explained && records.plausible();
     console.json(&text, || shown(arguments, met, &delivered.fit))?;

@@ -13,6 +13,17 @@ pub enum ControlLaw {
     Discrete(StateSpace<Discrete>),
 }
 
+impl ControlLaw {
+    /// True when the other law has the same coefficients in the same time base.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Discrete(a), Self::Discrete(b)) => a.is_same(b),
+            (Self::Continuous(a), Self::Continuous(b)) => a.is_same(b),
+            _ => false,
+        }
+    }
+}
+
 /// A named controller: u (A) from y (m), positive feedback.
 #[derive(Clone, Debug)]
 pub struct Controller {

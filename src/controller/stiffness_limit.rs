@@ -81,10 +81,11 @@ pub fn stiffness_limit(
         return Err(infeasible("the machine has no response").into());
     };
     let (law, x) = ModalLaw::of(controller)?;
+    let fixed = law.with(&x);
     let base: Vec<BaseLine> = lines
         .iter()
         .zip(responses)
-        .map(|(line, response)| BaseLine::new(line, response, &law.gain(&x, line)))
+        .map(|(line, response)| BaseLine::new(line, response, &fixed.gain(line)))
         .collect();
     let nyquist = PI / plants.period_s();
     let solve = |taps: usize| problem(&base, limits, nyquist, taps);

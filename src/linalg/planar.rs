@@ -100,6 +100,11 @@ impl Planar {
         re * re + im * im
     }
 
+    /// Σ|entry|².
+    pub(crate) fn sum_of_squares(&self) -> f64 {
+        self.re.iter().chain(&self.im).map(|v| v * v).sum()
+    }
+
     /// Rows `from`..`to` of a column.
     pub(crate) fn part(&self, from: usize, to: usize, j: usize) -> Part<'_> {
         let (a, b) = (from + j * self.rows, to + j * self.rows);

@@ -66,6 +66,9 @@ pub struct CareSolution {
 /// Which roads to take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
+    /// First road that gives a stable closed loop and a residual that tells whether there is a solution, not its last
+    /// digits; f64 only.
+    Decision,
     /// First road that gives a small residual and a stable closed loop; f64 only.
     Fast,
     /// Refined in doubled precision until X is right to the last bit.
@@ -106,7 +109,8 @@ pub fn care_with(
         q: Mat::from_fn(n, n, |i, j| q[(i, j)] * scale[i] * scale[j]),
     };
     let found = match effort {
-        Effort::Fast => data.first_good(),
+        Effort::Decision => data.first_good(DECIDES),
+        Effort::Fast => data.first_good(GOOD),
         Effort::Full => data.best_refined(),
     };
     let found = found.map_err(|failed| data.diagnose(&failed))?;
@@ -118,6 +122,8 @@ pub fn care_with(
 
 /// Residual below which a solution counts as found by the fast road; the γ iteration needs no more.
 const GOOD: f64 = 1e-10;
+/// The same where only the existence of a solution is asked.
+const DECIDES: f64 = 1e-7;
 /// Residual above which a candidate is no start for Newton's method, unless it stabilises.
 const USABLE: f64 = 1e-3;
 
@@ -170,16 +176,16 @@ impl Data {
         })
     }
 
-    fn first_good(&self) -> Result<CareSolution, Vec<CareSolution>> {
+    fn first_good(&self, good: f64) -> Result<CareSolution, Vec<CareSolution>> {
         let mut failed = Vec::new();
         for road in 0..4 {
             let Some(x) = self.road(road) else { continue };
             let mut found = self.candidate(x);
-            if found.residual > GOOD && found.residual < USABLE && found.closed_loop_max_real < 0.0
+            if found.residual > good && found.residual < USABLE && found.closed_loop_max_real < 0.0
             {
                 found = self.newton(found);
             }
-            if found.residual <= GOOD && found.closed_loop_max_real < 0.0 {
+            if found.residual <= good && found.closed_loop_max_real < 0.0 {
                 return Ok(found);
             }
             failed.push(found);

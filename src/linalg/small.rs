@@ -48,3 +48,39 @@ pub(crate) fn eliminate(a: &mut [c64], b: &mut [c64], n: usize, p: usize) {
         }
     }
 }
+
+/// Solves A x = b in place (b becomes x), A n×n row-major, by elimination with partial pivoting. A singular A leaves
+/// values that are not finite.
+pub(crate) fn eliminate_real(a: &mut [f64], b: &mut [f64], n: usize) {
+    for k in 0..n {
+        let mut best = k;
+        for i in k + 1..n {
+            if a[i * n + k].abs() > a[best * n + k].abs() {
+                best = i;
+            }
+        }
+        if best != k {
+            for j in k..n {
+                a.swap(k * n + j, best * n + j);
+            }
+            b.swap(k, best);
+        }
+        let (above, below) = a.split_at_mut((k + 1) * n);
+        let row = &above[k * n + k..];
+        let pivot = row[0].recip();
+        for (i, other) in below.chunks_exact_mut(n).enumerate() {
+            let factor = other[k] * pivot;
+            if factor == 0.0 {
+                continue;
+            }
+            for (own, v) in other[k..].iter_mut().zip(row) {
+                *own -= factor * v;
+            }
+            b[k + 1 + i] -= factor * b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let known = (k + 1..n).fold(b[k], |sum, l| sum - a[k * n + l] * b[l]);
+        b[k] = known / a[k * n + k];
+    }
+}

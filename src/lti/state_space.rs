@@ -147,6 +147,20 @@ impl<T: TimeBase> StateSpace<T> {
         eigenvalues(&self.a)
     }
 
+    /// True when the other system has the same matrices in the same time base.
+    pub(crate) fn is_same(&self, other: &Self) -> bool
+    where
+        T: PartialEq,
+    {
+        let pairs = [
+            (&self.a, &other.a),
+            (&self.b, &other.b),
+            (&self.c, &other.c),
+            (&self.d, &other.d),
+        ];
+        self.time == other.time && pairs.iter().all(|(a, b)| a == b)
+    }
+
     /// Largest growth rate over all poles, 1/s; negative for a stable system, −∞ for a gain.
     ///
     /// # Errors

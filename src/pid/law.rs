@@ -3,7 +3,7 @@
 
 use super::parameters::{AxisParameters, PER_AXIS, PidParameters};
 use crate::controller::polish::matrix2::{Matrix2, ONE, ZERO};
-use crate::controller::polish::structure::{Line, Structure};
+use crate::controller::polish::structure::{Fixed, Line, Structure};
 use crate::linalg::c64;
 
 /// A PID with some parameters held: those listed in `free` move.
@@ -47,46 +47,68 @@ impl Structure for PidLaw {
         vec![1.0; self.free.len()]
     }
 
-    fn without_integrators(&self, x: &[f64], line: &Line) -> c64 {
-        let free = |axis: Option<AxisParameters>| {
-            axis.map_or(ONE, |a| line.s / (line.s + a.integral_rad_s))
+    fn with<'a>(&'a self, x: &[f64]) -> Box<dyn Fixed + 'a> {
+        let logs = self.logs(x);
+        let axes = self.axes(x);
+        // A parameter beyond its bound has no effect.
+        let moves = [0, 1].map(|axis: usize| {
+            let held = axes[axis].map(|p| p.to_log());
+            let own = &logs[axis * PER_AXIS..(axis + 1) * PER_AXIS];
+            let inside = |k: usize| held.is_some_and(|held| (own[k] - held[k]).abs() < 1e-9);
+            std::array::from_fn(inside)
+        });
+        Box::new(FixedPid {
+            axes,
+            moves,
+            free: &self.free,
+        })
+    }
+}
+
+/// The PID with its parameters.
+struct FixedPid<'a> {
+    axes: [Option<AxisParameters>; 2],
+    /// Whether a parameter has an effect.
+    moves: [[bool; PER_AXIS]; 2],
+    free: &'a [usize],
+}
+
+impl Fixed for FixedPid<'_> {
+    fn parameters(&self) -> usize {
+        self.free.len()
+    }
+
+    fn without_integrators(&self, line: &Line) -> c64 {
+        let free = |axis: &Option<AxisParameters>| {
+            axis.as_ref()
+                .map_or(ONE, |a| line.s / (line.s + a.integral_rad_s))
         };
-        let [front, rear] = self.axes(x);
+        let [front, rear] = &self.axes;
         free(front) * free(rear)
     }
 
-    fn gain(&self, x: &[f64], line: &Line) -> Matrix2 {
-        let [front, rear] = self
-            .axes(x)
-            .map(|axis| axis.map_or(c64::new(f64::NAN, 0.0), |a| -a.response(line.s)));
+    fn gain(&self, line: &Line) -> Matrix2 {
+        let [front, rear] = [0, 1].map(|axis: usize| {
+            let own = self.axes[axis].as_ref();
+            own.map_or(c64::new(f64::NAN, 0.0), |a| -a.response(line.s))
+        });
         [[front, ZERO], [ZERO, rear]]
     }
 
-    fn add_gradient(&self, x: &[f64], line: &Line, q: &Matrix2, out: &mut [f64]) {
-        let logs = self.logs(x);
-        let slopes: Vec<Vec<f64>> = self
-            .axes(x)
-            .iter()
-            .enumerate()
-            .map(|(axis, parameters)| {
-                let Some(p) = parameters else {
-                    return vec![0.0; PER_AXIS];
-                };
+    fn add_gradient(&self, line: &Line, q: &Matrix2, out: &mut [f64]) {
+        let slopes = [0, 1].map(|axis: usize| {
+            let mut slopes = [0.0; PER_AXIS];
+            if let Some(p) = &self.axes[axis] {
                 let factor = -p.response(line.s) * q[axis][axis];
-                // A parameter beyond its bound has no effect.
-                let held = p.to_log();
-                let own = &logs[axis * PER_AXIS..(axis + 1) * PER_AXIS];
-                log_slopes(p, line.s)
-                    .iter()
-                    .enumerate()
-                    .map(|(k, slope)| {
-                        let inside = (own[k] - held[k]).abs() < 1e-9;
-                        if inside { (factor * slope).re } else { 0.0 }
-                    })
-                    .collect()
-            })
-            .collect();
-        for (out, k) in out.iter_mut().zip(&self.free) {
+                for (k, slope) in log_slopes(p, line.s).iter().enumerate() {
+                    if self.moves[axis][k] {
+                        slopes[k] = (factor * slope).re;
+                    }
+                }
+            }
+            slopes
+        });
+        for (out, k) in out.iter_mut().zip(self.free) {
             *out += slopes[k / PER_AXIS][k % PER_AXIS];
         }
     }

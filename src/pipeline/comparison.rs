@@ -10,7 +10,7 @@ use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::pid::settings::TuneSettings;
 use crate::predict::chatter::{Engagement, Material, StabilityLimit, milling};
 use crate::predict::closed_loop::compliance;
-use crate::predict::modes::{LoopModes, loop_modes};
+use crate::predict::modes::{LoopModes, loop_modes, modes_of_poles};
 use crate::predict::sensitivity::{AxisSensitivity, Zone};
 use crate::predict::stiffness::{DynamicStiffness, stiffness_and_sensitivity, stiffness_at};
 use crate::spindle::{Machine, ModelDetail, Plant};
@@ -121,6 +121,10 @@ pub fn predict(
     };
     let (stiffness, sensitivity) =
         stiffness_and_sensitivity(&plant, &*controller.responder(), &grid);
+    let modes = match &controller.law {
+        ControlLaw::Discrete(_) => modes_of_poles(&plant, &law, &poles.poles_rad_s)?,
+        ControlLaw::Continuous(_) => loop_modes(&plant, &law)?,
+    };
     let minimum = stiffness
         .iter()
         .filter_map(DynamicStiffness::minimum)
@@ -135,7 +139,7 @@ pub fn predict(
         sensitivity,
         growth_rate_per_s: poles.growth_rate_per_s,
         poles_rad_s: poles.poles_rad_s,
-        modes: loop_modes(&plant, &law)?,
+        modes,
         stiffness,
     })
 }

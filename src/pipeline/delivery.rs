@@ -20,6 +20,7 @@ use crate::lti::sample::{inverse_tustin, tustin};
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::predict::closed_loop::{both_planes, compliance};
 use crate::spindle::{Machine, ModelDetail, Plant};
+use rayon::prelude::*;
 
 /// The controller in one arithmetic, closed with the design problems.
 #[derive(Clone, Debug)]
@@ -101,19 +102,47 @@ impl Candidate {
         problems: &Problems,
         plane: &StateSpace<Discrete>,
     ) -> Result<Self, PipelineError> {
+        Ok(Self::beside(machine, (weights, problems), plane, &|_| ())?.0)
+    }
+
+    /// As [`Self::new`], with the proof of its stability over speed.
+    ///
+    /// # Errors
+    /// As [`Self::new`] and [`Self::proof`].
+    pub(super) fn proven(
+        machine: &Machine,
+        weights: &Weights,
+        problems: &Problems,
+        plane: &StateSpace<Discrete>,
+    ) -> Result<(Self, SpeedProof), PipelineError> {
+        let proof = |law: &StateSpace<Discrete>| prove_law(machine, law);
+        let (candidate, proof) = Self::beside(machine, (weights, problems), plane, &proof)?;
+        Ok((candidate, proof?))
+    }
+
+    /// As [`Self::new`], with what is computed of its law in the meantime.
+    fn beside<T: Send>(
+        machine: &Machine,
+        (weights, problems): (&Weights, &Problems),
+        plane: &StateSpace<Discrete>,
+        further: &(dyn Fn(&StateSpace<Discrete>) -> T + Sync),
+    ) -> Result<(Self, T), PipelineError> {
         let (realisation, _) = firmware_rows(&both_planes(plane), machine)?;
         // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
         // design plane.
         let law = realisation.rows.rounded_f32()?;
         let rounded_plane = plane_of(&law)?;
-        let (certified, over_speed) = rayon::join(
-            || stage("rounded", problems, &rounded_plane),
-            || {
-                let (aim, modes) = (&problems.aim, &problems.covered_modes);
-                let over_speed = mu_over_speed(machine, weights, &problems.written_modes, &law)?;
-                Ok::<_, PipelineError>((over_speed, mu_at_speed(machine, aim, modes, &law, 0.0)?))
-            },
-        );
+        let at_rest = || stage("rounded", problems, &rounded_plane);
+        let over_speed = || {
+            let (aim, modes) = (&problems.aim, &problems.covered_modes);
+            let (over_speed, covered) = rayon::join(
+                || mu_over_speed(machine, weights, &problems.written_modes, &law),
+                || mu_at_speed(machine, aim, modes, &law, 0.0),
+            );
+            Ok::<_, PipelineError>((over_speed?, covered?))
+        };
+        let ((certified, over_speed), further) =
+            rayon::join(|| rayon::join(at_rest, over_speed), || further(&law));
         let (certified, (speed_mu, covered_at_rest)) = (certified?, over_speed?);
         let at_rest = speed_mu.iter().filter(|s| s.speed_rpm == 0.0);
         let rounded = Stage {
@@ -124,7 +153,7 @@ impl Candidate {
         let growth_rate_per_s = plane
             .growth_rate()
             .map_err(PipelineError::numeric("controller poles"))?;
-        Ok(Self {
+        let candidate = Self {
             plane: plane.clone(),
             realisation,
             rounded_plane,
@@ -132,7 +161,8 @@ impl Candidate {
             growth_rate_per_s,
             speed_mu,
             law,
-        })
+        };
+        Ok((candidate, further))
     }
 
     /// Largest μ of the specification, as [`Delivery::largest_mu`].
@@ -154,11 +184,7 @@ impl Candidate {
     /// # Errors
     /// [`PipelineError`] when a computation fails; an unstable loop is an open piece of the proof.
     pub(super) fn proof(&self, machine: &Machine) -> Result<SpeedProof, PipelineError> {
-        Ok(prove(
-            machine,
-            &self.law,
-            OVERSPEED * machine.spindle.max_rpm,
-        )?)
+        prove_law(machine, &self.law)
     }
 
     /// The delivery, with the proof and what the reader of a report asks beyond it; `speeds` are those of the
@@ -173,18 +199,23 @@ impl Candidate {
         speeds: usize,
         speed_proof: SpeedProof,
     ) -> Result<Delivery, PipelineError> {
+        const CONDITIONS: &str =
+            "full finite-element plant, exact delay, sampled; coefficients rounded to float32";
+        let faster = OVERSPEEDS.map(|share| share * machine.spindle.max_rpm);
+        let law = &self.law;
+        let verified = || {
+            rayon::join(
+                || verify(machine, law, speeds, CONDITIONS),
+                || verify_at(machine, law, &faster, "as below the top speed"),
+            )
+        };
+        let ((verification, overspeed), arithmetic) =
+            rayon::join(verified, || arithmetics(&self.realisation, law, problems));
         let verification = Verification {
             mu_peak: Some(self.rounded.specification.upper).filter(|mu| mu.is_finite()),
             proof: Some(speed_proof.clone()),
-            ..verify(
-                machine,
-                &self.law,
-                speeds,
-                "full finite-element plant, exact delay, sampled; coefficients rounded to float32",
-            )?
+            ..verification?
         };
-        let faster = OVERSPEEDS.map(|share| share * machine.spindle.max_rpm);
-        let overspeed = verify_at(machine, &self.law, &faster, "as below the top speed")?;
         let at_rest = Plant::new(machine, 0.0, ModelDetail::Full)?;
         let compliance_at_rest = compliance(&at_rest, &self.law, 0.0);
         let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
@@ -194,7 +225,7 @@ impl Candidate {
             inverse_tustin(&self.plane).map_err(PipelineError::numeric("continuous controller"))?;
         Ok(Delivery {
             speed_proof,
-            arithmetic: arithmetics(&self.realisation, &self.law, problems)?,
+            arithmetic: arithmetic?,
             static_stiffness_n_per_m: [0, 2, 4].map(|k| compliance_at_rest[(k, k)].norm().recip()),
             specification_curve: curve(&problems.specification, &self.rounded.specification)?,
             covered_curve: curve(&problems.covered, &self.rounded.covered)?,
@@ -205,9 +236,14 @@ impl Candidate {
             controller: named("mu", ControlLaw::Discrete(self.law)),
             continuous: named("mu", ControlLaw::Continuous(both_planes(&back))),
             verification,
-            overspeed,
+            overspeed: overspeed?,
         })
     }
+}
+
+/// Proof of stability with a four-axis law from rest to [`OVERSPEED`] times the top speed.
+fn prove_law(machine: &Machine, law: &StateSpace<Discrete>) -> Result<SpeedProof, PipelineError> {
+    Ok(prove(machine, law, OVERSPEED * machine.spindle.max_rpm)?)
 }
 
 /// μ with float64, float32 and Q31 coefficients.
@@ -222,7 +258,7 @@ fn arithmetics(
         // A range that Q31 does not hold is said by the firmware export; the design stands without it.
         ("Q31", q31(realisation).and_then(|p| p.rounded()).ok()),
     ];
-    laws.into_iter()
+    laws.into_par_iter()
         .filter_map(|(name, law)| Some((name, law?)))
         .map(|(name, law)| {
             let plane = plane_of(&law)?;

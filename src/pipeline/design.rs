@@ -9,6 +9,7 @@
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, Stage, d_scales, stage};
+use super::comparison::Prediction;
 use super::delivery::{Candidate, Delivery, plane_of_law, scaled_plane};
 use super::emulation::Emulated;
 use super::polish_job::{PolishJob, ZONE_A, limits};
@@ -24,8 +25,8 @@ use super::synthesis::{Round, Synthesised, synthesise_for_machine};
 use crate::augment::assembly::unscale_controller;
 use crate::augment::channels::real_channels;
 use crate::augment::weights::Weights;
-use crate::controller::ControlLaw;
 use crate::controller::stiffness_limit::{StiffnessLimit, TAPS, stiffness_limit};
+use crate::controller::{ControlLaw, Controller};
 use crate::lti::sample::tustin;
 use crate::robust::dk::DkStep;
 use crate::robust::dk::scale::DScales;
@@ -84,6 +85,18 @@ impl Design {
     /// with the true gyroscopics over speed.
     pub fn largest_mu(&self) -> f64 {
         self.delivery.largest_mu()
+    }
+
+    /// The loop at rest and at top speed with a controller that the polish judged.
+    pub(super) fn judged_with(&self, controller: &Controller) -> Option<[Prediction; 2]> {
+        let polish = self.polish.as_ref()?;
+        let polished = polish.attempts.iter().filter_map(|a| a.judged.as_ref());
+        let mut judged = std::iter::once(&polish.dk).chain(polished);
+        let own = judged.find(|j| j.controller.law.is_same(&controller.law))?;
+        Some(own.predictions.clone().map(|prediction| Prediction {
+            name: controller.name.clone(),
+            ..prediction
+        }))
     }
 
     /// True when the delivered controller has no pole outside the circle.
@@ -179,10 +192,10 @@ pub fn design(
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let from_dk = Candidate::new(machine, weights, &problems, &sampled)?;
-    progress(Event::Stage("realisation and its μ"));
     let (delivery, polish) = match &settings.polish {
         None => {
+            let from_dk = Candidate::new(machine, weights, &problems, &sampled)?;
+            progress(Event::Stage("realisation and its μ"));
             let proof = from_dk.proof(machine)?;
             let speeds = settings.speeds;
             (from_dk.delivered(machine, &problems, speeds, proof)?, None)
@@ -196,7 +209,9 @@ pub fn design(
                 effort: *effort,
                 earlier: settings.earlier.as_ref().map(|e| &e.plane),
             };
-            let (delivery, outcome) = polished(job, &sampled, from_dk)?;
+            // The polish computes that figure beside its first descent.
+            progress(Event::Stage("realisation and its μ"));
+            let (delivery, outcome) = polished(job, &sampled)?;
             (delivery, Some(outcome))
         }
     };

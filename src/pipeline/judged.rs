@@ -28,6 +28,8 @@ pub struct Judged {
     pub proven_to_rpm: f64,
     /// Growth rate of the controller's own poles, 1/s.
     pub growth_rate_per_s: f64,
+    /// The loop at rest and at top speed.
+    pub(super) predictions: [Prediction; 2],
 }
 
 impl Judged {
@@ -82,6 +84,7 @@ impl Judged {
             proven_to_rpm: proven_to_rpm.min(OVERSPEED * top),
             growth_rate_per_s,
             controller,
+            predictions: both,
         })
     }
 

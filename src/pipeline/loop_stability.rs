@@ -6,6 +6,7 @@
 use super::PipelineError;
 use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
+use crate::lti::TimeBase;
 use crate::lti::connect::lower_lft;
 use crate::predict::closed_loop::close;
 use crate::spindle::plant::AXES;
@@ -36,9 +37,11 @@ pub(crate) fn loop_poles(
     match &controller.law {
         ControlLaw::Discrete(law) => {
             let closed = close(&plant.sampled()?, law).map_err(&numeric)?;
+            let poles = closed.poles().map_err(&numeric)?;
+            let rates = poles.iter().map(|z| closed.time.growth_rate(*z));
             Ok(LoopPoles {
-                growth_rate_per_s: closed.growth_rate().map_err(&numeric)?,
-                poles_rad_s: closed.continuous_poles().map_err(&numeric)?,
+                growth_rate_per_s: rates.fold(f64::NEG_INFINITY, f64::max),
+                poles_rad_s: closed.time.continuous_poles(poles),
             })
         }
         ControlLaw::Continuous(law) => {

@@ -15,7 +15,7 @@ use super::loop_stability::growth_rate_at;
 use super::overspeed::OVERSPEED;
 use super::problems::Problems;
 use super::settings::PolishEffort;
-use super::speed_mu::mu_at_speed;
+use super::speed_mu::{SpeedMu, mu_at_speed};
 use super::widening::Widening;
 use crate::augment::GeneralizedPlant;
 use crate::augment::weights::Weights;
@@ -26,6 +26,7 @@ use crate::controller::{ControlLaw, Controller};
 use crate::lti::{Discrete, StateSpace};
 use crate::predict::closed_loop::both_planes;
 use crate::spindle::Machine;
+use rayon::prelude::*;
 
 /// Ends of zone A and zone B (|S| = 3 and 4) less 2 %, for peaks between the lines and for rounding.
 pub(super) const ZONE_A: f64 = 0.98 * 3.0;
@@ -105,13 +106,22 @@ fn certificate(
 ) -> Result<(f64, f64), PipelineError> {
     const STAGE: &str = "certificate of the polish";
     let scaled = scaled_plane(plane)?;
-    let rest = certified(STAGE, goal.plant, &scaled, problems.period_s)?;
     let law = both_planes(plane);
-    let mut worst: PeakFigures = rest;
-    for share in [0.0, 1.0, OVERSPEED] {
-        let speed = share * machine.spindle.max_rpm;
-        let exact = mu_at_speed(machine, &problems.aim, &problems.written_modes, &law, speed)?;
-        worst = worst.at_least(&exact);
+    let at = |share: &f64| {
+        let (aim, modes) = (&problems.aim, &problems.written_modes);
+        mu_at_speed(machine, aim, modes, &law, share * machine.spindle.max_rpm)
+    };
+    let (rest, exact) = rayon::join(
+        || certified(STAGE, goal.plant, &scaled, problems.period_s),
+        || {
+            let found: Vec<Result<SpeedMu, PipelineError>> =
+                [0.0, 1.0, OVERSPEED].par_iter().map(at).collect();
+            found
+        },
+    );
+    let mut worst: PeakFigures = rest?;
+    for exact in exact {
+        worst = worst.at_least(&exact?);
     }
     Ok((worst.upper, worst.frequency_hz))
 }
@@ -292,8 +302,8 @@ impl PolishJob<'_> {
             plane,
         )?;
         let machine = self.machine;
-        let candidate = Candidate::new(machine, self.weights, self.problems, &found.plane)?;
-        let proof = candidate.proof(machine)?;
+        let (candidate, proof) =
+            Candidate::proven(machine, self.weights, self.problems, &found.plane)?;
         let delivery = candidate.delivered(machine, self.problems, self.speeds, proof)?;
         let judged = Judged::of(machine, "mu", &delivery)?;
         Ok((judged, delivery, found))

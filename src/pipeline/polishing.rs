@@ -69,7 +69,33 @@ struct Contest<'a> {
     outcome: PolishOutcome,
 }
 
-impl Contest<'_> {
+impl<'a> Contest<'a> {
+    /// Opened by `plane`, the controller of the D-K iteration.
+    fn with(
+        job: PolishJob<'a>,
+        limits: LoopLimits,
+        plane: &StateSpace<Discrete>,
+    ) -> Result<Self, PipelineError> {
+        let dk = Candidate::new(job.machine, job.weights, job.problems, plane)?;
+        let judged = Judged::unproven(job.machine, "dk", &dk)?;
+        Ok(Self {
+            job,
+            rival: None,
+            outcome: PolishOutcome {
+                dk: judged.clone(),
+                limits,
+                held_to: Goal::of(job.problems, job.weights).widening,
+                attempts: vec![],
+                delivered: None,
+                sentence: String::new(),
+            },
+            dk,
+            dk_proof: None,
+            delivery: None,
+            judged,
+        })
+    }
+
     fn misses_a_goal(&self) -> bool {
         self.judged
             .met(self.job.machine, self.rival)
@@ -159,47 +185,31 @@ fn polished_from(
     job.polish(limits, plane).map_err(|error| error.to_string())
 }
 
-/// Polishes `plane`, of which `dk` is the realisation, and decides which controller is delivered. Where that of the D-K
-/// iteration misses a goal, a PID is tuned: the polished controller has to be as stiff, and where it misses a goal too,
-/// the polish starts from the PID as well, within zone A, then within zone B.
+/// Polishes `plane`, the controller of the D-K iteration, and decides which controller is delivered. Where that of the
+/// D-K iteration misses a goal, a PID is tuned: the polished controller has to be as stiff, and where it misses a goal
+/// too, the polish starts from the PID as well, within zone A, then within zone B.
 pub(super) fn polished(
     job: PolishJob<'_>,
     plane: &StateSpace<Discrete>,
-    dk: Candidate,
 ) -> Result<(Delivery, PolishOutcome), PipelineError> {
     let machine = job.machine;
     let zone_a = limits(machine, ZONE_A)?;
-    let judged = Judged::unproven(machine, "dk", &dk)?;
-    let mut contest = Contest {
-        job,
-        rival: None,
-        outcome: PolishOutcome {
-            dk: judged.clone(),
-            limits: zone_a,
-            held_to: Goal::of(job.problems, job.weights).widening,
-            attempts: vec![],
-            delivered: None,
-            sentence: String::new(),
-        },
-        dk,
-        dk_proof: None,
-        delivery: None,
-        judged,
-    };
     const DK: &str = "D-K iteration";
     let (start, first) = match job.earlier {
         Some(earlier) => ("earlier design", earlier),
         None => (DK, plane),
     };
-    // The tuned PID and the first polish do not depend on each other.
-    let misses = contest.misses_a_goal();
-    let (by_pid, done) = rayon::join(
-        || misses.then(|| tuned_pid(machine)),
-        || polished_from(&job, zone_a, first),
-    );
-    if let Some(Ok((_, stiffness))) = &by_pid {
-        contest.rival = Some(*stiffness);
-    }
+    // The figures of the D-K iteration, with the tuned PID, and the first polish do not depend on each other.
+    let entered = || {
+        let mut contest = Contest::with(job, zone_a, plane)?;
+        let by_pid = contest.misses_a_goal().then(|| tuned_pid(machine));
+        if let Some(Ok((_, stiffness))) = &by_pid {
+            contest.rival = Some(*stiffness);
+        }
+        Ok::<_, PipelineError>((contest, by_pid))
+    };
+    let (entered, done) = rayon::join(entered, || polished_from(&job, zone_a, first));
+    let (mut contest, by_pid) = entered?;
     contest.enter(start, done);
     if job.earlier.is_some() && contest.misses_a_goal() {
         contest.attempt(DK, zone_a, Ok(plane));

@@ -155,7 +155,7 @@ pub fn run(task: &Task<'_>, listen: &mut Listener<'_>) -> Result<Run, PipelineEr
         Extent::Controller => None,
     };
     listen(Event::Begins("predictions"));
-    let delivered = at_rest_and_top_speed(&machine, &design.delivery.controller)?;
+    let delivered = delivered(&machine, &design)?;
     let unpolished = unpolished(&machine, &design)?;
     let arithmetic = by_arithmetic(&machine, &design)?;
     let mut run = Run {
@@ -237,6 +237,30 @@ pub(crate) fn at_rest_and_top_speed(
     Ok([rest?, top?])
 }
 
+/// Predictions at rest and top speed with a controller of a design, those that its polish made where it judged it.
+///
+/// # Errors
+/// As [`at_rest_and_top_speed`].
+fn predicted(
+    machine: &Machine,
+    design: &Design,
+    controller: &Controller,
+) -> Result<[Prediction; 2], PipelineError> {
+    let known = design.judged_with(controller);
+    known.map_or_else(|| at_rest_and_top_speed(machine, controller), Ok)
+}
+
+/// Predictions at rest and top speed with the delivered controller.
+///
+/// # Errors
+/// As [`at_rest_and_top_speed`].
+pub(crate) fn delivered(
+    machine: &Machine,
+    design: &Design,
+) -> Result<[Prediction; 2], PipelineError> {
+    predicted(machine, design, &design.delivery.controller)
+}
+
 /// Predictions at rest and top speed with the controller of the D-K iteration, where a polished one is delivered.
 ///
 /// # Errors
@@ -247,7 +271,7 @@ pub(crate) fn unpolished(
 ) -> Result<Option<[Prediction; 2]>, PipelineError> {
     let polish = design.polish.as_ref().filter(|p| p.delivered.is_some());
     polish
-        .map(|p| at_rest_and_top_speed(machine, &p.dk.controller))
+        .map(|p| predicted(machine, design, &p.dk.controller))
         .transpose()
 }
 
@@ -260,7 +284,12 @@ pub(crate) fn by_arithmetic(
     design: &Design,
 ) -> Result<Vec<Prediction>, PipelineError> {
     let each = design.delivery.arithmetic.iter();
-    each.map(|a| predict(machine, &a.controller, 0.0)).collect()
+    // One of them is delivered.
+    let at_rest = |controller: &Controller| match design.judged_with(controller) {
+        Some([rest, _]) => Ok(rest),
+        None => predict(machine, controller, 0.0),
+    };
+    each.map(|a| at_rest(&a.controller)).collect()
 }
 
 /// The tuned and the textbook PID for a machine, within the amplifier limits of a design.

@@ -57,7 +57,7 @@ pub fn mu_over_speed(
     law: &StateSpace<Discrete>,
 ) -> Result<Vec<SpeedMu>, PipelineError> {
     SPEEDS
-        .iter()
+        .par_iter()
         .map(|share| {
             mu_at_speed(
                 machine,

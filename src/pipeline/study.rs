@@ -8,7 +8,7 @@ use super::emulation::PADE_ORDER;
 use super::loop_curves::LoopCurves;
 use super::order_curve::{OrderCurve, lowest_order};
 use super::progress::{Event, Listener};
-use super::run::{at_rest_and_top_speed, by_arithmetic, unpolished};
+use super::run::{by_arithmetic, delivered, unpolished};
 use super::settings::DesignSettings;
 use super::tightening::{Tightening, tightened, tighter};
 use crate::augment::plane::Route;
@@ -98,7 +98,7 @@ pub(crate) fn study(
         )?),
         false => None,
     };
-    let delivered = at_rest_and_top_speed(machine, &found.delivery.controller)?;
+    let delivered = delivered(machine, &found)?;
     let arithmetic = by_arithmetic(machine, &found)?;
     let as_written = match questions.tightening {
         Some(asked) => {

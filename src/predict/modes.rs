@@ -5,7 +5,7 @@
 //! beside the pole, R ≈ δ·T(λ + δ). Flexible mode k: modal coordinate k per force on it. Rigid modes: displacements per
 //! forces at the two actuators.
 
-use super::closed_loop::AXES;
+use super::closed_loop::{AXES, close};
 use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, FrequencyResponder, StateSpace};
@@ -51,6 +51,19 @@ pub fn loop_modes(
     plant: &Plant,
     controller: &StateSpace<Discrete>,
 ) -> Result<LoopModes, SpindleError> {
+    let poles = close(&plant.sampled()?, controller).and_then(|l| l.continuous_poles());
+    modes_of_poles(plant, controller, &poles.map_err(SpindleError::Numeric)?)
+}
+
+/// [`loop_modes`] where the poles of the loop are known, as continuous ones, rad/s.
+///
+/// # Errors
+/// [`SpindleError`] when the loop is not well posed.
+pub(crate) fn modes_of_poles(
+    plant: &Plant,
+    controller: &StateSpace<Discrete>,
+    poles_rad_s: &[c64],
+) -> Result<LoopModes, SpindleError> {
     let natural: Vec<f64> = plant
         .flexible_rad_s()
         .iter()
@@ -69,12 +82,11 @@ pub fn loop_modes(
     let closed = lower_lft(&sampled.select(&ports, &ports), controller).map_err(numeric)?;
     let period = closed.time.period_s;
     let responder = FrequencyResponder::new(&closed);
-    let mut poles: Vec<(c64, c64)> = closed
-        .poles()
-        .map_err(numeric)?
-        .into_iter()
-        .filter(|z| z.im > 0.0 && z.norm() > 1e-6)
-        .map(|z| (z, z.ln() / period))
+    let mut poles: Vec<(c64, c64)> = poles_rad_s
+        .iter()
+        .filter(|s| s.im > 0.0)
+        .map(|s| ((s * period).exp(), *s))
+        .filter(|(z, _)| z.im > 0.0)
         .collect();
     poles.sort_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
     let first = natural.first().copied().unwrap_or(f64::INFINITY);

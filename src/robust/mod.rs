@@ -4,6 +4,7 @@
 pub mod dfit;
 pub mod dk;
 pub(crate) mod error;
+mod frequency_floor;
 pub mod hinf;
 pub mod mu;
 pub mod prescale;

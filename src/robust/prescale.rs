@@ -7,6 +7,7 @@
 use crate::augment::GeneralizedPlant;
 use crate::linalg::Mat;
 use crate::robust::error::SynthesisError;
+use crate::robust::frequency_floor::FrequencyFloor;
 use crate::robust::hinf::{HinfSettings, is_feasible, optimal_level};
 
 /// Constant scales and the γ they reach.
@@ -68,11 +69,18 @@ pub(crate) fn scales_to(
         rel_tol: 1e-3,
         ..HinfSettings::default()
     };
-    let at = |ln: &[f64]| scaled(plant, &ln.iter().map(|l| l.exp()).collect::<Vec<f64>>());
+    let exp = |ln: &[f64]| ln.iter().map(|l| l.exp()).collect::<Vec<f64>>();
+    let at = |ln: &[f64]| scaled(plant, &exp(ln));
+    let floor = FrequencyFloor::new(plant)?;
+    // A single frequency shows of most trials that they are worse.
+    let reaches = |ln: &[f64], level: f64| {
+        let [left, right] = channel_scales(plant, &exp(ln));
+        !floor.is_above(level, (&left, &right)) && matches!(is_feasible(&at(ln), level), Ok(true))
+    };
     let mut ln: Vec<f64> = (0..free)
         .map(|k| start.get(k).map_or(0.0, |d| d.ln()))
         .collect();
-    let reached = enough > 0.0 && matches!(is_feasible(&at(&ln), enough), Ok(true));
+    let reached = enough > 0.0 && reaches(&ln, enough);
     let mut gamma = match reached {
         true => enough,
         false => optimal_level(&at(&ln), &settings)?,
@@ -98,9 +106,7 @@ pub(crate) fn scales_to(
             let new = [0, 1].map(|side| known.is_new(&trials[side]));
             // Most trials are worse, and one level tells. One that fails is a point not to go to, no more.
             let level = gamma * (1.0 - 1e-3);
-            let lower = |side: usize| {
-                new[side] && matches!(is_feasible(&at(&trials[side]), level), Ok(true))
-            };
+            let lower = |side: usize| new[side] && reaches(&trials[side], level);
             let (up, down) = rayon::join(|| lower(0), || lower(1));
             syntheses += new.iter().filter(|new| **new).count();
             for (trial, lower) in trials.into_iter().zip([up, down]) {
@@ -156,28 +162,35 @@ impl Tried {
 
 /// The plant with its uncertainty channels scaled: outputs of block i by dᵢ, inputs by 1/dᵢ. Blocks are kept.
 pub fn scaled(plant: &GeneralizedPlant, scale: &[f64]) -> GeneralizedPlant {
-    let per_channel = |size: fn(&crate::augment::Block) -> usize, total: usize| -> Vec<f64> {
+    let [left, right] = channel_scales(plant, scale);
+    let diagonal =
+        |d: &[f64]| Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i] } else { 0.0 });
+    GeneralizedPlant {
+        system: plant
+            .system
+            .scale_outputs(&diagonal(&left))
+            .scale_inputs(&diagonal(&right)),
+        ..plant.clone()
+    }
+}
+
+/// Factors of the outputs and of the inputs of a plant for one scale per block.
+fn channel_scales(plant: &GeneralizedPlant, scale: &[f64]) -> [Vec<f64>; 2] {
+    let per_channel = |size: fn(&crate::augment::Block) -> usize, total: usize, power: i32| {
         let mut all: Vec<f64> = plant
             .blocks
             .iter()
             .enumerate()
-            .flat_map(|(k, b)| vec![scale.get(k).copied().unwrap_or(1.0); size(b)])
+            .flat_map(|(k, b)| {
+                let own = scale.get(k).copied().unwrap_or(1.0);
+                vec![own.powi(power); size(b)]
+            })
             .collect();
         all.resize(total, 1.0);
         all
     };
-    let out = per_channel(crate::augment::Block::cols, plant.system.outputs());
-    let inp = per_channel(crate::augment::Block::rows, plant.system.inputs());
-    let diagonal = |d: &[f64], power: i32| {
-        Mat::from_fn(d.len(), d.len(), |i, j| {
-            if i == j { d[i].powi(power) } else { 0.0 }
-        })
-    };
-    GeneralizedPlant {
-        system: plant
-            .system
-            .scale_outputs(&diagonal(&out, 1))
-            .scale_inputs(&diagonal(&inp, -1)),
-        ..plant.clone()
-    }
+    [
+        per_channel(crate::augment::Block::cols, plant.system.outputs(), 1),
+        per_channel(crate::augment::Block::rows, plant.system.inputs(), -1),
+    ]
 }

@@ -15,6 +15,7 @@ use super::response::feedback::{
     Feedback, Law, PlaneSpring, attached, close, springs_in_one_plane,
 };
 use super::whirl_form::WhirlForm;
+use crate::linalg::planar::{Planar, add_scaled};
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::basis::Cut;
 use crate::rotor::modes::RIGID;
@@ -254,9 +255,25 @@ impl Mechanics {
         let real = |x: f64| c64::new(x, 0.0);
         let open = match &self.gyroscopic {
             None => {
-                let inverse: Vec<c64> = (0..n).map(|k| diagonal(k).inv()).collect();
-                let scaled = Mat::from_fn(n, p, |k, j| inverse[k] * self.ports[(j, k)]);
-                self.read(&scaled)
+                // Column i is row i of the receptance.
+                let mut rows = Planar::from_fn(p, p, |j, i| (self.residual[(i, j)], 0.0));
+                let mut driven = Planar::zeros(p, 1);
+                for k in 0..n {
+                    let inverse = diagonal(k).inv();
+                    let column = driven.part_mut(0, p, 0);
+                    for j in 0..p {
+                        let z = inverse * self.ports[(j, k)];
+                        (column.0[j], column.1[j]) = (z.re, z.im);
+                    }
+                    for i in 0..p {
+                        let read = (self.ports[(i, k)], 0.0);
+                        add_scaled(rows.part_mut(0, p, i), read, driven.part(0, p, 0));
+                    }
+                }
+                Mat::from_fn(p, p, |i, j| {
+                    let (re, im) = rows.at(j, i);
+                    c64::new(re, im)
+                })
             }
             Some(g) => match self.whirl_form(g) {
                 Some(form) => form.receptance(w, &self.residual),

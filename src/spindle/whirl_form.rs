@@ -5,16 +5,17 @@
 //! and safe to use. x_p(jω) = φ_p η̇/(jω) = Σ_k (φ_p V_k)(V⁻¹ Φᵀ)_{kq}/(jω (jω − λ_k)) f_q; free translation is λ = 0,
 //! exactly.
 
+use crate::linalg::planar::{Planar, add_scaled};
 use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 
 /// Poles and port amplitudes of the whirl modes.
 #[derive(Clone, Debug)]
 pub(crate) struct WhirlForm {
     poles: Vec<c64>,
-    /// Ports × poles.
-    read: Mat<c64>,
-    /// Poles × ports.
-    force: Mat<c64>,
+    /// Ports × poles: displacement of the port by the pole.
+    read: Planar,
+    /// Ports × poles: drive of the pole by a force at the port.
+    force: Planar,
 }
 
 /// Largest residual of an eigenpair, and of V V⁻¹ − I, at which the form is used; rounding leaves 1e-13.
@@ -60,31 +61,45 @@ impl WhirlForm {
         let p = ports.nrows();
         Some(Self {
             poles: eigen.values,
-            read: Mat::from_fn(p, m + n, |i, k| {
-                (0..n).fold(zero, |sum, c| {
-                    sum + eigen.vectors[(m + c, k)] * ports[(i, c)]
-                })
+            read: Planar::from_fn(p, m + n, |i, k| {
+                let of = |sum, c| sum + eigen.vectors[(m + c, k)] * ports[(i, c)];
+                parts((0..n).fold(zero, of))
             }),
-            force: Mat::from_fn(m + n, p, |k, j| {
-                (0..n).fold(zero, |sum, c| sum + inverse[(k, m + c)] * ports[(j, c)])
+            force: Planar::from_fn(p, m + n, |j, k| {
+                let of = |sum, c| sum + inverse[(k, m + c)] * ports[(j, c)];
+                parts((0..n).fold(zero, of))
             }),
         })
     }
 
     /// Receptance between the ports at a signed angular frequency, `residual` added.
     pub(crate) fn receptance(&self, omega_rad_s: f64, residual: &Mat<f64>) -> Mat<c64> {
-        let p = self.read.nrows();
+        let p = self.read.rows();
         let s = c64::new(0.0, omega_rad_s);
-        let gains: Vec<c64> = self
-            .poles
-            .iter()
-            .map(|pole| (s * (s - pole)).inv())
-            .collect();
-        let scaled = Mat::from_fn(gains.len(), p, |k, j| gains[k] * self.force[(k, j)]);
+        // Column i is row i of the receptance.
+        let mut rows = Planar::from_fn(p, p, |j, i| (residual[(i, j)], 0.0));
+        let mut driven = Planar::zeros(p, 1);
+        for (k, pole) in self.poles.iter().enumerate() {
+            let gain = (s * (s - pole)).inv();
+            driven.clear();
+            add_scaled(
+                driven.part_mut(0, p, 0),
+                parts(gain),
+                self.force.part(0, p, k),
+            );
+            for i in 0..p {
+                let read = self.read.at(i, k);
+                add_scaled(rows.part_mut(0, p, i), read, driven.part(0, p, 0));
+            }
+        }
         Mat::from_fn(p, p, |i, j| {
-            (0..gains.len()).fold(c64::new(residual[(i, j)], 0.0), |sum, k| {
-                sum + self.read[(i, k)] * scaled[(k, j)]
-            })
+            let (re, im) = rows.at(j, i);
+            c64::new(re, im)
         })
     }
+}
+
+/// Real and imaginary part.
+fn parts(z: c64) -> (f64, f64) {
+    (z.re, z.im)
 }

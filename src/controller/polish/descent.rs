@@ -212,11 +212,12 @@ fn slope_change(
     participants: &[Participant],
     binding: &[(usize, f64)],
 ) -> Vec<f64> {
+    let fixed = law.with(trial);
     let parts: Vec<Vec<f64>> = binding
         .par_iter()
         .map(|(k, weight)| {
             let before = &participants[*k];
-            let after = loss.gradient(law, trial, next, &before.value);
+            let after = loss.gradient(&*fixed, next, &before.value);
             let pairs = after.iter().zip(&before.slope);
             pairs.map(|(a, b)| weight * (a - b)).collect()
         })
@@ -248,7 +249,7 @@ fn whitening(
     found: &Evaluation,
 ) -> Result<Whitening, ControllerError> {
     let n = law.parameters();
-    let mut rows = loss.metric_rows(law, x, found, METRIC);
+    let mut rows = loss.metric_rows(&*law.with(x), found, METRIC);
     for (k, natural) in law.natural_steps(x).into_iter().enumerate() {
         let mut row = vec![0.0; n];
         row[k] = OWN_STEP / natural;
@@ -280,11 +281,12 @@ fn participants_of(
     x: &[f64],
     found: &Evaluation,
 ) -> Vec<Participant> {
+    let fixed = law.with(x);
     near_largest(found)
         .into_par_iter()
         .map(|value| Participant {
             value,
-            slope: loss.gradient(law, x, found, &value),
+            slope: loss.gradient(&*fixed, found, &value),
         })
         .collect()
 }

@@ -12,7 +12,7 @@ use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, closed, outer, product, times};
 use super::responses::{Role, Rotor, SpecificationLine};
 use super::specification_bound::{Bound, best_scales, bound};
-use super::structure::{Line, Structure};
+use super::structure::{Fixed, Line, Structure};
 use super::values::{Gathered, Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
 use crate::linalg::c64;
 use crate::robust::structure::Structure as Blocks;
@@ -165,9 +165,10 @@ impl Loss {
     }
 
     fn evaluate_above(&self, law: &dyn Structure, x: &[f64], floor: f64) -> Evaluation {
+        let fixed = law.with(x);
         let lines: Vec<LineState> = (0..self.lines.len())
             .into_par_iter()
-            .map(|k| self.line_state(law, x, (k, floor)))
+            .map(|k| self.line_state(&*fixed, (k, floor)))
             .collect();
         let sides: Vec<std::ops::Range<usize>> =
             (0..self.rotors.len()).map(|r| self.sides(r)).collect();
@@ -199,9 +200,9 @@ impl Loss {
         }
     }
 
-    fn line_state(&self, law: &dyn Structure, x: &[f64], (k, floor): (usize, f64)) -> LineState {
-        let gain = law.gain(x, &self.lines[k]);
-        let free = law.without_integrators(x, &self.lines[k]);
+    fn line_state(&self, law: &dyn Fixed, (k, floor): (usize, f64)) -> LineState {
+        let gain = law.gain(&self.lines[k]);
+        let free = law.without_integrators(&self.lines[k]);
         let loops: Vec<LoopState> = self
             .rotors
             .iter()
@@ -402,13 +403,26 @@ pub(super) fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
     (square.sqrt(), outer(&v, &u, (1.0 / square).into()))
 }
 
-/// Phase of det(I − G K) gathered over the lines, rad.
+/// Phase of det(I − G K) gathered over the lines, rad: that between the first and the last, and a turn for each time
+/// that it passes the negative real axis.
 fn gathered(lines: &[LineState], side: usize) -> f64 {
-    lines
+    let at = |line: &LineState| line.loops[side].determinant;
+    if !lines.iter().all(|line| at(line).is_finite()) {
+        return f64::NAN;
+    }
+    let turns: i32 = lines
         .windows(2)
         .map(|pair| {
-            let ratio = pair[1].loops[side].determinant / pair[0].loops[side].determinant;
-            ratio.arg()
+            let (a, b) = (at(&pair[0]), at(&pair[1]));
+            let forwards = a.re * b.im - a.im * b.re;
+            match (a.im >= 0.0, b.im >= 0.0) {
+                (true, false) if forwards > 0.0 => 1,
+                (false, true) if forwards < 0.0 => -1,
+                _ => 0,
+            }
         })
-        .sum()
+        .sum();
+    // Minus zero counts as zero above.
+    let phase = |line: Option<&LineState>| line.map_or(0.0, |l| (at(l).im + 0.0).atan2(at(l).re));
+    TAU * f64::from(turns) + phase(lines.last()) - phase(lines.first())
 }

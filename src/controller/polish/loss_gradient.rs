@@ -2,26 +2,20 @@
 
 use super::loss::{Evaluation, Loss, largest_singular};
 use super::matrix2::{Matrix2, ZERO, outer, product, row_times, times};
-use super::structure::Structure;
+use super::structure::Fixed;
 use super::values::{Group, Value};
 use crate::linalg::c64;
 use rayon::prelude::*;
 
 impl Loss {
     /// Derivative of a value by the parameters.
-    pub(crate) fn gradient(
-        &self,
-        law: &dyn Structure,
-        x: &[f64],
-        found: &Evaluation,
-        value: &Value,
-    ) -> Vec<f64> {
+    pub(crate) fn gradient(&self, law: &dyn Fixed, found: &Evaluation, value: &Value) -> Vec<f64> {
         let mut out = vec![0.0; law.parameters()];
         if value.group == Group::NoiseCurrent {
-            self.add_noise_gradient(law, x, found, value, &mut out);
+            self.add_noise_gradient(law, found, value, &mut out);
         } else {
             let q = self.line_derivative(found, value);
-            law.add_gradient(x, &self.lines[value.line], &q, &mut out);
+            law.add_gradient(&self.lines[value.line], &q, &mut out);
         }
         out
     }
@@ -71,8 +65,7 @@ impl Loss {
 
     fn add_noise_gradient(
         &self,
-        law: &dyn Structure,
-        x: &[f64],
+        law: &dyn Fixed,
         found: &Evaluation,
         value: &Value,
         out: &mut [f64],
@@ -99,7 +92,7 @@ impl Loss {
             .collect();
         for (line, q) in self.lines.iter().zip(&matrices) {
             let scaled = q.map(|row| row.map(|v| v / total));
-            law.add_gradient(x, line, &scaled, out);
+            law.add_gradient(line, &scaled, out);
         }
     }
 
@@ -107,8 +100,7 @@ impl Loss {
     /// relative: S_u δK G, and in the controller itself, δK/‖K‖ weighted by `own`. Every `stride`-th line.
     pub(crate) fn metric_rows(
         &self,
-        law: &dyn Structure,
-        x: &[f64],
+        law: &dyn Fixed,
         found: &Evaluation,
         (stride, own): (usize, f64),
     ) -> Vec<Vec<f64>> {
@@ -131,7 +123,7 @@ impl Loss {
                     for turn in [c64::new(share, 0.0), c64::new(0.0, -share)] {
                         let mut row = vec![0.0; law.parameters()];
                         let q = q.map(|r| r.map(|v| v * turn));
-                        law.add_gradient(x, &self.lines[*k], &q, &mut row);
+                        law.add_gradient(&self.lines[*k], &q, &mut row);
                         rows.push(row);
                     }
                 };

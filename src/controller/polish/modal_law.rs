@@ -6,7 +6,7 @@
 //! of it.
 
 use super::matrix2::{Matrix2, ZERO};
-use super::structure::{Line, Structure};
+use super::structure::{Fixed, Line, Structure};
 use crate::augment::assembly::SIGNAL_SCALE_M;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::dense::balance;
@@ -143,46 +143,61 @@ impl Structure for ModalLaw {
         steps
     }
 
-    fn gain(&self, x: &[f64], line: &Line) -> Matrix2 {
-        let mut k = [[ZERO; 2]; 2];
+    fn with<'a>(&'a self, x: &[f64]) -> Box<dyn Fixed + 'a> {
         let (pairs, rest) = x.split_at(self.pairs * PAIR);
         let (reals, direct) = rest.split_at(self.reals * REAL);
-        for p in pairs.chunks_exact(PAIR).map(Pair::read) {
+        Box::new(FixedModal {
+            pairs: pairs.chunks_exact(PAIR).map(Pair::read).collect(),
+            reals: reals.chunks_exact(REAL).map(Real::read).collect(),
+            direct: [0, 1].map(|i| [0, 1].map(|j| direct[2 * i + j])),
+        })
+    }
+}
+
+/// The law with its poles and residues.
+struct FixedModal {
+    pairs: Vec<Pair>,
+    reals: Vec<Real>,
+    direct: [[f64; 2]; 2],
+}
+
+impl Fixed for FixedModal {
+    fn parameters(&self) -> usize {
+        self.pairs.len() * PAIR + self.reals.len() * REAL + DIRECT
+    }
+
+    fn gain(&self, line: &Line) -> Matrix2 {
+        let mut k = [[ZERO; 2]; 2];
+        for p in &self.pairs {
             let (g, h) = p.resolvents(line.z);
             for i in 0..2 {
                 for j in 0..2 {
-                    let cb = p.c[i] * p.b[j];
+                    let cb = p.residue[i][j];
                     k[i][j] += cb * g + cb.conj() * h;
                 }
             }
         }
-        for p in reals.chunks_exact(REAL) {
-            let g = (line.z - p[0].tanh()).inv();
+        for p in &self.reals {
+            let g = (line.z - p.pole).inv();
             for i in 0..2 {
                 for j in 0..2 {
-                    k[i][j] += g * (p[1 + i] * p[3 + j]);
+                    k[i][j] += g * (p.c[i] * p.b[j]);
                 }
             }
         }
         for i in 0..2 {
             for j in 0..2 {
-                k[i][j] = (k[i][j] + direct[2 * i + j]) / SIGNAL_SCALE_M;
+                k[i][j] = (k[i][j] + self.direct[i][j]) / SIGNAL_SCALE_M;
             }
         }
         k
     }
 
-    fn add_gradient(&self, x: &[f64], line: &Line, q: &Matrix2, out: &mut [f64]) {
+    fn add_gradient(&self, line: &Line, q: &Matrix2, out: &mut [f64]) {
         let q = q.map(|row| row.map(|v| v / SIGNAL_SCALE_M));
-        let (pairs, rest) = x.split_at(self.pairs * PAIR);
-        let (reals, _) = rest.split_at(self.reals * REAL);
-        let (out_pairs, out_rest) = out.split_at_mut(self.pairs * PAIR);
-        let (out_reals, out_direct) = out_rest.split_at_mut(self.reals * REAL);
-        for (x, out) in pairs
-            .chunks_exact(PAIR)
-            .zip(out_pairs.chunks_exact_mut(PAIR))
-        {
-            let p = Pair::read(x);
+        let (out_pairs, out_rest) = out.split_at_mut(self.pairs.len() * PAIR);
+        let (out_reals, out_direct) = out_rest.split_at_mut(self.reals.len() * REAL);
+        for (p, out) in self.pairs.iter().zip(out_pairs.chunks_exact_mut(PAIR)) {
             let (g, h) = p.resolvents(line.z);
             // tr(Q c bᵀ) = bᵀ Q c.
             let qc = [0, 1].map(|j| q[j][0] * p.c[0] + q[j][1] * p.c[1]);
@@ -191,8 +206,7 @@ impl Structure for ModalLaw {
             let qbc = [0, 1].map(|i| q[0][i] * p.b[0].conj() + q[1][i] * p.b[1].conj());
             let along = (p.b[0] * qc[0] + p.b[1] * qc[1]) * g * g;
             let across = (p.b[0].conj() * qcc[0] + p.b[1].conj() * qcc[1]) * h * h;
-            let decay = x[0].exp();
-            out[0] += -decay * (along * p.pole + across * p.pole.conj()).re;
+            out[0] += -p.decay * (along * p.pole + across * p.pole.conj()).re;
             // j λ along, −j λ̄ across.
             out[1] += -(along * p.pole).im + (across * p.pole.conj()).im;
             for i in 0..2 {
@@ -204,21 +218,17 @@ impl Structure for ModalLaw {
                 out[8 + i] += -(one - two).im;
             }
         }
-        for (x, out) in reals
-            .chunks_exact(REAL)
-            .zip(out_reals.chunks_exact_mut(REAL))
-        {
-            let pole = x[0].tanh();
-            let g = (line.z - pole).inv();
+        for (p, out) in self.reals.iter().zip(out_reals.chunks_exact_mut(REAL)) {
+            let g = (line.z - p.pole).inv();
             let (mut whole, mut c, mut b) = (ZERO, [ZERO; 2], [ZERO; 2]);
             for i in 0..2 {
                 for j in 0..2 {
-                    whole += q[j][i] * (x[1 + i] * x[3 + j]);
-                    c[i] += q[j][i] * x[3 + j];
-                    b[j] += q[j][i] * x[1 + i];
+                    whole += q[j][i] * (p.c[i] * p.b[j]);
+                    c[i] += q[j][i] * p.b[j];
+                    b[j] += q[j][i] * p.c[i];
                 }
             }
-            out[0] += (whole * g * g).re * (1.0 - pole * pole);
+            out[0] += (whole * g * g).re * (1.0 - p.pole * p.pole);
             for i in 0..2 {
                 out[1 + i] += (c[i] * g).re;
                 out[3 + i] += (b[i] * g).re;
@@ -232,19 +242,45 @@ impl Structure for ModalLaw {
     }
 }
 
+/// A real pole with its residue c bᵀ.
+struct Real {
+    pole: f64,
+    c: [f64; 2],
+    b: [f64; 2],
+}
+
+impl Real {
+    fn read(x: &[f64]) -> Self {
+        Self {
+            pole: x[0].tanh(),
+            c: [x[1], x[2]],
+            b: [x[3], x[4]],
+        }
+    }
+}
+
+/// A pair of poles with the residue c bᵀ of the upper one.
 struct Pair {
     pole: c64,
+    /// e^a: decay per sample.
+    decay: f64,
     c: [c64; 2],
     b: [c64; 2],
+    /// c bᵀ.
+    residue: Matrix2,
 }
 
 impl Pair {
     fn read(x: &[f64]) -> Self {
         let z = |re: usize, im: usize| c64::new(x[re], x[im]);
+        let (c, b) = ([z(2, 4), z(3, 5)], [z(6, 8), z(7, 9)]);
+        let decay = x[0].exp();
         Self {
-            pole: c64::from_polar((-x[0].exp()).exp(), x[1]),
-            c: [z(2, 4), z(3, 5)],
-            b: [z(6, 8), z(7, 9)],
+            pole: c64::from_polar((-decay).exp(), x[1]),
+            decay,
+            residue: c.map(|c| b.map(|b| c * b)),
+            c,
+            b,
         }
     }
 

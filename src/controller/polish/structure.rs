@@ -32,13 +32,21 @@ pub(crate) trait Structure: Sync {
     fn parameters(&self) -> usize;
     /// Change of each parameter that changes its part of the controller by about its own size.
     fn natural_steps(&self, x: &[f64]) -> Vec<f64>;
+    /// The controller with parameters x, for many lines.
+    fn with<'a>(&'a self, x: &[f64]) -> Box<dyn Fixed + 'a>;
+}
+
+/// K(z; x) for one x.
+pub(crate) trait Fixed: Sync {
+    /// Number of parameters.
+    fn parameters(&self) -> usize;
     /// 1/K's poles on the unit circle: the factor that takes the integrators out of det(I − G K); 1 without
     /// integrators.
-    fn without_integrators(&self, _x: &[f64], _line: &Line) -> c64 {
+    fn without_integrators(&self, _line: &Line) -> c64 {
         c64::new(1.0, 0.0)
     }
     /// K at a line, A/m.
-    fn gain(&self, x: &[f64], line: &Line) -> Matrix2;
+    fn gain(&self, line: &Line) -> Matrix2;
     /// Adds Re tr(Q ∂K/∂xₚ) to `out[p]`, for every parameter.
-    fn add_gradient(&self, x: &[f64], line: &Line, q: &Matrix2, out: &mut [f64]);
+    fn add_gradient(&self, line: &Line, q: &Matrix2, out: &mut [f64]);
 }

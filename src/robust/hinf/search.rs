@@ -69,10 +69,10 @@ impl Search {
         }
         let [control, filter] = sides;
         // A side without a solution needs no other.
-        let Ok(x) = control.riccati(gamma, Effort::Fast) else {
+        let Ok(x) = control.riccati(gamma, Effort::Decision) else {
             return Ok(false);
         };
-        let Ok(y) = filter.riccati(gamma, Effort::Fast) else {
+        let Ok(y) = filter.riccati(gamma, Effort::Decision) else {
             return Ok(false);
         };
         let c = coupling(&x.x, &y.x)?;

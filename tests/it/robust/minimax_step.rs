@@ -112,3 +112,58 @@ fn values_expected_to_bind_do_not_change_the_step_and_the_weights_are_those_of_i
         assert!((total(&again.step) - total(&best.step)).abs() < 1e-6);
     }
 }
+
+/// Least value of the dual programme, by weights y: −|Σ y g|²/2λ + Σ v y is below every value of the primal one.
+fn dual(values: &[LinearValue], binding: &[(usize, f64)], proximal: f64) -> f64 {
+    let n = values[0].gradient.len();
+    let sum = |i: usize| -> f64 {
+        let parts = binding.iter().map(|(k, y)| y * values[*k].gradient[i]);
+        parts.sum()
+    };
+    let square: f64 = (0..n).map(|i| sum(i).powi(2)).sum();
+    let linear: f64 = binding.iter().map(|(k, y)| y * values[*k].value).sum();
+    linear - square / (2.0 * proximal)
+}
+
+#[test]
+fn the_weights_prove_that_no_step_is_better() {
+    for seed in 10..30 {
+        let objective = seed % 3 != 0;
+        let mut values = random_values(seed, 240, 94, objective);
+        // Lines beside each other have nearly the same slopes, and some are there twice.
+        for k in 0..values.len() - 8 {
+            if k % 8 < 4 {
+                let mut twin = values[k + 4].clone();
+                twin.value = values[k].value;
+                twin.gradient
+                    .iter_mut()
+                    .for_each(|g| *g *= 1.0 + 1e-9 * (k % 3) as f64);
+                values[k] = twin;
+            }
+        }
+        let proximal = 10f64.powi(seed as i32 % 5 - 3);
+        let found = minimax_step(&values, &[3, 17, 40], &rule(proximal)).unwrap();
+        let square: f64 = found.step.iter().map(|p| p * p).sum();
+        let primal = merit(&values, &found.step) + 0.5 * proximal * square;
+        let below = dual(&values, &found.binding, proximal);
+        let sums = |limit: Option<usize>| -> f64 {
+            let of = found
+                .binding
+                .iter()
+                .filter(|(k, _)| values[*k].limit == limit);
+            of.map(|(_, y)| y).sum()
+        };
+        assert!(found.binding.iter().all(|(_, y)| *y >= 0.0));
+        assert!((0..LIMITS).all(|g| sums(Some(g)) <= PENALTY * (1.0 + 1e-9)));
+        assert!(
+            !objective || (sums(None) - 1.0).abs() < 1e-4,
+            "{}",
+            sums(None)
+        );
+        // What does not bind by less than 1e-6 is left out of the list.
+        assert!(
+            (primal - below).abs() < 1e-3,
+            "seed {seed}: {primal} and {below}"
+        );
+    }
+}

@@ -20,6 +20,28 @@ fn json(output: &[u8]) -> Value {
     serde_json::from_slice(output).unwrap()
 }
 
+#[test]
+fn timings_list_the_stages_of_an_updating() {
+    let out = tempfile::tempdir().unwrap();
+    let mut command = muspin();
+    let run = command.args(["update", "--resonances-only", "--timings", "--out"]);
+    let run = run.arg(out.path()).output().unwrap();
+    let table = String::from_utf8(run.stderr).unwrap();
+    for stage in [
+        "stage",
+        "records",
+        "fit ",
+        "fit of resonances only",
+        "report",
+        "in all",
+    ] {
+        let found = table.lines().any(|line| line.starts_with(stage));
+        assert!(found, "{stage}: {table}");
+    }
+    // Standard output keeps the answer alone.
+    assert!(json(&run.stdout)["updating"].is_object());
+}
+
 /// What a command that succeeds prints; its files go to `out`.
 fn answer(arguments: &[&str], out: &Path) -> Value {
     let mut command = muspin();
