@@ -54,6 +54,10 @@ const APART: f64 = 2e-3;
 const OVERSPEED: f64 = 1.2;
 /// Starts looked at on all rotors.
 const SHORTLIST: usize = 24;
+/// Relative gain of a step below which a descent that ranks starts ends.
+const RANKING: f64 = 2e-3;
+/// The same of the descent from the best one: a rival that is not tuned to its end would flatter the comparison.
+const LAST: f64 = 5e-4;
 
 /// The best PID that the search finds; `given` starts come before those drawn, `shape` puts each start into the form
 /// searched for (or drops it), `free` lists the parameters that move.
@@ -131,16 +135,13 @@ pub(super) fn search(
     ranked.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     ranked.truncate(asked.basins.max(1));
     let mut evaluations = asked.starts + given.len();
-    let effort = |steps: usize| Effort {
-        steps,
-        tolerance: 2e-3,
-    };
+    let effort = |steps: usize, tolerance: f64| Effort { steps, tolerance };
     for (lost, merit, law, x) in &mut ranked {
         // Rotors that are unstable at first may be stable after a few steps.
         let mut memory = Memory::default();
         for part in 0..2 {
             activate(&mut loss, law, x, unstable_poles);
-            let asked = effort(asked.steps / 6 + part);
+            let asked = effort(asked.steps / 6 + part, RANKING);
             memory.begin();
             evaluations += descend(&mut loss, law, x, (&asked, &mut memory))?;
         }
@@ -157,7 +158,7 @@ pub(super) fn search(
         let packed = lines(&plants, FROM_HZ, &poles, APART);
         loss = make(packed, &known);
         activate(&mut loss, &law, &x, unstable_poles);
-        let asked = effort(asked.steps / 2 + part);
+        let asked = effort(asked.steps / 2 + part, LAST);
         memory.begin();
         evaluations += descend(&mut loss, &law, &mut x, (&asked, &mut memory))?;
     }
