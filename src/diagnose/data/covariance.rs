@@ -24,11 +24,21 @@ pub(super) fn cholesky(c: &mut [c64; 16]) {
 
 /// Solves L w = d for a lower factor.
 pub(crate) fn whiten(l: &[c64; 16], d: &mut [c64; 4]) {
+    whiten_with(l, &reciprocals(l), d);
+}
+
+/// Reciprocal pivots of a lower factor.
+pub(crate) fn reciprocals(l: &[c64; 16]) -> [f64; 4] {
+    std::array::from_fn(|i| l[5 * i].re.recip())
+}
+
+/// As [`whiten`], the reciprocal pivots known.
+pub(crate) fn whiten_with(l: &[c64; 16], pivots: &[f64; 4], d: &mut [c64; 4]) {
     for i in 0..4 {
         let mut sum = d[i];
         for j in 0..i {
             sum -= l[4 * i + j] * d[j];
         }
-        d[i] = sum * l[5 * i].re.recip();
+        d[i] = sum * pivots[i];
     }
 }

@@ -171,6 +171,7 @@ impl Problem<'_> {
         let mut end = None;
         for (model_error, iterations) in stages {
             let mut here = self.linearised(&at, *model_error)?;
+            let mut expected = true;
             for iteration in 0..=*iterations {
                 self.tuned(&mut at, &mut here, *model_error)?;
                 let cost = self.cost(&at, *model_error)?;
@@ -184,12 +185,12 @@ impl Problem<'_> {
                 if iteration == *iterations || still {
                     break;
                 }
-                let Some((there, ahead)) = self.improved(&at, &here, equations, *model_error)?
-                else {
+                let tried = (equations, expected);
+                let Some(next) = self.improved(&at, &here, tried, *model_error)? else {
                     break;
                 };
-                at = there;
-                here = match ahead {
+                (at, expected) = (next.there, next.whole);
+                here = match next.ahead {
                     Some(ahead) => ahead,
                     None => self.linearised(&at, *model_error)?,
                 };
@@ -239,15 +240,15 @@ impl Problem<'_> {
         }
     }
 
-    /// A point of smaller χ², with its linearisation where that is known; none where no step decreases χ² by more than
-    /// a negligible part.
+    /// A point of smaller χ²; none where no step decreases χ² by more than a negligible part. Where the whole step is
+    /// `expected` to be taken, its derivatives are computed with it.
     fn improved(
         &self,
         at: &Point,
         here: &Linearised,
-        equations: Equations,
+        (equations, expected): (Equations, bool),
         model_error: f64,
-    ) -> Result<Option<(Point, Option<Linearised>)>, DiagnoseError> {
+    ) -> Result<Option<Improved>, DiagnoseError> {
         let Equations {
             fit,
             mut normal,
@@ -273,12 +274,29 @@ impl Problem<'_> {
         if predicted < negligible(chi2) {
             return Ok(None);
         }
+        let lower = |value: f64| value < chi2;
+        let part = |there: Point| Improved {
+            there,
+            ahead: None,
+            whole: false,
+        };
         let there = self.stepped(at, &whole);
-        // The whole step is nearly always taken: its derivatives come with it.
-        if let Ok(ahead) = self.linearised(&there, model_error) {
+        if !expected {
+            if self.chi2(&there, model_error).is_ok_and(lower) {
+                let whole = true;
+                return Ok(Some(Improved {
+                    whole,
+                    ..part(there)
+                }));
+            }
+        } else if let Ok(ahead) = self.linearised(&there, model_error) {
             let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
-            if data + self.prior(&there.p) + self.cost(&there, model_error)? < chi2 {
-                return Ok(Some((there, Some(ahead))));
+            if lower(data + self.prior(&there.p) + self.cost(&there, model_error)?) {
+                return Ok(Some(Improved {
+                    there,
+                    ahead: Some(ahead),
+                    whole: true,
+                }));
             }
         }
         let gauss_newton = GaussNewtonStep {
@@ -288,7 +306,7 @@ impl Problem<'_> {
             chi2,
         };
         if let Some(there) = self.along(at, here, &gauss_newton, model_error)? {
-            return Ok(Some((there, None)));
+            return Ok(Some(part(there)));
         }
         // Twelve tries span twelve decades of damping; beyond, the point is a minimum to rounding.
         for damping in (0..12).map(|k| 10f64.powi(k - 6)) {
@@ -299,13 +317,21 @@ impl Problem<'_> {
                 continue;
             };
             let there = self.stepped(at, &step);
-            let lower = |value: f64| value < chi2;
             if self.chi2(&there, model_error).is_ok_and(lower) {
-                return Ok(Some((there, None)));
+                return Ok(Some(part(there)));
             }
         }
         Ok(None)
     }
+}
+
+/// A point of smaller χ².
+struct Improved {
+    there: Point,
+    /// Its linearisation, where that is known.
+    ahead: Option<Linearised>,
+    /// Whether the whole step leads there: where it did not, the next one is tried without derivatives first.
+    whole: bool,
 }
 
 /// The normal equations at a point.

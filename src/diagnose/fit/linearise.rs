@@ -3,7 +3,7 @@
 //! Lines do not depend on each other: they are computed in parallel and joined in order.
 
 use super::super::DiagnoseError;
-use super::super::data::covariance::whiten;
+use super::super::data::covariance::{reciprocals, whiten, whiten_with};
 use super::hypothesis::{self, Hypothesis};
 use super::jacobian::Jacobian;
 use super::nuisance::Layout;
@@ -341,6 +341,7 @@ impl Problem<'_> {
                     whiten(&rows[i], &mut d);
                     push(r, &d);
                 }
+                let pivots = rows.each_ref().map(reciprocals);
                 for (c, column) in order.iter().enumerate() {
                     for i in 0..4 {
                         let own = |f: &Square, by: f64| -> [c64; 4] {
@@ -356,7 +357,7 @@ impl Problem<'_> {
                                 column.entry(f, derivatives, i, j) * gain[i]
                             }),
                         };
-                        whiten(&rows[i], &mut d);
+                        whiten_with(&rows[i], &pivots[i], &mut d);
                         write(block, first + 8 * i, c, &d);
                     }
                 }
