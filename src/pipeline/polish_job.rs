@@ -127,7 +127,7 @@ fn certificate(
 }
 
 /// Rounds at most, in units of those asked.
-const MOST_ROUNDS: usize = 3;
+const MOST_ROUNDS: usize = 5;
 
 /// Share of what a peak exceeds one by that a lower limit has to take for another one to follow.
 const WORTH_A_CUT: f64 = 0.25;
