@@ -103,7 +103,7 @@ pub struct PolishEffort {
 }
 
 impl Default for PolishEffort {
-    /// Eighty steps, and more as long as a round gains a percent.
+    /// Eighty steps, and more as long as a round gains half a percent.
     fn default() -> Self {
         Self {
             rounds: 2,

@@ -15,7 +15,7 @@ use super::response::feedback::{
     Feedback, Law, PlaneSpring, attached, close, springs_in_one_plane,
 };
 use super::whirl_form::WhirlForm;
-use crate::linalg::planar::{Planar, add_scaled};
+use crate::linalg::planar::Planar;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::basis::Cut;
 use crate::rotor::modes::RIGID;
@@ -265,15 +265,9 @@ impl Mechanics {
                         let z = inverse * self.ports[(j, k)];
                         (column.0[j], column.1[j]) = (z.re, z.im);
                     }
-                    for i in 0..p {
-                        let read = (self.ports[(i, k)], 0.0);
-                        add_scaled(rows.part_mut(0, p, i), read, driven.part(0, p, 0));
-                    }
+                    rows.add_product(|i| (self.ports[(i, k)], 0.0), driven.part(0, p, 0));
                 }
-                Mat::from_fn(p, p, |i, j| {
-                    let (re, im) = rows.at(j, i);
-                    c64::new(re, im)
-                })
+                rows.transposed()
             }
             Some(g) => match self.whirl_form(g) {
                 Some(form) => form.receptance(w, &self.residual),

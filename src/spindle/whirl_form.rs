@@ -87,15 +87,9 @@ impl WhirlForm {
                 parts(gain),
                 self.force.part(0, p, k),
             );
-            for i in 0..p {
-                let read = self.read.at(i, k);
-                add_scaled(rows.part_mut(0, p, i), read, driven.part(0, p, 0));
-            }
+            rows.add_product(|i| self.read.at(i, k), driven.part(0, p, 0));
         }
-        Mat::from_fn(p, p, |i, j| {
-            let (re, im) = rows.at(j, i);
-            c64::new(re, im)
-        })
+        rows.transposed()
     }
 }
 

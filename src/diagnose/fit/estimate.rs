@@ -185,8 +185,8 @@ impl Problem<'_> {
                 if iteration == *iterations || still {
                     break;
                 }
-                let tried = (equations, expected);
-                let Some(next) = self.improved(&at, &here, tried, *model_error)? else {
+                let from = (&at, &here);
+                let Some(next) = self.improved(from, equations, expected, *model_error)? else {
                     break;
                 };
                 (at, expected) = (next.there, next.whole);
@@ -244,9 +244,9 @@ impl Problem<'_> {
     /// `expected` to be taken, its derivatives are computed with it.
     fn improved(
         &self,
-        at: &Point,
-        here: &Linearised,
-        (equations, expected): (Equations, bool),
+        (at, here): (&Point, &Linearised),
+        equations: Equations,
+        expected: bool,
         model_error: f64,
     ) -> Result<Option<Improved>, DiagnoseError> {
         let Equations {
@@ -275,19 +275,15 @@ impl Problem<'_> {
             return Ok(None);
         }
         let lower = |value: f64| value < chi2;
-        let part = |there: Point| Improved {
+        let alone = |there: Point, whole: bool| Improved {
             there,
             ahead: None,
-            whole: false,
+            whole,
         };
         let there = self.stepped(at, &whole);
         if !expected {
             if self.chi2(&there, model_error).is_ok_and(lower) {
-                let whole = true;
-                return Ok(Some(Improved {
-                    whole,
-                    ..part(there)
-                }));
+                return Ok(Some(alone(there, true)));
             }
         } else if let Ok(ahead) = self.linearised(&there, model_error) {
             let data: f64 = ahead.residual.iter().map(|r| r * r).sum();
@@ -306,7 +302,7 @@ impl Problem<'_> {
             chi2,
         };
         if let Some(there) = self.along(at, here, &gauss_newton, model_error)? {
-            return Ok(Some(part(there)));
+            return Ok(Some(alone(there, false)));
         }
         // Twelve tries span twelve decades of damping; beyond, the point is a minimum to rounding.
         for damping in (0..12).map(|k| 10f64.powi(k - 6)) {
@@ -318,7 +314,7 @@ impl Problem<'_> {
             };
             let there = self.stepped(at, &step);
             if self.chi2(&there, model_error).is_ok_and(lower) {
-                return Ok(Some(part(there)));
+                return Ok(Some(alone(there, false)));
             }
         }
         Ok(None)

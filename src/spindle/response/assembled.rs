@@ -1,4 +1,4 @@
-//! A machine assembled at one speed in Ritz coordinates: the receptance between all ports at one signed frequency.
+//! A machine assembled at one speed in Ritz coordinates: the receptance of its ports at one signed frequency.
 //!
 //! In r = x + jy:  Z = diag(ω_k² − ω² + jω c_k − circ_k) + ωΩG,  X = Z⁻¹Φᵀ,  H = ΦX + housing, with the laws at ports
 //! closed round it ([`super::feedback`]).
@@ -21,7 +21,7 @@ pub struct Assembled {
     pub(super) gyroscopic: Option<Gyroscopic>,
     /// Amplitudes, ports × coordinates.
     pub(super) ports: Vec<Vec<f64>>,
-    /// Ports from and to which responses are computed; those between the others are not.
+    /// Number of ports, the first ones, at which forces act: responses between two of the others are not computed.
     pub(super) driven: usize,
     /// Of each coordinate, its amplitudes at two ports multiplied, in the order of [`pairs`].
     pub(super) products: Vec<f64>,
@@ -49,23 +49,23 @@ pub struct Receptance {
 
 /// One signed frequency in the complex plane.
 pub(crate) struct Planar {
-    /// X = Z⁻¹Φᵀ, dynamic coordinates × driven ports.
+    /// X = Z⁻¹Φᵀ, dynamic coordinates × ports at which forces act.
     pub x: Vec<c64>,
-    /// Number of driven ports.
+    /// Number of ports at which forces act.
     driven: usize,
-    /// Receptance with all loops closed, ports × driven ports.
+    /// Receptance with all loops closed, all ports × those at which forces act.
     closed: Vec<c64>,
 }
 
 impl Planar {
-    /// Entry of the closed receptance, which is symmetric, between two ports of which one is driven.
+    /// Entry of the closed receptance, which is symmetric, between two ports, at one of which forces act.
     pub(super) fn entry(&self, a: usize, b: usize) -> c64 {
         let (row, column) = if b < self.driven { (a, b) } else { (b, a) };
         self.closed[row * self.driven + column]
     }
 }
 
-/// The pairs of ports, of which the second is driven, that a symmetric response needs.
+/// The pairs of ports that a symmetric response needs; the second is one of the first `driven`.
 fn pairs(ports: usize, driven: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..ports).flat_map(move |i| (0..driven.min(i + 1)).map(move |j| (i, j)))
 }

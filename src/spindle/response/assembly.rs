@@ -84,7 +84,7 @@ impl ReducedMachine {
         for probe in assembly.further.iter().chain(assembly.probes) {
             ports.rows.push(probe.row(shaft)?);
         }
-        // A spring in one plane joins all ports.
+        // Springs in one plane are closed between all ports.
         let driven = match ports.plane_springs.is_empty() {
             true => ports.rows.len() - assembly.probes.len(),
             false => ports.rows.len(),

@@ -129,8 +129,8 @@ pub(crate) fn attached(effective: &Effective) -> impl Iterator<Item = (&Attachme
     all.flat_map(|a| Law::parts(a.gain).map(move |(law, value)| (a, law, value)))
 }
 
-/// Closes the loops `feedback` with their `gains` round an open receptance of ports to forces at the first `driven` of
-/// them, those of the loops among these, row-major.
+/// Closes the loops `feedback` with their `gains` round an open receptance. That has a row for every port and a column
+/// for each of the first `driven` ports, at which forces act; the ports of the loops are among these.
 pub(crate) fn close(open: &[c64], driven: usize, feedback: &[Feedback], gains: &[c64]) -> Vec<c64> {
     let (p, m) = (driven, feedback.len());
     let mut unit = vec![ZERO; m * m];

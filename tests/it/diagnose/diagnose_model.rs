@@ -471,6 +471,45 @@ fn apart(machine: &Machine, model: &Model, effect: &Effect) -> f64 {
     worst
 }
 
+/// Shafts that were assembled before are kept: one that is asked for again answers as one that is made anew, between
+/// others that differ in one number only.
+#[test]
+fn a_shaft_that_was_kept_answers_as_a_new_one() {
+    let (machine, model) = reduced();
+    let mass = |z: f64, kg: f64| {
+        Effect::new(EffectKind::AddedMass, Location::Position(z), vec![kg]).expect("effect")
+    };
+    let joint = Effect::new(
+        EffectKind::ToolJoint,
+        Location::None,
+        vec![2.5e8, 1.2e5, 1.0],
+    );
+    let sets = [
+        vec![],
+        vec![mass(0.1, 0.05)],
+        vec![mass(0.05, 0.1)],
+        vec![mass(0.1, 0.05), mass(0.05, 0.1)],
+        vec![joint.expect("effect")],
+    ];
+    let response = |model: &Model, modulus: f64, effects: &[Effect]| {
+        let mut p = vec![0.0; model.layout.len()];
+        p[0] = modulus;
+        let assembled = model.assemble(&p, effects, 0.0, false).expect("assembled");
+        assembled.line(TAU * 900.0, None).response
+    };
+    for _ in 0..2 {
+        for modulus in [0.0, 0.02, -0.02, 0.04] {
+            for effects in &sets {
+                let anew = Model::new(&machine, &[[1e-3; 4]]).expect("model");
+                let want = response(&anew, modulus, effects);
+                for _ in 0..2 {
+                    assert_eq!(response(&model, modulus, effects), want);
+                }
+            }
+        }
+    }
+}
+
 /// Effects that move a place or work at one, all along the shaft: the floor of a final fit is 5e-4.
 #[test]
 fn places_are_followed_closely() {
