@@ -13,11 +13,14 @@
 //! doubles, not intervals.
 
 use super::ControllerError;
+use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{Mat, NumericError, svd, symmetric_eigen};
 use crate::lti::connect::{lower_lft, stack_cols, stack_rows};
 use crate::lti::delay::{hold, sample_with_delay};
 use crate::lti::norm::stays_below;
-use crate::lti::{Continuous, Discrete, StateSpace};
+use crate::lti::structure::planes_apart;
+use crate::lti::{Continuous, Discrete, StateSpace, TimeBase};
+use crate::spindle::Plant;
 use crate::spindle::plant::AXES;
 
 /// The plant as an affine function of the speed, with its sampling.
@@ -31,6 +34,8 @@ pub(crate) struct AffinePlant {
     force: Mat<f64>,
     /// RᵀR.
     read: Mat<f64>,
+    /// The same as a plant, which knows the planes of its states.
+    plant: Plant,
     /// Delay beyond the hold, s.
     pub delay_s: f64,
     /// Sample period, s.
@@ -58,11 +63,12 @@ const GRAMIAN_ROUNDING: f64 = 1e-15;
 const PIECES: usize = 8;
 
 impl AffinePlant {
-    /// From the undelayed plants at rest, at half and at full `speed_rad_s`.
+    /// From the plant at rest, and the undelayed plants at rest, at half and at full `speed_rad_s`.
     ///
     /// # Errors
     /// [`ControllerError::Numeric`] when the three are not affine in the speed.
     pub(crate) fn new(
+        plant: &Plant,
         [rest, half, full]: [StateSpace<Continuous>; 3],
         speed_rad_s: f64,
         delay_s: f64,
@@ -100,6 +106,7 @@ impl AffinePlant {
             force: modulus(&f.u),
             read: modulus(&f.v),
             at_rest: rest,
+            plant: plant.clone(),
             slope,
             delay_s,
             period_s,
@@ -131,9 +138,17 @@ impl AffinePlant {
             self.at_rest.a[(i, j)] + speed_rad_s * self.slope[(i, j)]
         });
         let (inside, reached) = self.within_a_sample(&a)?;
-        let closed = lower_lft(&self.lifted(&a, &reached)?, controller)?;
+        let lifted = self.lifted(&a, &reached)?;
+        let closed = lower_lft(&lifted, controller)?;
+        let planes = self.planes(lifted.order()).zip(planes_apart(controller));
+        let planes = planes.map(|(own, law)| own.followed_by(&law));
         let allowed = 1.0 / distance_rad_s - inside;
-        let growth_rate_per_s = closed.growth_rate()?;
+        let poles = match &planes {
+            Some(planes) => planes.eigenvalues(&closed.a)?,
+            None => closed.poles()?,
+        };
+        let rates = poles.into_iter().map(|z| closed.time.growth_rate(z));
+        let growth_rate_per_s = rates.fold(f64::NEG_INFINITY, f64::max);
         let unproven = |advised_rad_s: f64, omega_rad_s: f64| Neighbourhood {
             growth_rate_per_s,
             proven: false,
@@ -146,11 +161,16 @@ impl AffinePlant {
         if allowed <= 0.0 {
             return Ok(unproven(0.5 / inside, f64::NAN));
         }
-        let (proven, omega_rad_s, gain) = stays_below(&closed, allowed)?;
+        let (proven, omega_rad_s, gain) = stays_below(&closed, allowed, planes.as_ref())?;
         Ok(Neighbourhood {
             proven,
             ..unproven(1.0 / (gain.max(allowed) + inside), omega_rad_s)
         })
+    }
+
+    /// Planes of the states of the plant, sampled or not, where they are known.
+    fn planes(&self, order: usize) -> Option<EqualPlanes> {
+        self.plant.planes_of_states(order).ok().flatten()
     }
 
     /// The sampled plant with lifted w as first inputs and lifted z as first outputs, commands and signals last;
@@ -209,7 +229,14 @@ impl AffinePlant {
             start = stack_cols(&moved, &driven) * &before;
         }
         seen += &energy(&stack_rows(&start, &command(whole)), self.period_s - late_s)?;
-        let (rows, drive) = (root(&seen)?, root(reached)?);
+        // Commands of x and y alternate.
+        let commanded = EqualPlanes::of(&[false, true, false, true]);
+        let planes = self.planes(sampled.order()).zip(commanded);
+        let planes = planes.map(|(states, commanded)| states.followed_by(&commanded));
+        let (rows, drive) = (
+            root(&seen, planes.as_ref())?,
+            root(reached, self.planes(n).as_ref())?,
+        );
         let (nz, nw) = (rows.nrows(), drive.nrows());
         let m = sampled.order();
         let b = Mat::from_fn(m, nw + AXES, |i, j| {
@@ -299,7 +326,12 @@ const SHORT: f64 = 0.25;
 const TERMS: i32 = 13;
 
 /// Rows S with SᵀS = W for W ≥ 0, without those at rounding level.
-fn root(w: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+fn root(w: &Mat<f64>, planes: Option<&EqualPlanes>) -> Result<Mat<f64>, NumericError> {
+    if let Some(planes) = planes
+        && let Some(rows) = planes.root(w, GRAMIAN_ROUNDING)?
+    {
+        return Ok(rows);
+    }
     let (values, vectors) = symmetric_eigen(w)?;
     let largest = values.iter().copied().fold(0.0, f64::max);
     let kept: Vec<usize> = (0..values.len())

@@ -110,6 +110,7 @@ pub fn prove(
     // The hold is part of the total delay.
     let delay_s = (rest.delay_s() - 0.5 * period_s).max(0.0);
     let plant = AffinePlant::new(
+        &rest,
         [
             rest.state_space(0)?,
             build(0.5 * top)?.state_space(0)?,

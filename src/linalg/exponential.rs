@@ -1,4 +1,5 @@
-//! Matrix exponential: Padé approximation with scaling and squaring (Higham 2005), on balanced data.
+//! Matrix exponential: Padé approximation with scaling and squaring (Higham 2005), on balanced data. Parts that do not
+//! act on each other, the planes of a machine at rest for instance, are taken one by one.
 
 use super::dense::balance;
 use super::error::NumericError;
@@ -17,11 +18,66 @@ pub fn exponential(a: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     if n == 0 {
         return Ok(Mat::zeros(0, 0));
     }
-    let (balanced, scale) = balance(a);
-    let e = nalgebra::DMatrix::from_fn(n, n, |i, j| balanced[(i, j)]).exp();
-    let result = Mat::from_fn(n, n, |i, j| e[(i, j)] * scale[i] / scale[j]);
+    let mut result = Mat::zeros(n, n);
+    for part in separate_parts(a) {
+        let size = part.len();
+        let (balanced, scale) = balance(&Mat::from_fn(size, size, |i, j| a[(part[i], part[j])]));
+        let e = nalgebra::DMatrix::from_fn(size, size, |i, j| balanced[(i, j)]).exp();
+        for i in 0..size {
+            for j in 0..size {
+                result[(part[i], part[j])] = e[(i, j)] * scale[i] / scale[j];
+            }
+        }
+    }
     if !result.is_all_finite() {
         return Err(NumericError::NotFinite { what });
     }
     Ok(result)
+}
+
+/// Coordinates that act on each other, directly or through others, in ascending order.
+fn separate_parts(a: &Mat<f64>) -> Vec<Vec<usize>> {
+    let n = a.nrows();
+    let joined = |i: usize, j: usize| a[(i, j)] != 0.0 || a[(j, i)] != 0.0;
+    let mut parts: Vec<Vec<usize>> = vec![];
+    let mut free: Vec<usize> = (0..n).collect();
+    while let Some(first) = free.first().copied() {
+        free.remove(0);
+        let mut part = vec![first];
+        let mut seen = 0;
+        while let Some(own) = part.get(seen).copied() {
+            let (with, without) = free.into_iter().partition(|other| joined(own, *other));
+            part.extend::<Vec<usize>>(with);
+            free = without;
+            seen += 1;
+        }
+        part.sort_unstable();
+        parts.push(part);
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_that_do_not_act_on_each_other_are_apart() {
+        // 0 acts on 3, 3 on 4; 1 and 2 are alone with themselves.
+        let mut a = Mat::<f64>::zeros(5, 5);
+        (a[(3, 0)], a[(4, 3)], a[(1, 1)]) = (2.0, 3.0, 0.5);
+        assert_eq!(separate_parts(&a), [vec![0, 3, 4], vec![1], vec![2]]);
+        let e = exponential(&a).expect("finite");
+        // exp of the nilpotent part is its series.
+        let expected = [
+            ((3, 0), 2.0),
+            ((4, 3), 3.0),
+            ((4, 0), 3.0),
+            ((1, 1), 0.5f64.exp()),
+        ];
+        for (at, value) in expected {
+            assert!((e[at] - value).abs() < 1e-14, "{at:?} {}", e[at]);
+        }
+        assert_eq!((e[(0, 3)], e[(2, 1)], e[(1, 4)]), (0.0, 0.0, 0.0));
+    }
 }

@@ -6,6 +6,7 @@ pub(crate) mod block_diagonal;
 pub(crate) mod dense;
 pub(crate) mod doubled;
 pub(crate) mod doubling;
+pub(crate) mod equal_planes;
 pub(crate) mod error;
 pub mod exponential;
 pub(crate) mod gramian;

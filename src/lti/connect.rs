@@ -1,7 +1,7 @@
 //! Connections of systems on one time base. Feedback is positive: u = K y closes as the lower LFT.
 //! Symbols: P = [[P11, P12], [P21, P22]] with inputs (w, u) and outputs (z, y).
 
-use super::state_space::{StateSpace, TimeBase};
+use super::state_space::{Discrete, StateSpace, TimeBase};
 use crate::linalg::{Mat, NumericError, solve};
 
 /// Block matrix [[a, b], [c, d]]; shapes must fit.
@@ -122,6 +122,26 @@ pub fn lower_lft<T: TimeBase>(
     let b = stack_rows(&(&b1 + &b2 * &uw), &(&controller.b * &yw));
     let c = stack_cols(&(&c1 + &d12 * &ux), &(&d12 * &uk));
     StateSpace::new(a, b, c, &d11 + &d12 * &uw, plant.time)
+}
+
+/// Refuses a controller that is not sampled as the plant is.
+///
+/// # Errors
+/// [`NumericError::Dimension`] with both sample times.
+pub(crate) fn check_sample_times(
+    plant: &StateSpace<Discrete>,
+    controller: &StateSpace<Discrete>,
+) -> Result<(), NumericError> {
+    let (ts, tk) = (plant.time.period_s, controller.time.period_s);
+    // Sample times are the same number read from the same file; only rounding of a decimal is forgiven.
+    if (ts - tk).abs() > 1e-12 * ts {
+        return Err(NumericError::Dimension {
+            what: "sampled closed loop",
+            expected: format!("a controller with the plant's sample time {ts:e} s"),
+            found: format!("{tk:e} s"),
+        });
+    }
+    Ok(())
 }
 
 /// [a; b].

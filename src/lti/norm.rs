@@ -8,6 +8,7 @@ use super::responder::FrequencyResponder;
 use super::sample::inverse_tustin;
 use super::scale::balancing;
 use super::state_space::{Continuous, Discrete, StateSpace};
+use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{
     Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve,
 };
@@ -84,6 +85,7 @@ pub fn hinf_norm_discrete(
 /// Whether the gain of a sampled system, which the caller knows to be stable, stays below `level` at every frequency.
 /// One eigenvalue problem, no search: where H(γ) has an eigenvalue on the axis, or near it, the gain itself decides
 /// there and between its neighbours.
+/// `planes` are those of the states, where two planes may be equal.
 /// The frequency (rad/s) and gain of the largest value met come with the answer.
 ///
 /// # Errors
@@ -91,13 +93,21 @@ pub fn hinf_norm_discrete(
 pub(crate) fn stays_below(
     system: &StateSpace<Discrete>,
     level: f64,
+    planes: Option<&EqualPlanes>,
 ) -> Result<(bool, f64, f64), NumericError> {
     let mapped = inverse_tustin(system)?;
-    let s = mapped.scale_states(&balancing(&mapped));
+    let scale = balancing(&mapped);
+    let s = mapped.scale_states(&match planes {
+        Some(planes) => planes.with_equal_partners(&scale),
+        None => scale,
+    });
     let mut met = (max_singular_value(&s.d), f64::INFINITY);
     if met.0 < level {
         let h = hamiltonian(&s, level)?;
-        let mut near = axis_frequencies(&eigenvalues(&h)?);
+        let mut near = axis_frequencies(&match planes {
+            Some(planes) => planes.followed_by(planes).eigenvalues(&h)?,
+            None => eigenvalues(&h)?,
+        });
         let between: Vec<f64> = near.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
         near.extend(between);
         let responder = (!near.is_empty()).then(|| FrequencyResponder::new(&s));

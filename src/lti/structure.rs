@@ -1,6 +1,7 @@
 //! Which states inputs drive and outputs see, from the pattern of zeros.
 
 use super::{StateSpace, TimeBase};
+use crate::linalg::equal_planes::EqualPlanes;
 
 /// States that the listed inputs drive, directly or through others.
 pub(crate) fn driven<T: TimeBase>(system: &StateSpace<T>, inputs: &[usize]) -> Vec<bool> {
@@ -16,6 +17,15 @@ pub(crate) fn seen<T: TimeBase>(system: &StateSpace<T>, outputs: &[usize]) -> Ve
     spread(system.order(), start, |to, from| {
         system.a[(from, to)] != 0.0
     })
+}
+
+/// The planes of the states of a law whose channels alternate between x and y; none when it joins the planes.
+pub(crate) fn planes_apart<T: TimeBase>(law: &StateSpace<T>) -> Option<EqualPlanes> {
+    let of_plane =
+        |plane: usize| driven(law, &(plane..law.inputs()).step_by(2).collect::<Vec<_>>());
+    let [x, y] = [0, 1].map(of_plane);
+    let apart = x.iter().zip(&y).all(|(x, y)| x != y);
+    apart.then(|| EqualPlanes::of(&y)).flatten()
 }
 
 fn spread(

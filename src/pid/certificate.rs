@@ -8,17 +8,15 @@
 
 use super::parameters::{PidParameters, pid_controller};
 use super::settings::TuneSettings;
-use crate::augment::plane::x_plane;
 use crate::controller::amplifier_demand::{high_frequency_gain, high_frequency_hz};
 use crate::controller::full_loop::FullLoop;
-use crate::controller::verification::{Verification, growth_rate, verify};
+use crate::controller::verification::{Verification, growth_rate_of, verify};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
 use crate::linalg::NumericError;
-use crate::lti::connect::lower_lft;
 use crate::lti::held::closed_response;
 use crate::lti::norm::{HinfNorm, NormError, hinf_norm_discrete};
-use crate::lti::{Discrete, FrequencyGrid, StateSpace, TimeBase};
+use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
@@ -351,17 +349,7 @@ fn shifted_loops(
         .collect();
     let rates: Result<Vec<f64>, VerificationError> = pairs
         .par_iter()
-        .map(|((rpm, plant), factors)| {
-            let sampled = plant.with_scaled_modes(factors).sampled()?;
-            // At rest the planes are equal and apart: one of them has all the poles.
-            let rate = if *rpm == 0.0 && plant.planes_are_alike() {
-                let plane = x_plane(&sampled);
-                plane_growth_rate(&plane, &x_plane(law))
-            } else {
-                growth_rate(&sampled, law)
-            };
-            Ok(rate.map_err(in_step("PID with shifted modes"))?)
-        })
+        .map(|((_, plant), factors)| Ok(growth_rate_of(&plant.with_scaled_modes(factors), law)?))
         .collect();
     let rates = rates?;
     let worst = (0..rates.len())
@@ -374,17 +362,6 @@ fn shifted_loops(
         worst_factors: pairs.get(worst).map_or(vec![], |p| p.1.clone()),
         worst_speed_rpm: pairs.get(worst).map_or(f64::NAN, |p| p.0.0),
     })
-}
-
-fn plane_growth_rate(
-    plane: &StateSpace<Discrete>,
-    law: &StateSpace<Discrete>,
-) -> Result<f64, NumericError> {
-    let poles = lower_lft(plane, law)?.poles()?;
-    Ok(poles
-        .into_iter()
-        .map(|z| plane.time.growth_rate(z))
-        .fold(f64::NEG_INFINITY, f64::max))
 }
 
 struct FullFigures {

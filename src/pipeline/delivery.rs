@@ -73,16 +73,59 @@ impl Delivery {
     }
 }
 
-/// A sampled controller of one plane as firmware would run it, with the certificates that decide whether it is
-/// delivered but for the proof of its stability over speed.
-pub(super) struct Candidate {
+/// A sampled controller of one plane as firmware would run it.
+pub(super) struct Realised {
     /// The controller of one plane before realisation, m to A.
     plane: StateSpace<Discrete>,
     realisation: ScaledRealisation,
-    /// The controller as it runs.
+    /// The controller as it runs: the scaled rows with float32 coefficients.
     pub law: StateSpace<Discrete>,
-    /// Its x plane in the scaled signals of the w plane.
-    rounded_plane: StateSpace<Continuous>,
+    /// Its x plane in the scaled signals of the w plane, which closes the design plane.
+    pub rounded_plane: StateSpace<Continuous>,
+}
+
+impl Realised {
+    /// Realises and rounds the sampled controller `plane` of one plane (m to A).
+    ///
+    /// # Errors
+    /// [`PipelineError`] when the modal form, its scales or the anti-windup fail.
+    pub(super) fn new(
+        machine: &Machine,
+        plane: &StateSpace<Discrete>,
+    ) -> Result<Self, PipelineError> {
+        let (realisation, _) = firmware_rows(&both_planes(plane), machine)?;
+        let law = realisation.rows.rounded_f32()?;
+        Ok(Self {
+            plane: plane.clone(),
+            rounded_plane: plane_of(&law)?,
+            realisation,
+            law,
+        })
+    }
+}
+
+/// What is known of μ of the specification as written with a realised controller.
+#[derive(Clone)]
+pub(super) struct KnownMu {
+    /// Certified at rest.
+    pub at_rest: PeakFigures,
+    /// On the exact responses at some speeds.
+    pub over_speed: Vec<SpeedMu>,
+}
+
+impl KnownMu {
+    /// The largest, and its frequency, Hz.
+    pub(super) fn largest(&self) -> (f64, f64) {
+        let worst = self.over_speed.iter();
+        let worst = worst.fold(self.at_rest, |worst, speed| worst.at_least(speed));
+        (worst.upper, worst.frequency_hz)
+    }
+}
+
+/// A realised controller with the certificates that decide whether it is delivered but for the proof of its stability
+/// over speed.
+pub(super) struct Candidate {
+    realised: Realised,
     /// After rounding to float32, in sampled time.
     pub rounded: Stage,
     /// Growth rate of the controller's own poles, 1/s.
@@ -92,7 +135,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// Realises and rounds the sampled controller `plane` of one plane (m to A), with its μ at rest and over speed.
+    /// A realised controller with its μ at rest and over speed.
     ///
     /// # Errors
     /// [`PipelineError`] says which step failed.
@@ -100,12 +143,12 @@ impl Candidate {
         machine: &Machine,
         weights: &Weights,
         problems: &Problems,
-        plane: &StateSpace<Discrete>,
+        realised: Realised,
     ) -> Result<Self, PipelineError> {
-        Ok(Self::beside(machine, (weights, problems), plane, &|_| ())?.0)
+        Ok(Self::beside(machine, (weights, problems), (realised, None), &|_| ())?.0)
     }
 
-    /// As [`Self::new`], with the proof of its stability over speed.
+    /// As [`Self::new`], with the proof of its stability over speed and what is known of its μ already.
     ///
     /// # Errors
     /// As [`Self::new`] and [`Self::proof`].
@@ -113,10 +156,11 @@ impl Candidate {
         machine: &Machine,
         weights: &Weights,
         problems: &Problems,
-        plane: &StateSpace<Discrete>,
+        (realised, known): (Realised, Option<KnownMu>),
     ) -> Result<(Self, SpeedProof), PipelineError> {
         let proof = |law: &StateSpace<Discrete>| prove_law(machine, law);
-        let (candidate, proof) = Self::beside(machine, (weights, problems), plane, &proof)?;
+        let from = (realised, known);
+        let (candidate, proof) = Self::beside(machine, (weights, problems), from, &proof)?;
         Ok((candidate, proof?))
     }
 
@@ -124,25 +168,25 @@ impl Candidate {
     fn beside<T: Send>(
         machine: &Machine,
         (weights, problems): (&Weights, &Problems),
-        plane: &StateSpace<Discrete>,
+        (realised, known): (Realised, Option<KnownMu>),
         further: &(dyn Fn(&StateSpace<Discrete>) -> T + Sync),
     ) -> Result<(Self, T), PipelineError> {
-        let (realisation, _) = firmware_rows(&both_planes(plane), machine)?;
-        // What is verified is what firmware computes: the scaled rows with float32 coefficients. Its x plane closes the
-        // design plane.
-        let law = realisation.rows.rounded_f32()?;
-        let rounded_plane = plane_of(&law)?;
-        let at_rest = || stage("rounded", problems, &rounded_plane);
+        let (law, plane) = (&realised.law, &realised.rounded_plane);
+        let (known_at_rest, known_over_speed) = known.map_or((None, vec![]), |known| {
+            (Some(known.at_rest), known.over_speed)
+        });
+        let at_rest = || stage("rounded", problems, plane, known_at_rest);
         let over_speed = || {
             let (aim, modes) = (&problems.aim, &problems.covered_modes);
+            let written = &problems.written_modes;
             let (over_speed, covered) = rayon::join(
-                || mu_over_speed(machine, weights, &problems.written_modes, &law),
-                || mu_at_speed(machine, aim, modes, &law, 0.0),
+                || mu_over_speed(machine, weights, written, law, &known_over_speed),
+                || mu_at_speed(machine, aim, modes, law, 0.0),
             );
             Ok::<_, PipelineError>((over_speed?, covered?))
         };
         let ((certified, over_speed), further) =
-            rayon::join(|| rayon::join(at_rest, over_speed), || further(&law));
+            rayon::join(|| rayon::join(at_rest, over_speed), || further(law));
         let (certified, (speed_mu, covered_at_rest)) = (certified?, over_speed?);
         let at_rest = speed_mu.iter().filter(|s| s.speed_rpm == 0.0);
         let rounded = Stage {
@@ -150,19 +194,22 @@ impl Candidate {
             covered: certified.covered.at_least(&covered_at_rest),
             ..certified
         };
-        let growth_rate_per_s = plane
+        let growth_rate_per_s = realised
+            .plane
             .growth_rate()
             .map_err(PipelineError::numeric("controller poles"))?;
         let candidate = Self {
-            plane: plane.clone(),
-            realisation,
-            rounded_plane,
+            realised,
             rounded,
             growth_rate_per_s,
             speed_mu,
-            law,
         };
         Ok((candidate, further))
+    }
+
+    /// The controller as it runs.
+    pub(super) fn law(&self) -> &StateSpace<Discrete> {
+        &self.realised.law
     }
 
     /// Largest μ of the specification, as [`Delivery::largest_mu`].
@@ -184,7 +231,7 @@ impl Candidate {
     /// # Errors
     /// [`PipelineError`] when a computation fails; an unstable loop is an open piece of the proof.
     pub(super) fn proof(&self, machine: &Machine) -> Result<SpeedProof, PipelineError> {
-        prove_law(machine, &self.law)
+        prove_law(machine, self.law())
     }
 
     /// The delivery, with the proof and what the reader of a report asks beyond it; `speeds` are those of the
@@ -202,27 +249,32 @@ impl Candidate {
         const CONDITIONS: &str =
             "full finite-element plant, exact delay, sampled; coefficients rounded to float32";
         let faster = OVERSPEEDS.map(|share| share * machine.spindle.max_rpm);
-        let law = &self.law;
+        let Realised {
+            plane,
+            realisation,
+            law,
+            rounded_plane,
+        } = self.realised;
         let verified = || {
             rayon::join(
-                || verify(machine, law, speeds, CONDITIONS),
-                || verify_at(machine, law, &faster, "as below the top speed"),
+                || verify(machine, &law, speeds, CONDITIONS),
+                || verify_at(machine, &law, &faster, "as below the top speed"),
             )
         };
         let ((verification, overspeed), arithmetic) =
-            rayon::join(verified, || arithmetics(&self.realisation, law, problems));
+            rayon::join(verified, || arithmetics(&realisation, &law, problems));
         let verification = Verification {
             mu_peak: Some(self.rounded.specification.upper).filter(|mu| mu.is_finite()),
             proof: Some(speed_proof.clone()),
             ..verification?
         };
         let at_rest = Plant::new(machine, 0.0, ModelDetail::Full)?;
-        let compliance_at_rest = compliance(&at_rest, &self.law, 0.0);
+        let compliance_at_rest = compliance(&at_rest, &law, 0.0);
         let curve = |plant: &GeneralizedPlant, peak: &PeakFigures| {
-            mu_curve(plant, &self.rounded_plane, peak, problems.period_s)
+            mu_curve(plant, &rounded_plane, peak, problems.period_s)
         };
         let back =
-            inverse_tustin(&self.plane).map_err(PipelineError::numeric("continuous controller"))?;
+            inverse_tustin(&plane).map_err(PipelineError::numeric("continuous controller"))?;
         Ok(Delivery {
             speed_proof,
             arithmetic: arithmetic?,
@@ -232,8 +284,8 @@ impl Candidate {
             rounded: self.rounded,
             speed_mu: self.speed_mu,
             controller_growth_rate_per_s: self.growth_rate_per_s,
-            realisation: self.realisation,
-            controller: named("mu", ControlLaw::Discrete(self.law)),
+            realisation,
+            controller: named("mu", ControlLaw::Discrete(law)),
             continuous: named("mu", ControlLaw::Continuous(both_planes(&back))),
             verification,
             overspeed: overspeed?,

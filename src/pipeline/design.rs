@@ -10,7 +10,7 @@
 use super::PipelineError;
 use super::certificates::{DScaleCurve, Stage, d_scales, stage};
 use super::comparison::Prediction;
-use super::delivery::{Candidate, Delivery, plane_of_law, scaled_plane};
+use super::delivery::{Candidate, Delivery, Realised, plane_of_law, scaled_plane};
 use super::emulation::Emulated;
 use super::polish_job::{PolishJob, ZONE_A, limits};
 use super::polishing::{PolishOutcome, polished};
@@ -182,19 +182,24 @@ pub fn design(
     } = synthesise_for_machine(machine, weights, settings, progress)?;
     let d_scales = d_scales(&problems, &scales, &outcome)?;
     progress(Event::Stage("D-scales over frequency"));
-    let full_stage = stage("full order", &problems, &full)?;
+    let full_stage = stage("full order", &problems, &full, None)?;
     progress(Event::Stage("certificates of full order"));
     let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
     let (reduced, orders_tried) = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
     progress(Event::Stage("reduction"));
-    let reduced_stage = stage("reduced order", &problems, &reduced)?;
+    let reduced_stage = stage("reduced order", &problems, &reduced, None)?;
     progress(Event::Stage("certificates of reduced order"));
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
     let (delivery, polish) = match &settings.polish {
         None => {
-            let from_dk = Candidate::new(machine, weights, &problems, &sampled)?;
+            let from_dk = Candidate::new(
+                machine,
+                weights,
+                &problems,
+                Realised::new(machine, &sampled)?,
+            )?;
             progress(Event::Stage("realisation and its μ"));
             let proof = from_dk.proof(machine)?;
             let speeds = settings.speeds;

@@ -53,7 +53,7 @@ impl Judged {
     ) -> Result<Self, PipelineError> {
         let to_rpm = candidate.provable_to_rpm(machine);
         let figures = (candidate.largest_mu(), candidate.growth_rate_per_s);
-        let law = ControlLaw::Discrete(candidate.law.clone());
+        let law = ControlLaw::Discrete(candidate.law().clone());
         Self::with(machine, (name, law), &candidate.rounded, figures, to_rpm)
     }
 

@@ -8,7 +8,6 @@ use crate::controller::{ControlLaw, Controller};
 use crate::linalg::c64;
 use crate::lti::TimeBase;
 use crate::lti::connect::lower_lft;
-use crate::predict::closed_loop::close;
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
@@ -36,12 +35,12 @@ pub(crate) fn loop_poles(
     let numeric = PipelineError::numeric("closed-loop stability");
     match &controller.law {
         ControlLaw::Discrete(law) => {
-            let closed = close(&plant.sampled()?, law).map_err(&numeric)?;
-            let poles = closed.poles().map_err(&numeric)?;
-            let rates = poles.iter().map(|z| closed.time.growth_rate(*z));
+            let sampled = plant.sampled()?;
+            let poles = plant.loop_poles(&sampled, law)?;
+            let rates = poles.iter().map(|z| sampled.time.growth_rate(*z));
             Ok(LoopPoles {
                 growth_rate_per_s: rates.fold(f64::NEG_INFINITY, f64::max),
-                poles_rad_s: closed.time.continuous_poles(poles),
+                poles_rad_s: sampled.time.continuous_poles(poles),
             })
         }
         ControlLaw::Continuous(law) => {

@@ -7,9 +7,9 @@
 //! continues.
 
 use super::PipelineError;
-use super::certificates::{PeakFigures, certified};
+use super::certificates::certified;
 use super::comparison::BAND_HZ;
-use super::delivery::{Candidate, Delivery, scaled_plane};
+use super::delivery::{Candidate, Delivery, KnownMu, Realised};
 use super::judged::Judged;
 use super::loop_stability::growth_rate_at;
 use super::overspeed::OVERSPEED;
@@ -97,33 +97,37 @@ impl<'a> Goal<'a> {
     }
 }
 
-/// The largest μ of the goal with a controller of one plane, and its frequency, Hz: certified at rest, on the exact
-/// responses at rest, top speed and beyond.
+/// μ of the goal with a controller as it runs: certified at rest, on the exact responses at rest, top speed and beyond.
 fn certificate(
     machine: &Machine,
     (problems, goal): (&Problems, &Goal<'_>),
-    plane: &StateSpace<Discrete>,
-) -> Result<(f64, f64), PipelineError> {
+    realised: &Realised,
+) -> Result<KnownMu, PipelineError> {
     const STAGE: &str = "certificate of the polish";
-    let scaled = scaled_plane(plane)?;
-    let law = both_planes(plane);
     let at = |share: &f64| {
-        let (aim, modes) = (&problems.aim, &problems.written_modes);
-        mu_at_speed(machine, aim, modes, &law, share * machine.spindle.max_rpm)
+        let (weights, modes) = (goal.weights, &problems.written_modes);
+        let speed_rpm = share * machine.spindle.max_rpm;
+        mu_at_speed(machine, weights, modes, &realised.law, speed_rpm)
     };
     let (rest, exact) = rayon::join(
-        || certified(STAGE, goal.plant, &scaled, problems.period_s),
         || {
-            let found: Vec<Result<SpeedMu, PipelineError>> =
+            certified(
+                STAGE,
+                goal.plant,
+                &realised.rounded_plane,
+                problems.period_s,
+            )
+        },
+        || {
+            let found: Result<Vec<SpeedMu>, PipelineError> =
                 [0.0, 1.0, OVERSPEED].par_iter().map(at).collect();
             found
         },
     );
-    let mut worst: PeakFigures = rest?;
-    for exact in exact {
-        worst = worst.at_least(&exact?);
-    }
-    Ok((worst.upper, worst.frequency_hz))
+    Ok(KnownMu {
+        at_rest: rest?,
+        over_speed: exact?,
+    })
 }
 
 /// Rounds at most, in units of those asked.
@@ -198,7 +202,7 @@ fn up_to_speed(
     }
 }
 
-/// A polish that came to its end.
+/// The course of a polish that came to its end.
 pub(super) struct Polished {
     /// The controller of one plane, m to A.
     pub plane: StateSpace<Discrete>,
@@ -214,7 +218,7 @@ fn descend(
     (limits, effort): (LoopLimits, PolishEffort),
     (problems, goal): (&Problems, &Goal<'_>),
     plane: &StateSpace<Discrete>,
-) -> Result<Polished, PipelineError> {
+) -> Result<(Polished, Realised, Option<KnownMu>), PipelineError> {
     let task = PolishTask {
         weights: goal.weights,
         modes: &problems.written_modes,
@@ -238,14 +242,23 @@ fn descend(
         rounds.push(polisher.round(effort.steps)?);
     }
     let mut certificates: Vec<(f64, f64)> = vec![];
-    let mut best: Option<(f64, StateSpace<Discrete>)> = None;
+    let certified = |plane: StateSpace<Discrete>| {
+        let realised = Realised::new(machine, &plane)?;
+        let known = certificate(machine, (problems, goal), &realised)?;
+        Ok::<_, PipelineError>((known.largest(), (plane, realised, known)))
+    };
+    let (mut figures, mut best) = certified(polisher.plane()?)?;
+    let mut least = figures.0;
     for cut in 0..=effort.cuts {
-        let found = polisher.plane()?;
-        let (mu, at_hz) = certificate(machine, (problems, goal), &found)?;
-        certificates.push((mu, at_hz));
-        if best.as_ref().is_none_or(|(least, _)| mu < *least) {
-            best = Some((mu, found));
+        if cut > 0 {
+            let (next, found) = certified(polisher.plane()?)?;
+            figures = next;
+            if figures.0 < least {
+                (least, best) = (figures.0, found);
+            }
         }
+        let (mu, at_hz) = figures;
+        certificates.push((mu, at_hz));
         // Where the limit on μ was out of reach on the lines, no further line brings it back.
         let in_reach = polisher.limits().mu <= 1.0;
         if mu <= 1.0 || !mu.is_finite() || !in_reach || cut == effort.cuts {
@@ -267,11 +280,14 @@ fn descend(
             rounds.push(polisher.round(effort.steps)?);
         }
     }
-    Ok(Polished {
-        plane: best.map_or_else(|| plane.clone(), |(_, found)| found),
+    let (plane, realised, known) = best;
+    let course = Polished {
+        plane,
         rounds,
         certificates,
-    })
+    };
+    let written = goal.widening.is_none();
+    Ok((course, realised, written.then_some(known)))
 }
 
 /// What every polish of a design shares.
@@ -295,17 +311,17 @@ impl PolishJob<'_> {
         plane: &StateSpace<Discrete>,
     ) -> Result<(Judged, Delivery, Polished), PipelineError> {
         let goal = Goal::of(self.problems, self.weights);
-        let found = descend(
-            self.machine,
+        let machine = self.machine;
+        let (course, realised, known) = descend(
+            machine,
             (limits, self.effort),
             (self.problems, &goal),
             plane,
         )?;
-        let machine = self.machine;
         let (candidate, proof) =
-            Candidate::proven(machine, self.weights, self.problems, &found.plane)?;
+            Candidate::proven(machine, self.weights, self.problems, (realised, known))?;
         let delivery = candidate.delivered(machine, self.problems, self.speeds, proof)?;
         let judged = Judged::of(machine, "mu", &delivery)?;
-        Ok((judged, delivery, found))
+        Ok((judged, delivery, course))
     }
 }

@@ -9,7 +9,7 @@
 use super::PipelineError;
 use super::certificates::mu_words;
 use super::comparison::predict;
-use super::delivery::{Candidate, Delivery, plane_of_law};
+use super::delivery::{Candidate, Delivery, Realised, plane_of_law};
 use super::judged::Judged;
 use super::polish_job::{Goal, PolishJob, Polished, ZONE_A, ZONE_B, limits};
 use super::widening::Widening;
@@ -76,7 +76,8 @@ impl<'a> Contest<'a> {
         limits: LoopLimits,
         plane: &StateSpace<Discrete>,
     ) -> Result<Self, PipelineError> {
-        let dk = Candidate::new(job.machine, job.weights, job.problems, plane)?;
+        let realised = Realised::new(job.machine, plane)?;
+        let dk = Candidate::new(job.machine, job.weights, job.problems, realised)?;
         let judged = Judged::unproven(job.machine, "dk", &dk)?;
         Ok(Self {
             job,

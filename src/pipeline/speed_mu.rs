@@ -11,7 +11,6 @@ use crate::augment::plane::isotropic;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64};
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
-use crate::predict::closed_loop::close;
 use crate::robust::mu::upper_bound;
 use crate::robust::structure::Scaling;
 use crate::spindle::{Machine, ModelDetail, Plant};
@@ -33,9 +32,10 @@ pub struct SpeedMu {
 const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
 /// Every so many lines the bound is optimised for its scaling, whatever its value.
 const STRIDE: usize = 6;
-/// Rounds of so many lines round the largest value.
-const ROUNDS: usize = 4;
-const FINER: usize = 8;
+/// Rounds of so many lines round the largest value: each divides the distance from a peak by three, and what is missed
+/// falls with its square, from [`BETWEEN_LINES`] to 7e-5.
+const ROUNDS: usize = 3;
+const FINER: usize = 6;
 /// What the plain lines may miss of a peak: three lines to a half-power width show it to that share.
 const BETWEEN_LINES: f64 = 0.05;
 /// Peaks that are looked at more closely, the highest first.
@@ -46,7 +46,8 @@ const LAST: f64 = 0.9995;
 const LINES: usize = 160;
 const LINES_A_SIDE: usize = 3;
 
-/// μ of the specification with a four-axis law, from rest to 20 % above the top speed.
+/// μ of the specification with a four-axis law, from rest to 20 % above the top speed; what is `known` at some of these
+/// speeds is not computed again.
 ///
 /// # Errors
 /// [`PipelineError`] when a plant, a weight or a bound fails.
@@ -55,17 +56,16 @@ pub fn mu_over_speed(
     weights: &Weights,
     modes: &[UncertainMode],
     law: &StateSpace<Discrete>,
+    known: &[SpeedMu],
 ) -> Result<Vec<SpeedMu>, PipelineError> {
     SPEEDS
         .par_iter()
         .map(|share| {
-            mu_at_speed(
-                machine,
-                weights,
-                modes,
-                law,
-                share * machine.spindle.max_rpm,
-            )
+            let speed_rpm = share * machine.spindle.max_rpm;
+            match known.iter().find(|found| found.speed_rpm == speed_rpm) {
+                Some(found) => Ok(*found),
+                None => mu_at_speed(machine, weights, modes, law, speed_rpm),
+            }
         })
         .collect()
 }
@@ -83,10 +83,10 @@ pub fn mu_at_speed(
 ) -> Result<SpeedMu, PipelineError> {
     let machine = isotropic(machine);
     let plant = Plant::new(&machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-    let closed = close(&plant.sampled()?, law).map_err(PipelineError::numeric(STAGE))?;
-    let poles = closed
-        .continuous_poles()
-        .map_err(PipelineError::numeric(STAGE))?;
+    let sampled = plant.sampled()?;
+    let poles = sampled
+        .time
+        .continuous_poles(plant.loop_poles(&sampled, law)?);
     if poles.iter().any(|p| p.re.is_nan() || p.re >= 0.0) {
         return Ok(SpeedMu {
             speed_rpm,

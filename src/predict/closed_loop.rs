@@ -5,7 +5,7 @@
 //! T = P_zw + P_zu K (I − P_yu K)⁻¹ P_yw.
 
 use crate::linalg::{Mat, NumericError, c64, solve_complex};
-use crate::lti::connect::{block2, lower_lft};
+use crate::lti::connect::{block2, check_sample_times, lower_lft};
 use crate::lti::held::{closed_response, return_difference};
 use crate::lti::{Discrete, HeldResponse, Response, StateSpace, TimeBase};
 
@@ -62,15 +62,7 @@ pub fn close(
     plant: &StateSpace<Discrete>,
     controller: &StateSpace<Discrete>,
 ) -> Result<StateSpace<Discrete>, NumericError> {
-    let (ts, tk) = (plant.time.period_s, controller.time.period_s);
-    // Sample times are the same number read from the same file; only rounding of a decimal is forgiven.
-    if (ts - tk).abs() > 1e-12 * ts {
-        return Err(NumericError::Dimension {
-            what: "sampled closed loop",
-            expected: format!("a controller with the plant's sample time {ts:e} s"),
-            found: format!("{tk:e} s"),
-        });
-    }
+    check_sample_times(plant, controller)?;
     let all_in: Vec<usize> = (AXES..plant.inputs()).chain(0..AXES).collect();
     let all_out: Vec<usize> = (AXES..plant.outputs()).chain(0..AXES).collect();
     lower_lft(&plant.select(&all_out, &all_in), controller)

@@ -5,7 +5,7 @@
 //! beside the pole, R ≈ δ·T(λ + δ). Flexible mode k: modal coordinate k per force on it. Rigid modes: displacements per
 //! forces at the two actuators.
 
-use super::closed_loop::{AXES, close};
+use super::closed_loop::AXES;
 use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, FrequencyResponder, StateSpace};
@@ -51,8 +51,9 @@ pub fn loop_modes(
     plant: &Plant,
     controller: &StateSpace<Discrete>,
 ) -> Result<LoopModes, SpindleError> {
-    let poles = close(&plant.sampled()?, controller).and_then(|l| l.continuous_poles());
-    modes_of_poles(plant, controller, &poles.map_err(SpindleError::Numeric)?)
+    let sampled = plant.sampled()?;
+    let poles = plant.loop_poles(&sampled, controller)?;
+    modes_of_poles(plant, controller, &sampled.time.continuous_poles(poles))
 }
 
 /// [`loop_modes`] where the poles of the loop are known, as continuous ones, rad/s.

@@ -11,9 +11,11 @@ use super::effective::EffectiveBearing;
 use super::plant::{AXES, CHANNELS, Plant};
 use super::response::electronics::LOWPASS_DAMPING;
 use super::response::feedback::Feedback;
+use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{Mat, c64};
-use crate::lti::connect::{append, lower_lft, series};
+use crate::lti::connect::{append, check_sample_times, lower_lft, series};
 use crate::lti::delay::{pade, sample_with_delay};
+use crate::lti::structure::planes_apart;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::rotor::modes::RIGID;
 use std::f64::consts::{PI, TAU};
@@ -77,6 +79,57 @@ impl Plant {
             pure,
             period,
         )?)
+    }
+
+    /// The planes of the states of [`Plant::sampled`], of which there are `order`, the last of them late commands, or
+    /// of [`Plant::state_space`] without delay; none when the states are others.
+    ///
+    /// # Errors
+    /// As [`Plant::state_space`].
+    pub(crate) fn planes_of_states(
+        &self,
+        order: usize,
+    ) -> Result<Option<EqualPlanes>, SpindleError> {
+        let [front, rear] = &self.effective.bearings;
+        let both = |chain: StateSpace<Continuous>| chain.order() / 2;
+        let plane = 2 * self.mechanics.omega_rad_s().len();
+        let sizes = [
+            both(actuator_chain(front)?),
+            both(actuator_chain(rear)?),
+            plane,
+            both(self.sensor_chain(front)?),
+            both(self.sensor_chain(rear)?),
+        ];
+        let undelayed = 2 * sizes.iter().sum::<usize>();
+        let late = vec![1; order.saturating_sub(undelayed) / 2];
+        let in_y: Vec<bool> = sizes
+            .into_iter()
+            .chain(late)
+            .flat_map(|size| [vec![false; size], vec![true; size]].concat())
+            .collect();
+        Ok(EqualPlanes::of(&in_y).filter(|_| in_y.len() == order))
+    }
+
+    /// Poles of the sampled loop of this plant with u = K y; `sampled` is [`Plant::sampled`].
+    ///
+    /// # Errors
+    /// [`SpindleError::Numeric`] when the sample times differ, the loop is not well posed, or the eigenvalue iteration
+    /// fails.
+    pub(crate) fn loop_poles(
+        &self,
+        sampled: &StateSpace<Discrete>,
+        law: &StateSpace<Discrete>,
+    ) -> Result<Vec<c64>, SpindleError> {
+        let axes: Vec<usize> = (0..AXES).collect();
+        check_sample_times(sampled, law)?;
+        let closed = lower_lft(&sampled.select(&axes, &axes), law)?;
+        let planes = self
+            .planes_of_states(sampled.order())?
+            .zip(planes_apart(law));
+        Ok(match planes {
+            Some((own, of_law)) => own.followed_by(&of_law).eigenvalues(&closed.a)?,
+            None => closed.poles()?,
+        })
     }
 
     /// The plant without its delay.

@@ -15,9 +15,10 @@ use crate::augment::plane::isotropic;
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
-use crate::linalg::c64;
-use crate::lti::connect::{append, lower_lft};
+use crate::linalg::{Mat, c64};
+use crate::lti::connect::append;
 use crate::lti::{Discrete, StateSpace, TimeBase};
+use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -62,8 +63,8 @@ const WORTHWHILE: f64 = 0.25;
 pub struct Polisher<'a> {
     task: PolishTask<'a>,
     plants: Plants,
-    /// Sampled plants at rest, at top speed and beyond.
-    sampled: Vec<StateSpace<Discrete>>,
+    /// Plants at rest, at top speed and beyond, and what they are when sampled.
+    sampled: Vec<(Plant, StateSpace<Discrete>)>,
     /// Their poles as continuous ones, rad/s.
     plant_poles: Vec<c64>,
     law: ModalLaw,
@@ -128,16 +129,16 @@ impl<'a> Polisher<'a> {
         if split.iter().any(|split| *split > LARGE_SPLIT) {
             plants = plants.with_speeds(machine, &SPEEDS_BETWEEN)?;
         }
-        let sampled: Result<Vec<StateSpace<Discrete>>, _> =
+        let sampled: Result<Vec<(Plant, StateSpace<Discrete>)>, VerificationError> =
             [Role::Rest, Role::TopSpeed, Role::Overspeed]
                 .into_par_iter()
                 .filter_map(|role| plants.of(role).next())
-                .map(Plant::sampled)
+                .map(|plant| Ok((plant.clone(), plant.sampled()?)))
                 .collect();
         let sampled = sampled?;
-        let plant_poles: Result<Vec<Vec<c64>>, _> = sampled.iter().map(StateSpace::poles).collect();
-        let plant_poles = plant_poles.map_err(in_step("poles of the sampled plant"))?;
-        let plant_poles = oscillating(plant_poles.concat(), plants.period_s());
+        let period_s = plants.period_s();
+        let open = StateSpace::gain(Mat::zeros(AXES, AXES), Discrete { period_s });
+        let plant_poles = oscillating(loop_poles(&sampled, &open)?.concat(), period_s);
         let (law, x) = ModalLaw::of(start)?;
         let mut polisher = Self {
             loss: loss_on(&plants, &task, vec![], None)?,
@@ -318,7 +319,16 @@ impl<'a> Polisher<'a> {
     /// Lines and figures of the loop as it is, round its poles, and its stability.
     fn renew(&mut self, apart: f64) -> Result<(), VerificationError> {
         let plane = self.plane()?;
-        let (mut poles, rates) = loop_poles(&self.sampled, &plane)?;
+        // Signals front_x, rear_x, front_y, rear_y back in the order of the plant.
+        let order = [0usize, 2, 1, 3];
+        let law = append(&plane, &plane).select(&order, &order);
+        let found = loop_poles(&self.sampled, &law)?;
+        let rate = |poles: &Vec<c64>| {
+            let rates = poles.iter().map(|z| plane.time.growth_rate(*z));
+            rates.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let rates: Vec<f64> = found.iter().map(rate).collect();
+        let mut poles = oscillating(found.concat(), plane.time.period_s);
         self.loop_poles.clone_from(&poles);
         poles.extend(&self.plant_poles);
         poles.extend(&self.elsewhere);
@@ -370,31 +380,13 @@ fn oscillating(poles: Vec<c64>, period_s: f64) -> Vec<c64> {
     all.into_iter().filter(|p| p.im > 0.0).collect()
 }
 
-/// Poles of the loops as continuous ones, rad/s, and the largest growth rate of each, 1/s.
+/// Poles of the sampled loops with a law of four axes, in the z plane.
 fn loop_poles(
-    sampled: &[StateSpace<Discrete>],
-    plane: &StateSpace<Discrete>,
-) -> Result<(Vec<c64>, Vec<f64>), ControllerError> {
-    let both = append(plane, plane);
-    // Signals front_x, rear_x, front_y, rear_y back in the order of the plant.
-    let order = [0usize, 2, 1, 3];
-    let law = both.select(&order, &order);
-    let found: Result<Vec<Vec<c64>>, _> = sampled
+    sampled: &[(Plant, StateSpace<Discrete>)],
+    law: &StateSpace<Discrete>,
+) -> Result<Vec<Vec<c64>>, VerificationError> {
+    sampled
         .par_iter()
-        .map(|plant| {
-            let axes = [0, 1, 2, 3];
-            lower_lft(&plant.select(&axes, &axes), &law)?.poles()
-        })
-        .collect();
-    let found = found.map_err(in_step("poles of the polished loop"))?;
-    let rates = found
-        .iter()
-        .map(|poles| {
-            poles
-                .iter()
-                .map(|z| plane.time.growth_rate(*z))
-                .fold(f64::NEG_INFINITY, f64::max)
-        })
-        .collect();
-    Ok((oscillating(found.concat(), plane.time.period_s), rates))
+        .map(|(plant, sampled)| Ok(plant.loop_poles(sampled, law)?))
+        .collect()
 }

@@ -2,10 +2,10 @@
 
 use muspin::controller::ControlLaw;
 use muspin::controller::speed_proof::prove;
-use muspin::controller::verification::growth_rate;
+use muspin::controller::verification::{growth_rate, verify_at};
 use muspin::input::{load_controller, load_machine};
 use muspin::lti::{Discrete, StateSpace};
-use muspin::spindle::{Machine, ModelDetail, Plant};
+use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
 fn reference() -> (Machine, StateSpace<Discrete>) {
@@ -105,4 +105,52 @@ fn a_loop_that_loses_stability_is_open_from_there_on() {
         "{:?}",
         proof.open_rpm
     );
+}
+
+/// Machines with controllers of two kinds, and what makes the planes of a machine differ or couples them.
+#[test]
+fn poles_of_two_equal_planes_are_those_of_the_whole_loop() {
+    let one_axis = |kind: EffectKind, location: Location, value: f64| {
+        vec![Effect {
+            kind,
+            values: vec![value],
+            location,
+        }]
+    };
+    let effects = [
+        vec![],
+        one_axis(EffectKind::SensorGain, Location::Axis(1), 1.02),
+        one_axis(EffectKind::CrossCoupling, Location::Position(0.1), 2e4),
+    ];
+    for (name, tool) in [
+        ("reference-updated", "paper-tool"),
+        ("s04-noncollocated", "endmill-12-long"),
+        ("s09-four-modes", "endmill-16"),
+        ("s12-big-discs", "test-arbor"),
+    ] {
+        let root = env!("CARGO_MANIFEST_DIR");
+        let spindle = format!("{root}/tests/data/spindles/{name}.yaml");
+        let mut machine = load_machine(&spindle, tool).unwrap();
+        for which in ["mu", "pid"] {
+            let path = format!("{root}/tests/data/designs/{name}/{which}.json");
+            let ControlLaw::Discrete(law) = load_controller(&path).unwrap().law else {
+                panic!("{path} is sampled")
+            };
+            for effects in &effects {
+                machine.spindle.effects.clone_from(effects);
+                let speeds = [0.0, 0.4, 1.0].map(|share| share * machine.spindle.max_rpm);
+                let checked = verify_at(&machine, &law, &speeds, "").unwrap();
+                for check in checked.speeds {
+                    let whole = growth(&machine, &law, check.speed_rpm);
+                    // Eigenvalues of a loop with 150 states, relative to the fastest decay they resolve at all.
+                    assert!(
+                        (check.growth_rate_per_s - whole).abs() < 1e-6 * whole.abs() + 1e-6,
+                        "{name} {which} {effects:?} at {} rpm: {} {whole}",
+                        check.speed_rpm,
+                        check.growth_rate_per_s
+                    );
+                }
+            }
+        }
+    }
 }

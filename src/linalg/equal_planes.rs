@@ -1,0 +1,196 @@
+//! Eigenvalues of real matrices that do the same in two planes and couple them as a turning frame does.
+//!
+//! On coordinates (x, y) such a matrix is [[P, −Q], [Q, P]], which is P + jQ on r = x + jy: its eigenvalues are those
+//! of P + jQ and their conjugates, at a quarter of the cost or less.
+
+use super::dense::{balance, eigenvalues, eigenvalues_complex};
+use super::error::NumericError;
+use super::hermitian::hermitian_eigen;
+use faer::{Mat, c64};
+
+/// Which coordinates belong to the x plane and which to the y plane: the k-th of each are partners.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct EqualPlanes {
+    x: Vec<usize>,
+    y: Vec<usize>,
+}
+
+/// Largest difference of the planes that counts as rounding, relative to the largest entry of the balanced matrix.
+/// Exponentials and factors of gramians that are computed for both planes at once differ by less; what makes two planes
+/// of a machine differ, a gain of an axis for instance, is above a millionth.
+const ROUNDING: f64 = 1e-12;
+
+impl EqualPlanes {
+    /// From the plane of every coordinate, true for y; none when one plane has more than the other.
+    pub(crate) fn of(in_y: &[bool]) -> Option<Self> {
+        let members = |plane: bool| (0..in_y.len()).filter(|k| in_y[*k] == plane).collect();
+        let (x, y): (Vec<usize>, Vec<usize>) = (members(false), members(true));
+        (x.len() == y.len()).then_some(Self { x, y })
+    }
+
+    /// The coordinates of two systems one after the other.
+    pub(crate) fn followed_by(&self, next: &Self) -> Self {
+        let first = self.x.len() + self.y.len();
+        let joined = |own: &[usize], next: &[usize]| {
+            let next = next.iter().map(|k| first + k);
+            own.iter().copied().chain(next).collect()
+        };
+        Self {
+            x: joined(&self.x, &next.x),
+            y: joined(&self.y, &next.y),
+        }
+    }
+
+    /// The same scale for partners, that of x.
+    pub(crate) fn with_equal_partners(&self, scale: &[f64]) -> Vec<f64> {
+        let mut equal = scale.to_vec();
+        for (x, y) in self.x.iter().zip(&self.y) {
+            equal[*y] = scale[*x];
+        }
+        equal
+    }
+
+    /// P + jQ, the mean of what the planes say; none when they differ by more than rounding relative to the largest
+    /// entry, each divided by the scale of its row and multiplied by that of its column.
+    fn turning(&self, a: &Mat<f64>, scale: impl Fn(&Mat<c64>) -> Vec<f64>) -> Option<Mat<c64>> {
+        let n = self.x.len();
+        if a.nrows() != 2 * n || a.ncols() != 2 * n {
+            return None;
+        }
+        let (x, y) = (&self.x, &self.y);
+        let mean = Mat::from_fn(n, n, |i, j| {
+            c64::new(
+                0.5 * (a[(x[i], x[j])] + a[(y[i], y[j])]),
+                0.5 * (a[(y[i], x[j])] - a[(x[i], y[j])]),
+            )
+        });
+        let scale = scale(&mean);
+        let (mut largest, mut apart) = (0.0f64, 0.0f64);
+        for i in 0..n {
+            for j in 0..n {
+                let alike = a[(x[i], x[j])] - a[(y[i], y[j])];
+                let turned = a[(y[i], x[j])] + a[(x[i], y[j])];
+                let scale = scale[j] / scale[i];
+                apart = apart.max(scale * alike.abs().max(turned.abs()));
+                largest = largest.max(scale * mean[(i, j)].norm());
+            }
+        }
+        (apart <= ROUNDING * largest)
+            .then(|| Mat::from_fn(n, n, |i, j| mean[(i, j)] * (scale[j] / scale[i])))
+    }
+
+    /// Rows S with SᵀS = W for a symmetric W ≥ 0 on these coordinates, without those whose share of W is at most
+    /// `rounding`; none when the planes of W are not equal.
+    ///
+    /// # Errors
+    /// As [`hermitian_eigen`].
+    pub(crate) fn root(
+        &self,
+        w: &Mat<f64>,
+        rounding: f64,
+    ) -> Result<Option<Mat<f64>>, NumericError> {
+        let Some(turning) = self.turning(w, |mean| vec![1.0; mean.nrows()]) else {
+            return Ok(None);
+        };
+        let (values, vectors) = hermitian_eigen(&turning)?;
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        let kept: Vec<usize> = (0..values.len())
+            .filter(|k| values[*k] > rounding * largest)
+            .collect();
+        let mut rows = Mat::zeros(2 * kept.len(), w.ncols());
+        // A row p + jq takes x + jy to p x − q y + j(q x + p y).
+        for (row, k) in kept.into_iter().enumerate() {
+            for (j, (x, y)) in self.x.iter().zip(&self.y).enumerate() {
+                let entry = vectors[(j, k)].conj() * values[k].sqrt();
+                (rows[(2 * row, *x)], rows[(2 * row, *y)]) = (entry.re, -entry.im);
+                (rows[(2 * row + 1, *x)], rows[(2 * row + 1, *y)]) = (entry.im, entry.re);
+            }
+        }
+        Ok(Some(rows))
+    }
+
+    /// Eigenvalues of a real matrix on these coordinates, each of P + jQ beside its conjugate; those of the matrix as
+    /// it is when its planes are not equal.
+    ///
+    /// # Errors
+    /// As [`eigenvalues`].
+    pub(crate) fn eigenvalues(&self, a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
+        let moduli = |mean: &Mat<c64>| {
+            let n = mean.nrows();
+            balance(&Mat::from_fn(n, n, |i, j| mean[(i, j)].norm())).1
+        };
+        let Some(turning) = self.turning(a, moduli) else {
+            return eigenvalues(a);
+        };
+        let own = eigenvalues_complex(&turning)?;
+        Ok(own.into_iter().flat_map(|v| [v, v.conj()]).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Coordinates in the order x, y, y, x, x, y with partners (0, 1), (3, 2), (4, 5).
+    fn planes() -> EqualPlanes {
+        EqualPlanes::of(&[false, true, true, false, false, true]).expect("three of each")
+    }
+
+    /// A matrix of two equal planes on these coordinates, and the same with another entry in the y plane.
+    fn matrix(other: f64) -> Mat<f64> {
+        let (x, y) = ([0, 3, 4], [1, 2, 5]);
+        let p = |i: usize, j: usize| ((3 * i + 5 * j) as f64).sin() - 2.0 * f64::from(i == j);
+        let q = |i: usize, j: usize| 0.3 * ((i + 7 * j) as f64).cos();
+        let mut a = Mat::zeros(6, 6);
+        for i in 0..3 {
+            for j in 0..3 {
+                let scale = 1e3f64.powi(i as i32 - j as i32);
+                a[(x[i], x[j])] = scale * p(i, j);
+                a[(y[i], y[j])] = scale * p(i, j);
+                a[(y[i], x[j])] = scale * q(i, j);
+                a[(x[i], y[j])] = -scale * q(i, j);
+            }
+        }
+        a[(1, 1)] += other;
+        a
+    }
+
+    fn largest_gap(found: &[c64], expected: &[c64]) -> f64 {
+        assert_eq!(found.len(), expected.len());
+        let nearest = |v: &c64| {
+            let gaps = expected.iter().map(|e| (v - e).norm());
+            gaps.fold(f64::INFINITY, f64::min)
+        };
+        found.iter().map(nearest).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn eigenvalues_of_equal_planes_are_those_of_the_whole_matrix() {
+        let a = matrix(0.0);
+        assert!(planes().turning(&a, |_| vec![1.0; 3]).is_some());
+        let whole = eigenvalues(&a).expect("finite");
+        let found = planes().eigenvalues(&a).expect("finite");
+        assert!(largest_gap(&found, &whole) < 1e-12 && largest_gap(&whole, &found) < 1e-12);
+    }
+
+    #[test]
+    fn rows_of_a_root_give_the_matrix_again() {
+        let a = matrix(0.0);
+        let w = a.transpose() * &a;
+        let rows = planes()
+            .root(&w, 1e-15)
+            .expect("finite")
+            .expect("equal planes");
+        let gap = (rows.transpose() * &rows - &w).norm_max();
+        assert!(gap < 1e-13 * w.norm_max(), "{gap:.1e}");
+        assert!(planes().root(&matrix(1e-3), 0.0).expect("finite").is_none());
+    }
+
+    #[test]
+    fn planes_that_differ_are_taken_as_they_are() {
+        let a = matrix(1e-6);
+        assert!(planes().turning(&a, |_| vec![1.0; 3]).is_none());
+        let whole = eigenvalues(&a).expect("finite");
+        assert_eq!(planes().eigenvalues(&a).expect("finite"), whole);
+    }
+}
