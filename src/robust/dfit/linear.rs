@@ -8,10 +8,11 @@
 //! (powers of x, and Chebyshev polynomials in a bilinear variable, do not). Positivity between and beyond the data is
 //! asked on a finer grid; the factors taken from the roots are positive by construction.
 
+use super::exchange::{Chosen, Exchange};
 use super::factors::{Factor, Factors, joined};
 use super::magnitudes::Magnitudes;
 use crate::linalg::{Mat, c64, eigenvalues};
-use crate::robust::mu::lmi::{Programme, Row};
+use crate::robust::mu::lmi::Row;
 
 /// Programmes at most; the convergence is superlinear.
 const MAX_ROUNDS: usize = 12;
@@ -60,9 +61,13 @@ pub(crate) fn fit(data: &Magnitudes, order: usize, start: &Factors) -> Option<Fa
     };
     let mut level = worst(&n, &m);
     let mut best = None;
+    let mut binding: Chosen = vec![];
     for _ in 0..MAX_ROUNDS {
         let programme = correction(&at_data, &fine, &squared, (&n, &m), level, order);
-        let Ok(end) = programme.solve() else { break };
+        let Ok((end, next_binding)) = programme.solve(&binding) else {
+            break;
+        };
+        binding = next_binding;
         let (a, b) = end.x[..2 * order + 2].split_at(order + 1);
         let value = |c: &[f64]| -> Vec<f64> {
             at_data
@@ -115,7 +120,7 @@ fn correction(
     (n0, m0): (&[f64], &[f64]),
     level: f64,
     order: usize,
-) -> Programme {
+) -> Exchange {
     let size = order + 1;
     let t = 2 * size;
     let row = |phi: &[f64], fn_: f64, fm: f64, ft: f64| -> Row {
@@ -128,19 +133,20 @@ fn correction(
         }
         Row { terms, bound: 0.0 }
     };
-    let mut inequalities = vec![];
+    let [mut above, mut below, mut of_n, mut of_m] = [const { vec![] }; 4];
     for (((phi, s), n), m) in at_data.iter().zip(squared).zip(n0).zip(m0) {
         // Rows are divided by the present denominators, so that t means the same everywhere.
-        inequalities.push(row(phi, 1.0 / (s * m), -level / m, -1.0));
-        inequalities.push(row(phi, -level / n, s / n, -1.0));
+        above.push(row(phi, 1.0 / (s * m), -level / m, -1.0));
+        below.push(row(phi, -level / n, s / n, -1.0));
     }
     for phi in fine {
-        inequalities.push(row(phi, -1.0, 0.0, 0.0));
-        inequalities.push(row(phi, 0.0, -1.0, 0.0));
+        of_n.push(row(phi, -1.0, 0.0, 0.0));
+        of_m.push(row(phi, 0.0, -1.0, 0.0));
     }
+    let mut always = vec![];
     for j in 0..size {
         for sign in [1.0, -1.0] {
-            inequalities.push(Row {
+            always.push(Row {
                 terms: vec![(size + j, sign)],
                 bound: 1.0,
             });
@@ -148,10 +154,10 @@ fn correction(
     }
     let mut objective = vec![0.0; t + 1];
     objective[t] = 1.0;
-    Programme {
+    Exchange {
         objective,
-        inequalities,
-        ..Programme::default()
+        always,
+        curves: vec![above, below, of_n, of_m],
     }
 }
 

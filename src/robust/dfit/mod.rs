@@ -6,6 +6,7 @@
 //! what the linear programmes leave and takes the weights in. Orders are fitted upwards: a higher order also starts
 //! from the lower one with a pole and a zero added, so its error is never larger.
 
+pub(crate) mod exchange;
 pub mod factors;
 pub(crate) mod linear;
 pub(crate) mod magnitudes;
