@@ -25,6 +25,10 @@ pub(crate) struct Descent<'a> {
 
 /// Step of the forward differences: γ is found to 1e-9, so a derivative carries six digits less its own curvature.
 const DIFFERENCE: f64 = 1e-3;
+/// A line search goes on while the slope along it is steeper than this share of that at its start (Wolfe's condition,
+/// which a kink does not spoil), and ends after so many trials.
+const CURVED: f64 = 0.5;
+const TRIALS: usize = 10;
 
 impl Descent<'_> {
     /// Scales with another list of parameters.
@@ -101,15 +105,31 @@ impl Descent<'_> {
             // Corners move by at most a factor of e a step.
             let mut length = if longest > 1.0 { 1.0 / longest } else { 1.0 };
             let slope = dot(&step, &g);
-            let mut accepted = None;
-            for _ in 0..8 {
-                let trial: Vec<f64> = x.iter().zip(&step).map(|(x, s)| x + length * s).collect();
+            let along = |length: f64| -> Vec<f64> {
+                x.iter().zip(&step).map(|(x, s)| x + length * s).collect()
+            };
+            let mut accepted: Option<(Vec<f64>, f64)> = None;
+            let (mut short, mut long) = (0.0, f64::INFINITY);
+            for _ in 0..TRIALS {
+                let trial = along(length);
                 let next = evaluate(&trial, value);
                 if next < value + 1e-4 * length * slope {
-                    accepted = Some((trial, next));
-                    break;
+                    if accepted.as_ref().is_none_or(|best| next < best.1) {
+                        accepted = Some((trial, next));
+                    }
+                    let further = DIFFERENCE / longest;
+                    let there = (evaluate(&along(length + further), next) - next) / further;
+                    if there >= CURVED * slope || length * longest >= 1.0 {
+                        break;
+                    }
+                    short = length;
+                } else {
+                    long = length;
                 }
-                length *= 0.35;
+                length = match long.is_finite() {
+                    true => short + 0.35 * (long - short),
+                    false => (2.0 * short).min(1.0 / longest),
+                };
             }
             let Some((trial, next)) = accepted else {
                 if fresh {

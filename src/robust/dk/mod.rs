@@ -313,7 +313,6 @@ impl Run<'_> {
         }
         let mut starts = vec![own, plain];
         starts.extend(self.full_order.iter().map(|f| f.0.clone()));
-        starts.dedup();
         let mut leveled: Vec<(DScales, f64)> = starts
             .into_iter()
             .map(|s| {
@@ -323,6 +322,8 @@ impl Run<'_> {
             .filter(|(_, level)| level.is_finite())
             .collect();
         leveled.sort_by(|a, b| a.1.total_cmp(&b.1));
+        // The same scales by two ways have one level, to its accuracy.
+        leveled.dedup_by(|b, a| (b.1 - a.1).abs() < 1e-8 * a.1);
         // A second valley is worth a stage only when its rim is about as deep.
         let deepest = leveled.first().map_or(0.0, |s| s.1);
         leveled.retain(|s| s.1 <= 1.02 * deepest);
@@ -458,7 +459,7 @@ impl Run<'_> {
 }
 
 /// Relative fall of γ in a stage below which the descent ends.
-const WORTH_A_STAGE: f64 = 2e-3;
+const WORTH_A_STAGE: f64 = 3e-4;
 /// D may be off its pointwise optimum by this, if it is smoother there; the better of the two is used.
 const SMOOTH_SLACKS: [f64; 2] = [1e-3, 3e-2];
 /// Gradients between two controllers of the descent.
