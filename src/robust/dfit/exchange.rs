@@ -2,8 +2,8 @@
 //! breaks.
 //!
 //! Rows come in curves: neighbours on a curve say nearly the same, as the errors of a fit at neighbouring frequencies
-//! do. Of each stretch that is broken the row that is broken most joins the programme. It ends when no row is broken, so
-//! the answer is that of all rows (the exchange of Remez, for one that changes all points at once).
+//! do. Of each stretch that is broken the row that is broken most joins the programme. It ends when no row is broken,
+//! so the answer is that of all rows (the exchange of Remez, for one that changes all points at once).
 
 use crate::robust::mu::lmi::{Optimum, Programme, ProgrammeError, Row};
 
