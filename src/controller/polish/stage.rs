@@ -71,6 +71,8 @@ pub struct Polisher<'a> {
     x: Vec<f64>,
     /// What the descents learnt.
     memory: Memory,
+    /// The last round was stuck above a limit, and this one began without what was learnt before.
+    began_afresh: bool,
     /// Frequencies where a certificate found a peak, rad/s.
     peaks: Vec<f64>,
     loss: Loss,
@@ -149,6 +151,7 @@ impl<'a> Polisher<'a> {
             law,
             x,
             memory: Memory::default(),
+            began_afresh: false,
             peaks: vec![],
             figures: PolishRound {
                 steps: 0,
@@ -245,9 +248,15 @@ impl<'a> Polisher<'a> {
         self.stale |= !self.elsewhere.is_empty();
         self.elsewhere.clear();
         let after = excess(&self.figures);
-        if !first && after > EXCEEDED.ln() && after > (1.0 - WORTHWHILE) * excess(&before) {
-            self.keep_within_reach(&before);
+        let stuck = after > EXCEEDED.ln() && after > (1.0 - WORTHWHILE) * excess(&before);
+        if !first && stuck {
+            // Curvature learnt on the way may be what holds it: a limit is given up by a descent that began without.
+            match std::mem::replace(&mut self.began_afresh, true) {
+                true => self.keep_within_reach(&before),
+                false => self.memory = Memory::default(),
+            }
         }
+        self.began_afresh &= stuck;
         self.rounds += 1;
         self.figures.steps = done;
         Ok(self.figures)

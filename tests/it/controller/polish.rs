@@ -103,8 +103,9 @@ fn a_limit_out_of_reach_is_moved_and_no_other() {
         },
     };
     let mut polisher = Polisher::new(&machine, task, &start(&machine), 1.2).unwrap();
-    // A round of a single step that is refused would say that every limit is out of reach.
-    for _ in 0..4 {
+    // A round of a single step that is refused would say that every limit is out of reach; a limit is given up by the
+    // second of two rounds that bring it no nearer.
+    for _ in 0..6 {
         polisher.round(8).unwrap();
     }
     let (now, asked) = (polisher.limits(), limits(&machine));
