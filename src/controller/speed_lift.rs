@@ -13,12 +13,11 @@
 //! doubles, not intervals.
 
 use super::ControllerError;
-use crate::linalg::equal_planes::EqualPlanes;
+use crate::linalg::equal_planes::{EqualPlanes, above_rounding};
 use crate::linalg::{Mat, NumericError, svd, symmetric_eigen};
 use crate::lti::connect::{lower_lft, stack_cols, stack_rows};
 use crate::lti::delay::{hold, sample_with_delay};
 use crate::lti::norm::stays_below;
-use crate::lti::structure::planes_apart;
 use crate::lti::{Continuous, Discrete, StateSpace, TimeBase};
 use crate::spindle::Plant;
 use crate::spindle::plant::AXES;
@@ -140,15 +139,10 @@ impl AffinePlant {
         let (inside, reached) = self.within_a_sample(&a)?;
         let lifted = self.lifted(&a, &reached)?;
         let closed = lower_lft(&lifted, controller)?;
-        let planes = self.planes(lifted.order()).zip(planes_apart(controller));
-        let planes = planes.map(|(own, law)| own.followed_by(&law));
+        let planes = self.plant.planes_of_loop(lifted.order(), controller)?;
         let allowed = 1.0 / distance_rad_s - inside;
-        let poles = match &planes {
-            Some(planes) => planes.eigenvalues(&closed.a)?,
-            None => closed.poles()?,
-        };
-        let rates = poles.into_iter().map(|z| closed.time.growth_rate(z));
-        let growth_rate_per_s = rates.fold(f64::NEG_INFINITY, f64::max);
+        let poles = EqualPlanes::eigenvalues_on(planes.as_ref(), &closed.a)?;
+        let growth_rate_per_s = closed.time.largest_growth_rate(&poles);
         let unproven = |advised_rad_s: f64, omega_rad_s: f64| Neighbourhood {
             growth_rate_per_s,
             proven: false,
@@ -166,11 +160,6 @@ impl AffinePlant {
             proven,
             ..unproven(1.0 / (gain.max(allowed) + inside), omega_rad_s)
         })
-    }
-
-    /// Planes of the states of the plant, sampled or not, where they are known.
-    fn planes(&self, order: usize) -> Option<EqualPlanes> {
-        self.plant.planes_of_states(order).ok().flatten()
     }
 
     /// The sampled plant with lifted w as first inputs and lifted z as first outputs, commands and signals last;
@@ -231,11 +220,11 @@ impl AffinePlant {
         seen += &energy(&stack_rows(&start, &command(whole)), self.period_s - late_s)?;
         // Commands of x and y alternate.
         let commanded = EqualPlanes::of(&[false, true, false, true]);
-        let planes = self.planes(sampled.order()).zip(commanded);
+        let planes = self.plant.planes_of_states(sampled.order())?.zip(commanded);
         let planes = planes.map(|(states, commanded)| states.followed_by(&commanded));
         let (rows, drive) = (
             root(&seen, planes.as_ref())?,
-            root(reached, self.planes(n).as_ref())?,
+            root(reached, self.plant.planes_of_states(n)?.as_ref())?,
         );
         let (nz, nw) = (rows.nrows(), drive.nrows());
         let m = sampled.order();
@@ -333,10 +322,7 @@ fn root(w: &Mat<f64>, planes: Option<&EqualPlanes>) -> Result<Mat<f64>, NumericE
         return Ok(rows);
     }
     let (values, vectors) = symmetric_eigen(w)?;
-    let largest = values.iter().copied().fold(0.0, f64::max);
-    let kept: Vec<usize> = (0..values.len())
-        .filter(|k| values[*k] > GRAMIAN_ROUNDING * largest)
-        .collect();
+    let kept = above_rounding(&values, GRAMIAN_ROUNDING);
     Ok(Mat::from_fn(kept.len(), w.nrows(), |i, j| {
         values[kept[i]].sqrt() * vectors[(j, kept[i])]
     }))

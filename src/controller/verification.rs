@@ -1,11 +1,13 @@
 //! Verification of an exported controller: stability of the sampled closed loop of the full plant over the speed range,
 //! with the coefficients as the firmware holds them.
 
+use super::in_step;
 use super::speed_proof::{SpeedProof, prove};
 use super::verification_error::VerificationError;
+use crate::linalg::NumericError;
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, StateSpace, TimeBase};
-use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -108,32 +110,26 @@ impl Verification {
 /// Largest growth rate of the sampled loop of a plant (channels of [`crate::spindle::plant`]) with u = K y, 1/s.
 ///
 /// # Errors
-/// [`crate::linalg::NumericError`] when the loop is not well posed or the eigenvalue iteration fails.
+/// [`NumericError`] when the loop is not well posed or the eigenvalue iteration fails.
 pub fn growth_rate(
     plant: &StateSpace<Discrete>,
     controller: &StateSpace<Discrete>,
-) -> Result<f64, crate::linalg::NumericError> {
+) -> Result<f64, NumericError> {
     let axes: Vec<usize> = (0..AXES).collect();
-    let closed = lower_lft(&plant.select(&axes, &axes), controller)?;
-    Ok(closed
-        .poles()?
-        .into_iter()
-        .map(|z| plant.time.growth_rate(z))
-        .fold(f64::NEG_INFINITY, f64::max))
+    lower_lft(&plant.select(&axes, &axes), controller)?.growth_rate()
 }
 
-/// [`growth_rate`] of the sampled loop of a spindle.
+/// [`growth_rate`] of the sampled loop of a spindle; `sampled` is [`Plant::sampled`].
 ///
 /// # Errors
-/// [`SpindleError`] when the plant is not sampled, the loop is not well posed, or the eigenvalue iteration fails.
+/// As [`Plant::loop_poles`].
 pub(crate) fn growth_rate_of(
     plant: &Plant,
+    sampled: &StateSpace<Discrete>,
     controller: &StateSpace<Discrete>,
-) -> Result<f64, SpindleError> {
-    let sampled = plant.sampled()?;
-    let poles = plant.loop_poles(&sampled, controller)?;
-    let rates = poles.into_iter().map(|z| sampled.time.growth_rate(z));
-    Ok(rates.fold(f64::NEG_INFINITY, f64::max))
+) -> Result<f64, NumericError> {
+    let poles = plant.loop_poles(sampled, controller)?;
+    Ok(sampled.time.largest_growth_rate(&poles))
 }
 
 /// Checks the sampled loop of the full plant at `points` speeds, evenly spaced from 0 to the largest speed.
@@ -195,7 +191,8 @@ pub fn verify_at(
             let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
             Ok(SpeedCheck {
                 speed_rpm: *speed_rpm,
-                growth_rate_per_s: growth_rate_of(&plant, controller)?,
+                growth_rate_per_s: growth_rate_of(&plant, &plant.sampled()?, controller)
+                    .map_err(in_step("closed-loop stability"))?,
             })
         })
         .collect();

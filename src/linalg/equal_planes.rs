@@ -93,10 +93,7 @@ impl EqualPlanes {
             return Ok(None);
         };
         let (values, vectors) = hermitian_eigen(&turning)?;
-        let largest = values.iter().copied().fold(0.0, f64::max);
-        let kept: Vec<usize> = (0..values.len())
-            .filter(|k| values[*k] > rounding * largest)
-            .collect();
+        let kept = above_rounding(&values, rounding);
         let mut rows = Mat::zeros(2 * kept.len(), w.ncols());
         // A row p + jq takes x + jy to p x − q y + j(q x + p y).
         for (row, k) in kept.into_iter().enumerate() {
@@ -107,6 +104,17 @@ impl EqualPlanes {
             }
         }
         Ok(Some(rows))
+    }
+
+    /// [`Self::eigenvalues`] where the planes of the coordinates are known, else those of the matrix as it is.
+    ///
+    /// # Errors
+    /// As [`eigenvalues`].
+    pub(crate) fn eigenvalues_on(
+        planes: Option<&Self>,
+        a: &Mat<f64>,
+    ) -> Result<Vec<c64>, NumericError> {
+        planes.map_or_else(|| eigenvalues(a), |planes| planes.eigenvalues(a))
     }
 
     /// Eigenvalues of a real matrix on these coordinates, each of P + jQ beside its conjugate; those of the matrix as
@@ -125,6 +133,13 @@ impl EqualPlanes {
         let own = eigenvalues_complex(&turning)?;
         Ok(own.into_iter().flat_map(|v| [v, v.conj()]).collect())
     }
+}
+
+/// Numbers of the eigenvalues of a matrix W ≥ 0 above a share of the largest.
+pub(crate) fn above_rounding(values: &[f64], rounding: f64) -> Vec<usize> {
+    let largest = values.iter().copied().fold(0.0, f64::max);
+    let above = |k: &usize| values[*k] > rounding * largest;
+    (0..values.len()).filter(above).collect()
 }
 
 #[cfg(test)]

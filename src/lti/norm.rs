@@ -10,7 +10,7 @@ use super::scale::balancing;
 use super::state_space::{Continuous, Discrete, StateSpace};
 use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{
-    Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve,
+    Mat, NumericError, c64, max_singular_value, max_singular_value_complex, solve,
 };
 use thiserror::Error;
 
@@ -104,10 +104,9 @@ pub(crate) fn stays_below(
     let mut met = (max_singular_value(&s.d), f64::INFINITY);
     if met.0 < level {
         let h = hamiltonian(&s, level)?;
-        let mut near = axis_frequencies(&match planes {
-            Some(planes) => planes.followed_by(planes).eigenvalues(&h)?,
-            None => eigenvalues(&h)?,
-        });
+        // States, then costates.
+        let both = planes.map(|planes| planes.followed_by(planes));
+        let mut near = axis_frequencies(&EqualPlanes::eigenvalues_on(both.as_ref(), &h)?);
         let between: Vec<f64> = near.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
         near.extend(between);
         let responder = (!near.is_empty()).then(|| FrequencyResponder::new(&s));

@@ -11,6 +11,11 @@ pub trait TimeBase: Copy + std::fmt::Debug + PartialEq + Send + Sync {
     /// Distance of a pole from the stability boundary, negative when stable:
     /// Re λ (rad/s) in continuous time, (|λ| − 1)/Tₛ in sampled time.
     fn growth_rate(&self, pole: c64) -> f64;
+    /// Largest growth rate over poles, 1/s; negative for a stable system, −∞ without poles.
+    fn largest_growth_rate(&self, poles: &[c64]) -> f64 {
+        let rates = poles.iter().map(|pole| self.growth_rate(*pole));
+        rates.fold(f64::NEG_INFINITY, f64::max)
+    }
 }
 
 /// Continuous time.
@@ -166,11 +171,7 @@ impl<T: TimeBase> StateSpace<T> {
     /// # Errors
     /// [`NumericError`] when the eigenvalue iteration fails.
     pub fn growth_rate(&self) -> Result<f64, NumericError> {
-        Ok(self
-            .poles()?
-            .into_iter()
-            .map(|p| self.time.growth_rate(p))
-            .fold(f64::NEG_INFINITY, f64::max))
+        Ok(self.time.largest_growth_rate(&self.poles()?))
     }
 
     /// Transfer matrix C(ζI − A)⁻¹B + D at a point ζ of the s or z plane, p×m.

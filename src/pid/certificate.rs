@@ -349,7 +349,11 @@ fn shifted_loops(
         .collect();
     let rates: Result<Vec<f64>, VerificationError> = pairs
         .par_iter()
-        .map(|((_, plant), factors)| Ok(growth_rate_of(&plant.with_scaled_modes(factors), law)?))
+        .map(|((_, plant), factors)| {
+            let shifted = plant.with_scaled_modes(factors);
+            let rate = growth_rate_of(&shifted, &shifted.sampled()?, law);
+            Ok(rate.map_err(in_step("PID with shifted modes"))?)
+        })
         .collect();
     let rates = rates?;
     let worst = (0..rates.len())

@@ -36,10 +36,9 @@ pub(crate) fn loop_poles(
     match &controller.law {
         ControlLaw::Discrete(law) => {
             let sampled = plant.sampled()?;
-            let poles = plant.loop_poles(&sampled, law)?;
-            let rates = poles.iter().map(|z| sampled.time.growth_rate(*z));
+            let poles = plant.loop_poles(&sampled, law).map_err(&numeric)?;
             Ok(LoopPoles {
-                growth_rate_per_s: rates.fold(f64::NEG_INFINITY, f64::max),
+                growth_rate_per_s: sampled.time.largest_growth_rate(&poles),
                 poles_rad_s: sampled.time.continuous_poles(poles),
             })
         }
@@ -48,9 +47,8 @@ pub(crate) fn loop_poles(
             let open = plant.state_space(PADE)?.select(&axes, &axes);
             let closed = lower_lft(&open, law).map_err(&numeric)?;
             let poles_rad_s = closed.poles().map_err(&numeric)?;
-            let rates = poles_rad_s.iter().map(|p| p.re);
             Ok(LoopPoles {
-                growth_rate_per_s: rates.fold(f64::NEG_INFINITY, f64::max),
+                growth_rate_per_s: closed.time.largest_growth_rate(&poles_rad_s),
                 poles_rad_s,
             })
         }

@@ -241,7 +241,6 @@ fn descend(
     {
         rounds.push(polisher.round(effort.steps)?);
     }
-    let mut certificates: Vec<(f64, f64)> = vec![];
     let certified = |plane: StateSpace<Discrete>| {
         let realised = Realised::new(machine, &plane)?;
         let known = certificate(machine, (problems, goal), &realised)?;
@@ -249,19 +248,12 @@ fn descend(
     };
     let (mut figures, mut best) = certified(polisher.plane()?)?;
     let mut least = figures.0;
-    for cut in 0..=effort.cuts {
-        if cut > 0 {
-            let (next, found) = certified(polisher.plane()?)?;
-            figures = next;
-            if figures.0 < least {
-                (least, best) = (figures.0, found);
-            }
-        }
+    let mut certificates = vec![figures];
+    for _ in 0..effort.cuts {
         let (mu, at_hz) = figures;
-        certificates.push((mu, at_hz));
         // Where the limit on μ was out of reach on the lines, no further line brings it back.
         let in_reach = polisher.limits().mu <= 1.0;
-        if mu <= 1.0 || !mu.is_finite() || !in_reach || cut == effort.cuts {
+        if mu <= 1.0 || !mu.is_finite() || !in_reach {
             break;
         }
         // A peak between the lines needs a line; one that comes back beside its line needs a lower limit as well; one
@@ -278,6 +270,12 @@ fn descend(
         rounds.push(polisher.round(effort.cut_steps)?);
         if !polisher.within_limits() {
             rounds.push(polisher.round(effort.steps)?);
+        }
+        let (next, found) = certified(polisher.plane()?)?;
+        figures = next;
+        certificates.push(figures);
+        if figures.0 < least {
+            (least, best) = (figures.0, found);
         }
     }
     let (plane, realised, known) = best;

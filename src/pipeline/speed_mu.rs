@@ -84,9 +84,9 @@ pub fn mu_at_speed(
     let machine = isotropic(machine);
     let plant = Plant::new(&machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
     let sampled = plant.sampled()?;
-    let poles = sampled
-        .time
-        .continuous_poles(plant.loop_poles(&sampled, law)?);
+    let poles = plant.loop_poles(&sampled, law);
+    let poles = poles.map_err(PipelineError::numeric(STAGE))?;
+    let poles = sampled.time.continuous_poles(poles);
     if poles.iter().any(|p| p.re.is_nan() || p.re >= 0.0) {
         return Ok(SpeedMu {
             speed_rpm,

@@ -83,7 +83,11 @@ pub(crate) fn worst_prediction(
     let rates: Result<Vec<f64>, PipelineError> = uncertainty
         .corners()
         .par_iter()
-        .map(|factors| Ok(growth_rate_of(&plant.with_scaled_modes(factors), &law)?))
+        .map(|factors| {
+            let shifted = plant.with_scaled_modes(factors);
+            growth_rate_of(&shifted, &shifted.sampled()?, &law)
+                .map_err(PipelineError::numeric("loop with shifted modes"))
+        })
         .collect();
     let corner_growth_rate_per_s = rates?.into_iter().fold(poles.growth_rate_per_s, f64::max);
     let stable = corner_growth_rate_per_s < 0.0;

@@ -12,7 +12,7 @@ use super::plant::{AXES, CHANNELS, Plant};
 use super::response::electronics::LOWPASS_DAMPING;
 use super::response::feedback::Feedback;
 use crate::linalg::equal_planes::EqualPlanes;
-use crate::linalg::{Mat, c64};
+use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::{append, check_sample_times, lower_lft, series};
 use crate::lti::delay::{pade, sample_with_delay};
 use crate::lti::structure::planes_apart;
@@ -85,11 +85,11 @@ impl Plant {
     /// of [`Plant::state_space`] without delay; none when the states are others.
     ///
     /// # Errors
-    /// As [`Plant::state_space`].
+    /// [`NumericError`] when a connection fails.
     pub(crate) fn planes_of_states(
         &self,
         order: usize,
-    ) -> Result<Option<EqualPlanes>, SpindleError> {
+    ) -> Result<Option<EqualPlanes>, NumericError> {
         let [front, rear] = &self.effective.bearings;
         let both = |chain: StateSpace<Continuous>| chain.order() / 2;
         let plane = 2 * self.mechanics.omega_rad_s().len();
@@ -110,26 +110,34 @@ impl Plant {
         Ok(EqualPlanes::of(&in_y).filter(|_| in_y.len() == order))
     }
 
+    /// The planes of the states of the loop of [`Plant::sampled`], which has `order` states, with a law; none where
+    /// they are not known or the law joins the planes.
+    ///
+    /// # Errors
+    /// As [`Plant::planes_of_states`].
+    pub(crate) fn planes_of_loop(
+        &self,
+        order: usize,
+        law: &StateSpace<Discrete>,
+    ) -> Result<Option<EqualPlanes>, NumericError> {
+        let planes = self.planes_of_states(order)?.zip(planes_apart(law));
+        Ok(planes.map(|(own, of_law)| own.followed_by(&of_law)))
+    }
+
     /// Poles of the sampled loop of this plant with u = K y; `sampled` is [`Plant::sampled`].
     ///
     /// # Errors
-    /// [`SpindleError::Numeric`] when the sample times differ, the loop is not well posed, or the eigenvalue iteration
-    /// fails.
+    /// [`NumericError`] when the sample times differ, the loop is not well posed, or the eigenvalue iteration fails.
     pub(crate) fn loop_poles(
         &self,
         sampled: &StateSpace<Discrete>,
         law: &StateSpace<Discrete>,
-    ) -> Result<Vec<c64>, SpindleError> {
+    ) -> Result<Vec<c64>, NumericError> {
         let axes: Vec<usize> = (0..AXES).collect();
         check_sample_times(sampled, law)?;
         let closed = lower_lft(&sampled.select(&axes, &axes), law)?;
-        let planes = self
-            .planes_of_states(sampled.order())?
-            .zip(planes_apart(law));
-        Ok(match planes {
-            Some((own, of_law)) => own.followed_by(&of_law).eigenvalues(&closed.a)?,
-            None => closed.poles()?,
-        })
+        let planes = self.planes_of_loop(sampled.order(), law)?;
+        EqualPlanes::eigenvalues_on(planes.as_ref(), &closed.a)
     }
 
     /// The plant without its delay.
@@ -148,7 +156,7 @@ impl Plant {
     fn sensor_chain(
         &self,
         bearing: &EffectiveBearing,
-    ) -> Result<StateSpace<Continuous>, SpindleError> {
+    ) -> Result<StateSpace<Continuous>, NumericError> {
         let mut axis = first_order(self.effective.sensor_bandwidth_hz)?;
         if let Some(bandwidth) = bearing.sensor_lowpass_hz {
             let w = TAU * bandwidth;
@@ -248,10 +256,10 @@ impl Plant {
 }
 
 /// 1/(1 + s/ω).
-fn first_order(bandwidth_hz: f64) -> Result<StateSpace<Continuous>, SpindleError> {
+fn first_order(bandwidth_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
     let w = TAU * bandwidth_hz;
     let m = |x: f64| Mat::from_fn(1, 1, |_, _| x);
-    Ok(StateSpace::new(m(-w), m(w), m(1.0), m(0.0), Continuous)?)
+    StateSpace::new(m(-w), m(w), m(1.0), m(0.0), Continuous)
 }
 
 /// Lowest and highest pole of the rational half-order lag, Hz, and poles per decade.
@@ -260,7 +268,7 @@ const HALF_ORDER_PER_DECADE: f64 = 2.0;
 
 /// 1/(1 + √(s/ω_e)) = (1/π) ∫ √x/(1+x) · dx/(x + s/ω_e), by the trapezoidal rule in ln x; the tail beyond the highest
 /// pole becomes a gain, what is missing below the lowest one is added there, so that the DC gain is 1.
-fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, SpindleError> {
+fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, NumericError> {
     let (low, high) = HALF_ORDER_BAND_HZ;
     let step = std::f64::consts::LN_10 / HALF_ORDER_PER_DECADE;
     let count = ((high / low).log10() * HALF_ORDER_PER_DECADE).round() as usize + 1;
@@ -277,17 +285,17 @@ fn half_order_lag(corner_hz: f64) -> Result<StateSpace<Continuous>, SpindleError
         let extra = if k == 0 { missing * x(0) } else { 0.0 };
         weight(x(k)) + extra
     };
-    Ok(StateSpace::new(
+    StateSpace::new(
         Mat::from_fn(count, count, |i, j| if i == j { -rate * x(i) } else { 0.0 }),
         Mat::from_fn(count, 1, |i, _| rate * x(i)),
         Mat::from_fn(1, count, |_, j| gain(j) / x(j)),
         Mat::from_fn(1, 1, |_, _| tail),
         Continuous,
-    )?)
+    )
 }
 
 /// Currents (x, y) to forces (x, y) of one bearing.
-fn actuator_chain(bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, SpindleError> {
+fn actuator_chain(bearing: &EffectiveBearing) -> Result<StateSpace<Continuous>, NumericError> {
     let mut axis = first_order(bearing.amplifier_bandwidth_hz)?;
     if let Some(corner) = bearing.eddy_corner_hz {
         axis = series(&axis, &half_order_lag(corner)?)?;

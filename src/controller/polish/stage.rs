@@ -15,7 +15,7 @@ use crate::augment::plane::isotropic;
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
-use crate::linalg::{Mat, c64};
+use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::append;
 use crate::lti::{Discrete, StateSpace, TimeBase};
 use crate::spindle::plant::AXES;
@@ -332,11 +332,8 @@ impl<'a> Polisher<'a> {
         let order = [0usize, 2, 1, 3];
         let law = append(&plane, &plane).select(&order, &order);
         let found = loop_poles(&self.sampled, &law)?;
-        let rate = |poles: &Vec<c64>| {
-            let rates = poles.iter().map(|z| plane.time.growth_rate(*z));
-            rates.fold(f64::NEG_INFINITY, f64::max)
-        };
-        let rates: Vec<f64> = found.iter().map(rate).collect();
+        let is_stable = |poles: &Vec<c64>| plane.time.largest_growth_rate(poles) < 0.0;
+        let stable = found.iter().map(is_stable).collect();
         let mut poles = oscillating(found.concat(), plane.time.period_s);
         self.loop_poles.clone_from(&poles);
         poles.extend(&self.plant_poles);
@@ -356,7 +353,7 @@ impl<'a> Polisher<'a> {
         self.figures = figures(&loss, &found);
         self.loss = loss;
         self.stale = false;
-        self.stable = rates.iter().map(|r| *r < 0.0).collect();
+        self.stable = stable;
         Ok(())
     }
 }
@@ -393,9 +390,10 @@ fn oscillating(poles: Vec<c64>, period_s: f64) -> Vec<c64> {
 fn loop_poles(
     sampled: &[(Plant, StateSpace<Discrete>)],
     law: &StateSpace<Discrete>,
-) -> Result<Vec<Vec<c64>>, VerificationError> {
-    sampled
+) -> Result<Vec<Vec<c64>>, ControllerError> {
+    let found: Result<Vec<Vec<c64>>, NumericError> = sampled
         .par_iter()
-        .map(|(plant, sampled)| Ok(plant.loop_poles(sampled, law)?))
-        .collect()
+        .map(|(plant, sampled)| plant.loop_poles(sampled, law))
+        .collect();
+    found.map_err(in_step("poles of the polished loop"))
 }
