@@ -111,9 +111,8 @@ pub fn care_with(
     let found = match effort {
         Effort::Decision => data.first_good(DECIDES),
         Effort::Fast => data.first_good(GOOD),
-        Effort::Full => data.best_refined(),
-    };
-    let found = found.map_err(|failed| data.diagnose(&failed))?;
+        Effort::Full => data.best_refined().map_err(|failed| data.diagnose(&failed)),
+    }?;
     Ok(CareSolution {
         x: Mat::from_fn(n, n, |i, j| found.x[(i, j)] / scale[i] / scale[j]),
         ..found
@@ -124,6 +123,9 @@ pub fn care_with(
 const GOOD: f64 = 1e-10;
 /// The same where only the existence of a solution is asked.
 const DECIDES: f64 = 1e-7;
+/// Share of its modulus by which an eigenvalue on the axis is off it for rounding: found are 1e-14 to 1e-12. A side of
+/// an H∞ problem whose level is 1e-9 above the smallest has them off by 1e-5.
+const ON_AXIS: f64 = 1e-11;
 /// Residual above which a candidate is no start for Newton's method, unless it stabilises.
 const USABLE: f64 = 1e-3;
 
@@ -176,10 +178,19 @@ impl Data {
         })
     }
 
-    fn first_good(&self, good: f64) -> Result<CareSolution, Vec<CareSolution>> {
+    fn first_good(&self, good: f64) -> Result<CareSolution, RiccatiError> {
         let mut failed = Vec::new();
         for road in 0..4 {
-            let Some(x) = self.road(road) else { continue };
+            let Some(x) = self.road(road) else {
+                // Doubling goes on for ever where an eigenvalue is on the axis, and no other road leads anywhere.
+                match self.nearest_the_axis().filter(|_| road == 0) {
+                    Some(v) if v.re.abs() <= ON_AXIS * v.norm() => {
+                        let omega_rad_s = v.im.abs();
+                        return Err(RiccatiError::AxisEigenvalue { omega_rad_s });
+                    }
+                    _ => continue,
+                }
+            };
             let mut found = self.candidate(x);
             if found.residual > good && found.residual < USABLE && found.closed_loop_max_real < 0.0
             {
@@ -195,7 +206,7 @@ impl Data {
             .iter()
             .filter(|c| c.residual < USABLE)
             .find_map(|c| self.refined(&c.x));
-        refined.ok_or(failed)
+        refined.ok_or_else(|| self.diagnose(&failed))
     }
 
     /// One Newton step in f64, kept when it helps.
@@ -305,18 +316,21 @@ impl Data {
         (found.closed_loop_max_real < 0.0).then_some(found)
     }
 
+    /// The eigenvalue of the Hamiltonian whose angle to the imaginary axis is the smallest; none when they fail.
+    fn nearest_the_axis(&self) -> Option<c64> {
+        let share = |v: &c64| v.re.abs() / v.norm().max(1e-300);
+        let values = eigenvalues(&self.hamiltonian()).ok()?;
+        values
+            .into_iter()
+            .min_by(|x, y| share(x).total_cmp(&share(y)))
+    }
+
     fn diagnose(&self, failed: &[CareSolution]) -> RiccatiError {
-        let h = self.hamiltonian();
         // Eigenvalues on the axis split by the square root of the rounding error.
         let tolerance = f64::EPSILON.sqrt() * 10.0;
-        let nearest = eigenvalues(&h).ok().and_then(|values| {
-            values.into_iter().min_by(|x: &c64, y: &c64| {
-                (x.re.abs() / x.norm().max(1e-300)).total_cmp(&(y.re.abs() / y.norm().max(1e-300)))
-            })
-        });
-        if let Some(v) = nearest
+        if let Some(v) = self.nearest_the_axis()
             && (v.re.abs() <= tolerance * v.norm()
-                || v.norm() <= f64::EPSILON.sqrt() * 1e-3 * h.norm_max())
+                || v.norm() <= f64::EPSILON.sqrt() * 1e-3 * self.hamiltonian().norm_max())
         {
             return RiccatiError::AxisEigenvalue {
                 omega_rad_s: v.im.abs(),

@@ -41,17 +41,22 @@ impl Search {
                     Ok(()) => SynthesisError::Regulator { which, source },
                 })
         };
-        let (k, f) = (
-            regulator(&control, "control")?,
-            regulator(&filter, "filter")?,
+        let (k, f) = rayon::join(
+            || regulator(&control, "control"),
+            || regulator(&filter, "filter"),
         );
+        let (k, f) = (k?, f?);
         if k.is_marginal(&control) || f.is_marginal(&filter) {
             explain(&control, &filter)?;
         }
         let regulators = coupling(&k.x, &f.x)?;
+        let (control_level, filter_level) = rayon::join(
+            || control.smallest_level(&k, LEVEL_TOL),
+            || filter.smallest_level(&f, LEVEL_TOL),
+        );
         Ok(Self {
-            control_level: control.smallest_level(&k, LEVEL_TOL)?,
-            filter_level: filter.smallest_level(&f, LEVEL_TOL)?,
+            control_level: control_level?,
+            filter_level: filter_level?,
             coupling_level: regulators.ratio.max(0.0).sqrt(),
             sizes: regulators.extremes,
             normal,
@@ -68,11 +73,11 @@ impl Search {
             return Ok(false);
         }
         let [control, filter] = sides;
-        // A side without a solution needs no other.
-        let Ok(x) = control.riccati(gamma, Effort::Decision) else {
-            return Ok(false);
-        };
-        let Ok(y) = filter.riccati(gamma, Effort::Decision) else {
+        let solutions = rayon::join(
+            || control.riccati(gamma, Effort::Decision),
+            || filter.riccati(gamma, Effort::Decision),
+        );
+        let (Ok(x), Ok(y)) = solutions else {
             return Ok(false);
         };
         let c = coupling(&x.x, &y.x)?;
@@ -104,9 +109,9 @@ impl Search {
     }
 
     pub(super) fn pair(&self, gamma: f64, effort: Effort) -> Result<Pair, SynthesisError> {
-        let solutions = (
-            self.control.riccati(gamma, effort),
-            self.filter.riccati(gamma, effort),
+        let solutions = rayon::join(
+            || self.control.riccati(gamma, effort),
+            || self.filter.riccati(gamma, effort),
         );
         let (Ok(x), Ok(y)) = solutions else {
             let nothing = Mat::zeros(0, 0);
