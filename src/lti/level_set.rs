@@ -4,6 +4,7 @@
 //! The lower bound is attained at a frequency; the upper bound is a level without a crossing.
 //! Eigenvalues near the axis are all taken as crossings: more of them cost an evaluation each and hide nothing.
 
+use super::line_maximum::LineMaximum;
 use crate::linalg::{Mat, NumericError, c64, eigenvalues};
 
 /// Peak with both bounds.
@@ -65,7 +66,9 @@ pub(crate) fn peak(
             try_at(2.0 * last, &mut best);
         }
         if best.lower <= before * (1.0 + rel_tol) {
-            climb(value, &mut best);
+            if best.lower > before {
+                climb(value, &mut best);
+            }
             best.upper = level.max(best.lower * (1.0 + rel_tol));
             return Ok(best);
         }
@@ -104,7 +107,7 @@ fn crossings(values: &[c64]) -> Vec<f64> {
     list
 }
 
-/// Golden-section climb round the best frequency, in a bracket that grows while the value rises.
+/// Climb round the best frequency, in a bracket that grows while the value rises.
 fn climb(value: &dyn Fn(f64) -> f64, best: &mut Peak) {
     let centre = best.omega_rad_s;
     if !(centre.is_finite() && centre > 0.0) {
@@ -120,15 +123,13 @@ fn climb(value: &dyn Fn(f64) -> f64, best: &mut Peak) {
         }
         step *= 2.0;
         if at_lo > best.lower {
+            (hi, at_hi) = (best.omega_rad_s, best.lower);
             (best.lower, best.omega_rad_s) = (at_lo, lo);
-            hi = lo + 0.5 * step;
-            at_hi = value(hi);
             lo -= step;
             at_lo = value(lo);
         } else {
+            (lo, at_lo) = (best.omega_rad_s, best.lower);
             (best.lower, best.omega_rad_s) = (at_hi, hi);
-            lo = hi - 0.5 * step;
-            at_lo = value(lo);
             hi += step;
             at_hi = value(hi);
         }
@@ -136,31 +137,12 @@ fn climb(value: &dyn Fn(f64) -> f64, best: &mut Peak) {
             return;
         }
     }
-    const GOLDEN: f64 = 0.381_966_011_250_105_1;
+    // The value is quadratic in the offset: a bracket of 1e-9 leaves nothing to gain.
+    let points = [(lo, at_lo), (best.omega_rad_s, best.lower), (hi, at_hi)];
+    let mut search = LineMaximum::new(points, 2.5e-10 * hi);
     for _ in 0..48 {
-        // The value is quadratic in the offset: a bracket of 1e-9 leaves nothing to gain.
-        if hi - lo <= 1e-9 * hi {
-            break;
-        }
-        let omega = best.omega_rad_s;
-        let right = hi - omega > omega - lo;
-        let probe = if right {
-            omega + GOLDEN * (hi - omega)
-        } else {
-            omega - GOLDEN * (omega - lo)
-        };
-        let v = value(probe);
-        if v > best.lower {
-            if right {
-                lo = omega;
-            } else {
-                hi = omega;
-            }
-            (best.lower, best.omega_rad_s) = (v, probe);
-        } else if right {
-            hi = probe;
-        } else {
-            lo = probe;
-        }
+        let Some(omega) = search.next() else { break };
+        search.add(omega, value(omega));
     }
+    (best.omega_rad_s, best.lower) = search.best();
 }

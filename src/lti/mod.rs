@@ -5,6 +5,7 @@ pub mod connect;
 pub mod delay;
 pub mod held;
 pub(crate) mod level_set;
+pub(crate) mod line_maximum;
 pub mod norm;
 pub(crate) mod responder;
 pub(crate) mod response;

@@ -10,6 +10,7 @@ use crate::augment::assembly::UncertainMode;
 use crate::augment::plane::isotropic;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64};
+use crate::lti::line_maximum::LineMaximum;
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::robust::mu::upper_bound;
 use crate::robust::structure::Scaling;
@@ -32,10 +33,9 @@ pub struct SpeedMu {
 const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
 /// Every so many lines the bound is optimised for its scaling, whatever its value.
 const STRIDE: usize = 6;
-/// Rounds of so many lines round the largest value: each divides the distance from a peak by three, and what is missed
-/// falls with its square, from [`BETWEEN_LINES`] to 7e-5.
-const ROUNDS: usize = 3;
-const FINER: usize = 6;
+/// Share of the distance of its neighbours to which the place of a peak is sought: what is missed falls with its square,
+/// from [`BETWEEN_LINES`] to 2e-5.
+const PLACE: f64 = 0.01;
 /// What the plain lines may miss of a peak: three lines to a half-power width show it to that share.
 const BETWEEN_LINES: f64 = 0.05;
 /// Peaks that are looked at more closely, the highest first.
@@ -173,53 +173,66 @@ impl<'a> PeakSearch<'a> {
         tops.truncate(MOST_TOPS);
         let refined: Result<Vec<(f64, f64)>, PipelineError> = tops
             .par_iter()
-            .map(|top| self.refined(*top, last))
+            .map(|top| self.refined(*top, &high, last))
             .collect();
         Ok(refined?.into_iter().fold(peak, larger))
     }
 
-    /// The largest bound round a line that is larger than its neighbours.
-    fn refined(&self, top: (f64, f64), last: f64) -> Result<(f64, f64), PipelineError> {
+    /// The largest bound round a line that is larger than its neighbours; `high` are the bounds known on lines.
+    fn refined(
+        &self,
+        top: (f64, f64),
+        high: &[(f64, f64)],
+        last: f64,
+    ) -> Result<(f64, f64), PipelineError> {
+        let (centre, side) = (top.1.abs(), usize::from(top.1 < 0.0));
+        let number = self.lines.partition_point(|w| *w < centre);
+        let line = |number: Option<usize>| number.and_then(|k| self.lines.get(k)).copied();
+        let below = line(number.checked_sub(1)).map_or(0.9 * centre, |w| w.max(0.9 * centre));
+        let above = line(Some(number + 1)).map_or(1.1 * centre, |w| w.min(1.1 * centre));
+        let known = |omega: f64| {
+            let found = high.iter().find(|value| value.1.abs() == omega);
+            (omega, found.map_or(f64::NEG_INFINITY, |value| value.0))
+        };
+        let above = above.min(last);
+        let points = [known(below), (centre, top.0), known(above)];
+        let mut search = LineMaximum::new(points, PLACE * (above - below));
         let mut peak = top;
-        let mut lines = self.lines.to_vec();
-        for _ in 0..ROUNDS {
-            // Once more between the neighbours of the largest.
-            let top = peak.1.abs();
-            let near = |from: f64, pick: fn(f64, f64) -> f64, side: &dyn Fn(&f64) -> bool| {
-                lines.iter().copied().filter(|w| side(w)).fold(from, pick)
-            };
-            let below = near(0.9 * top, f64::max, &|w| *w < top);
-            let above = near(last.min(1.1 * top), f64::min, &|w| *w > top);
-            lines = (0..FINER)
-                .map(|k| below + (above - below) * (k as f64 + 0.5) / FINER as f64)
-                .collect();
-            peak = self.above(&lines, peak.0)?.into_iter().fold(peak, larger);
+        while let Some(omega) = search.next() {
+            let mut least = [peak.0; 2];
+            least[side] = 0.0;
+            let found = self.bound(omega, least)?;
+            search.add(omega, found.map_or(f64::NAN, |found| found.0));
+            peak = found.into_iter().fold(peak, larger);
         }
         Ok(peak)
     }
 
-    /// Bounds on lines, with their signed frequencies, where they may exceed `least`. Any scaling gives a bound: where
-    /// that of the nearest guide is below `least` already, the optimum is, too.
+    /// Bounds on lines, with their signed frequencies, where they may exceed `least`.
     fn above(&self, lines: &[f64], least: f64) -> Result<Vec<(f64, f64)>, PipelineError> {
         let found: Result<Vec<Option<(f64, f64)>>, PipelineError> = lines
             .par_iter()
-            .map(|omega| {
-                let after = self.guides.partition_point(|k| self.lines[*k] < *omega);
-                let guide = self.guided.get(after).or(self.guided.last());
-                let mut largest: Option<(f64, f64)> = None;
-                let both = self.rotating.at(*omega);
-                for (side, (m, blocks)) in both.into_iter().enumerate() {
-                    if guide.is_some_and(|g| g[side].1.bound(&m) <= least) {
-                        continue;
-                    }
-                    let (upper, _) = upper_bound(&m, &blocks).map_err(PipelineError::mu(STAGE))?;
-                    if largest.is_none_or(|l| upper > l.0) {
-                        largest = Some((upper, SIGNS[side] * omega));
-                    }
-                }
-                Ok(largest)
-            })
+            .map(|omega| self.bound(*omega, [least; 2]))
             .collect();
         Ok(found?.into_iter().flatten().collect())
+    }
+
+    /// The larger bound at a frequency, with its sign, of those forwards and backwards that may exceed `least`. Any
+    /// scaling gives a bound: where that of the nearest guide is below `least` already, the optimum is, too.
+    fn bound(&self, omega: f64, least: [f64; 2]) -> Result<Option<(f64, f64)>, PipelineError> {
+        let after = self.guides.partition_point(|k| self.lines[*k] < omega);
+        let guide = self.guided.get(after).or(self.guided.last());
+        let mut largest: Option<(f64, f64)> = None;
+        let both = self.rotating.at(omega);
+        for (side, (m, blocks)) in both.into_iter().enumerate() {
+            if guide.is_some_and(|g| g[side].1.bound(&m) <= least[side]) {
+                continue;
+            }
+            let (upper, _) = upper_bound(&m, &blocks).map_err(PipelineError::mu(STAGE))?;
+            if largest.is_none_or(|l| upper > l.0) {
+                largest = Some((upper, SIGNS[side] * omega));
+            }
+        }
+        Ok(largest)
     }
 }

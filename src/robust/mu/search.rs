@@ -1,4 +1,4 @@
-//! The largest upper bound of μ over frequency, by branch and bound on the grid and golden section between its points.
+//! The largest upper bound of μ over frequency, by branch and bound on the grid and a line search between its points.
 //!
 //! Every scaling bounds μ at every frequency. A few points are optimised first; at the others the scaling of the
 //! nearest optimised ones is evaluated, which costs a hundredth of an optimum, and only points whose bound is above the
@@ -7,6 +7,7 @@
 
 use super::system::{MuPoint, MuSystem};
 use crate::linalg::{Mat, c64};
+use crate::lti::line_maximum::LineMaximum;
 use crate::robust::structure::{MuError, Scaling};
 use rayon::prelude::*;
 
@@ -24,11 +25,11 @@ pub(super) struct Found {
 pub(super) const STRIDE: usize = 6;
 /// Points optimised between two prunings; fixed, so that the answer does not depend on the number of threads.
 const BATCH: usize = 4;
-/// Frequencies between two neighbours at which a frozen scaling is asked whether golden section may pay.
+/// Frequencies between two neighbours at which a frozen scaling is asked whether a line search may pay.
 const LOOKS: usize = 6;
-/// A golden section ends when its interval has shrunk by this factor: a smooth peak is then known to 1e-8 of its
-/// height.
-const SHRINK: f64 = 1e-4;
+/// The place of a peak is sought to this share of the distance of its neighbours: a smooth peak is then known to 1e-8 of
+/// its height.
+const PLACE: f64 = 1e-4;
 
 /// Searches the grid of the system and between its points; every `stride`-th point is optimised whatever its value.
 pub(super) fn search(system: &MuSystem, stride: usize) -> Result<Found, MuError> {
@@ -139,7 +140,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// Golden section round the local maxima that may be the largest.
+    /// A line search round each of the local maxima that may be the largest.
     fn refined(self) -> Result<Found, MuError> {
         let points: Vec<MuPoint> = self.points.into_iter().flatten().collect();
         let largest = points.iter().map(|p| p.upper).fold(0.0, f64::max);
@@ -154,23 +155,22 @@ impl Sweep<'_> {
             })
             .collect();
         maxima.sort_by(|a, b| points[*b].upper.total_cmp(&points[*a].upper));
-        let ends = |k: usize| {
-            let last = points.len() - 1;
-            let lo = points[k.saturating_sub(1)].omega_rad_s;
-            (lo, points[(k + 1).min(last)].omega_rad_s)
-        };
+        let last = points.len() - 1;
+        let beside =
+            |k: usize| [k.saturating_sub(1), k, (k + 1).min(last)].map(|near| &points[near]);
         let Some(first) = maxima.first().copied() else {
             return Err(MuError::EmptyBlock { block: 0 });
         };
-        let mut best = golden(self.system, &points[first], ends(first))?;
+        let mut best = climb(self.system, beside(first))?;
         let may_pay = |k: &usize| {
-            let (lo, hi) = ends(*k);
-            exceeds(self.system, &points[*k].scaling, (lo, hi), best.upper)
+            let [below, point, above] = beside(*k);
+            let ends = (below.omega_rad_s, above.omega_rad_s);
+            exceeds(self.system, &point.scaling, ends, best.upper)
         };
         let open: Vec<usize> = maxima[1..].par_iter().copied().filter(may_pay).collect();
         let refined: Result<Vec<MuPoint>, MuError> = open
             .par_iter()
-            .map(|k| golden(self.system, &points[*k], ends(*k)))
+            .map(|k| climb(self.system, beside(*k)))
             .collect();
         for point in refined? {
             if point.upper > best.upper {
@@ -199,33 +199,22 @@ fn exceeds(system: &MuSystem, scaling: &Scaling, (lo, hi): (f64, f64), level: f6
     })
 }
 
-/// Golden section for a maximum between two frequencies round a point; the point may have a bound above its optimum.
-fn golden(system: &MuSystem, middle: &MuPoint, (lo, hi): (f64, f64)) -> Result<MuPoint, MuError> {
+/// The largest bound between the neighbours of a point; the point may have a bound above its optimum.
+fn climb(system: &MuSystem, [below, middle, above]: [&MuPoint; 3]) -> Result<MuPoint, MuError> {
     let mut best = system.point(middle.omega_rad_s)?;
-    if !hi.is_finite() || hi <= lo {
+    let width = above.omega_rad_s - below.omega_rad_s;
+    if !width.is_finite() || width <= 0.0 {
         return Ok(best);
     }
-    let ratio = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = (lo, hi);
-    let mut c = system.point(b - ratio * (b - a))?;
-    let mut d = system.point(a + ratio * (b - a))?;
-    loop {
-        for p in [&c, &d] {
-            if p.upper > best.upper {
-                best = p.clone();
-            }
-        }
-        if b - a <= SHRINK * (hi - lo) {
-            return Ok(best);
-        }
-        if c.upper > d.upper {
-            b = d.omega_rad_s;
-            d = c;
-            c = system.point(b - ratio * (b - a))?;
-        } else {
-            a = c.omega_rad_s;
-            c = d;
-            d = system.point(a + ratio * (b - a))?;
+    // A bound of a frozen scaling may be above what is optimal here.
+    let at = |point: &MuPoint| (point.omega_rad_s, point.upper.min(best.upper));
+    let mut search = LineMaximum::new([at(below), at(&best), at(above)], 0.25 * PLACE * width);
+    while let Some(omega) = search.next() {
+        let point = system.point(omega)?;
+        search.add(omega, point.upper);
+        if point.upper > best.upper {
+            best = point;
         }
     }
+    Ok(best)
 }
