@@ -33,8 +33,8 @@ pub struct SpeedMu {
 const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
 /// Every so many lines the bound is optimised for its scaling, whatever its value.
 const STRIDE: usize = 6;
-/// Share of the distance of its neighbours to which the place of a peak is sought: what is missed falls with its square,
-/// from [`BETWEEN_LINES`] to 2e-5.
+/// Share of the distance of its neighbours to which the place of a peak is sought: what is missed falls with its
+/// square, from [`BETWEEN_LINES`] to 2e-5.
 const PLACE: f64 = 0.01;
 /// What the plain lines may miss of a peak: three lines to a half-power width show it to that share.
 const BETWEEN_LINES: f64 = 0.05;

@@ -27,8 +27,8 @@ pub(super) const STRIDE: usize = 6;
 const BATCH: usize = 4;
 /// Frequencies between two neighbours at which a frozen scaling is asked whether a line search may pay.
 const LOOKS: usize = 6;
-/// The place of a peak is sought to this share of the distance of its neighbours: a smooth peak is then known to 1e-8 of
-/// its height.
+/// The place of a peak is sought to this share of the distance of its neighbours: a smooth peak is then known to 1e-8
+/// of its height.
 const PLACE: f64 = 1e-4;
 
 /// Searches the grid of the system and between its points; every `stride`-th point is optimised whatever its value.
