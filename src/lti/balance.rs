@@ -67,25 +67,26 @@ pub fn frequency_weighted_balance(
     let (stable, kept) = split(system)?;
     // The factor of the states of K in the gramian of the cascade; its rows are what the cascade adds.
     let n = stable.order();
-    let reach = match input_weight {
-        None => reachability_factor(&stable.a, &stable.b)?.rounded(),
-        Some(w) => {
-            // series() puts the states of its first system first: K comes last.
-            let cascade = series(w, &stable)?;
-            let factor = reachability_factor(&cascade.a, &cascade.b)?.rounded();
-            factor
-                .submatrix(w.order(), 0, n, cascade.order())
-                .to_owned()
-        }
+    let reach = || -> Result<Mat<f64>, NumericError> {
+        let Some(w) = input_weight else {
+            return Ok(reachability_factor(&stable.a, &stable.b)?.rounded());
+        };
+        // series() puts the states of its first system first: K comes last.
+        let cascade = series(w, &stable)?;
+        let factor = reachability_factor(&cascade.a, &cascade.b)?.rounded();
+        let own = factor.submatrix(w.order(), 0, n, cascade.order());
+        Ok(own.to_owned())
     };
-    let observe = match output_weight {
-        None => observability_factor(&stable.a, &stable.c)?.rounded(),
-        Some(w) => {
-            let cascade = series(&stable, w)?;
-            let factor = observability_factor(&cascade.a, &cascade.c)?.rounded();
-            factor.submatrix(0, 0, n, cascade.order()).to_owned()
-        }
+    let observe = || -> Result<Mat<f64>, NumericError> {
+        let Some(w) = output_weight else {
+            return Ok(observability_factor(&stable.a, &stable.c)?.rounded());
+        };
+        let cascade = series(&stable, w)?;
+        let factor = observability_factor(&cascade.a, &cascade.c)?.rounded();
+        Ok(factor.submatrix(0, 0, n, cascade.order()).to_owned())
     };
+    let (reach, observe) = rayon::join(reach, observe);
+    let (reach, observe) = (reach?, observe?);
     Ok(Balancing::from_factors(
         stable,
         kept,

@@ -21,13 +21,14 @@ pub(crate) struct Peak {
 /// Level steps allowed; convergence is quadratic, five are usual.
 const STEPS: usize = 60;
 
-/// Peak of `value` (0 ≤ ω ≤ ∞) starting from `seeds`; `hamiltonian` gives H(γ), or none when the level is singular.
+/// Peak of `value` (0 ≤ ω ≤ ∞) starting from `seeds`, places with their values; `hamiltonian` gives H(γ), or none when the
+/// level is singular.
 ///
 /// # Errors
 /// [`NumericError`] when eigenvalues fail, the value is not finite at a seed, or the levels do not settle.
 pub(crate) fn peak(
     value: &dyn Fn(f64) -> f64,
-    seeds: &[f64],
+    seeds: &[(f64, f64)],
     floor: f64,
     hamiltonian: &dyn Fn(f64) -> Result<Mat<f64>, NumericError>,
     rel_tol: f64,
@@ -37,16 +38,16 @@ pub(crate) fn peak(
         omega_rad_s: 0.0,
         upper: f64::INFINITY,
     };
-    let try_at = |omega: f64, best: &mut Peak| {
-        let v = value(omega);
+    let take = |(omega, v): (f64, f64), best: &mut Peak| {
         if v > best.lower {
             best.lower = v;
             best.omega_rad_s = omega;
         }
     };
-    for omega in seeds.iter().copied().chain([0.0, f64::INFINITY]) {
-        try_at(omega, &mut best);
+    for seed in seeds {
+        take(*seed, &mut best);
     }
+    let try_at = |omega: f64, best: &mut Peak| take((omega, value(omega)), best);
     for _ in 0..STEPS {
         // Local climb first: a level at the top of the known peak leaves only other peaks to find.
         climb(value, &mut best);

@@ -149,6 +149,12 @@ pub fn seeds(poles: &[c64]) -> Vec<f64> {
     list
 }
 
+/// The frequencies of [`seeds`], zero and infinity, with their values.
+pub(crate) fn places(poles: &[c64], value: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    let list = seeds(poles).into_iter().chain([0.0, f64::INFINITY]);
+    list.map(|omega| (omega, value(omega))).collect()
+}
+
 fn linf_norm_with(
     system: &StateSpace<Continuous>,
     poles: &[c64],
@@ -179,7 +185,7 @@ fn linf_norm_with(
     }
     let found = peak(
         &value,
-        &seeds(poles),
+        &places(poles, &value),
         floor,
         &|g| hamiltonian(&s, g),
         rel_tol,

@@ -180,10 +180,12 @@ pub fn design(
         emulated,
         rounds,
     } = synthesise_for_machine(machine, weights, settings, progress)?;
-    let d_scales = d_scales(&problems, &scales, &outcome)?;
-    progress(Event::Stage("D-scales over frequency"));
-    let full_stage = stage("full order", &problems, &full, None)?;
-    progress(Event::Stage("certificates of full order"));
+    let (d_scales, full_stage) = rayon::join(
+        || d_scales(&problems, &scales, &outcome),
+        || stage("full order", &problems, &full, None),
+    );
+    let (d_scales, full_stage) = (d_scales?, full_stage?);
+    progress(Event::Stage("D-scales and certificates of full order"));
     let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
     let (reduced, orders_tried) = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
     progress(Event::Stage("reduction"));

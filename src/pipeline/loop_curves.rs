@@ -7,6 +7,7 @@ use crate::controller::Controller;
 use crate::predict::loop_shape::{LoopShape, unbalance_response};
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Speeds of the unbalance response: 2 % of the top speed apart.
@@ -119,18 +120,23 @@ fn whirl_lines(machine: &Machine) -> Result<Vec<WhirlLine>, PipelineError> {
     // The rigid-body modes of the free rotor stay far below half its first bending mode.
     let bending = PlanarModes::new(&rotor).map_err(SpindleError::from)?;
     let lowest = 0.5 * TAU * bending.flexible_hz().first().copied().unwrap_or_default();
+    let speeds: Vec<f64> = (1..=WHIRL_SPEEDS)
+        .map(|k| top * k as f64 / WHIRL_SPEEDS as f64)
+        .collect();
+    let spectra: Result<Vec<_>, SpindleError> = speeds
+        .par_iter()
+        .map(|rpm| machine.whirl(rpm * TAU / 60.0, WHIRL_TO_HZ))
+        .collect();
     let mut lines: Vec<WhirlLine> = vec![];
-    for k in 1..=WHIRL_SPEEDS {
-        let rpm = top * k as f64 / WHIRL_SPEEDS as f64;
-        let found = machine.whirl(rpm * TAU / 60.0, WHIRL_TO_HZ)?;
+    for (before, (rpm, found)) in speeds.iter().zip(spectra?).enumerate() {
         for sense in [-1i8, 1] {
             let whirling = found.modes.iter().filter(|m| m.whirl as i8 == sense);
             for mode in whirling.filter(|m| m.natural_rad_s > lowest) {
                 // Modes come in ascending order: each goes to the first line that has none at this speed yet.
-                let open = |l: &WhirlLine| l.whirl == sense && l.speed_rpm.len() == k - 1;
+                let open = |l: &WhirlLine| l.whirl == sense && l.speed_rpm.len() == before;
                 let at = match lines.iter().position(open) {
                     Some(at) => at,
-                    None if k == 1 => {
+                    None if before == 0 => {
                         lines.push(WhirlLine {
                             whirl: sense,
                             speed_rpm: vec![],
@@ -140,7 +146,7 @@ fn whirl_lines(machine: &Machine) -> Result<Vec<WhirlLine>, PipelineError> {
                     }
                     None => break,
                 };
-                lines[at].speed_rpm.push(rpm);
+                lines[at].speed_rpm.push(*rpm);
                 lines[at].frequency_hz.push(mode.natural_rad_s / TAU);
             }
         }

@@ -19,6 +19,7 @@ use crate::pid::settings::TuneSettings;
 use crate::pid::tune::{found_or_reason, textbook, tune};
 use crate::spindle::Machine;
 use crate::update::{Targets, UpdateSettings, UpdatedMachine, gauss_newton, nelder_mead};
+use rayon::prelude::*;
 
 /// What a run is given.
 #[derive(Clone, Copy, Debug)]
@@ -283,7 +284,7 @@ pub(crate) fn by_arithmetic(
     machine: &Machine,
     design: &Design,
 ) -> Result<Vec<Prediction>, PipelineError> {
-    let each = design.delivery.arithmetic.iter();
+    let each = design.delivery.arithmetic.par_iter();
     // One of them is delivered.
     let at_rest = |controller: &Controller| match design.judged_with(controller) {
         Some([rest, _]) => Ok(rest),

@@ -32,7 +32,7 @@ pub struct SpeedMu {
 /// Speeds over the top speed.
 const SPEEDS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.2];
 /// Every so many lines the bound is optimised for its scaling, whatever its value.
-const STRIDE: usize = 6;
+const STRIDE: usize = 12;
 /// Share of the distance of its neighbours to which the place of a peak is sought: what is missed falls with its
 /// square, from [`BETWEEN_LINES`] to 2e-5.
 const PLACE: f64 = 0.01;

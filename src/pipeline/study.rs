@@ -99,7 +99,6 @@ pub(crate) fn study(
         false => None,
     };
     let delivered = delivered(machine, &found)?;
-    let arithmetic = by_arithmetic(machine, &found)?;
     let as_written = match questions.tightening {
         Some(asked) => {
             let design = design_in_words(machine, written, settings, progress)?;
@@ -129,7 +128,11 @@ pub(crate) fn study(
         }
         false => None,
     };
-    let curves = LoopCurves::of(machine, &found.delivery.controller, &delivered[0])?;
+    let (arithmetic, curves) = rayon::join(
+        || by_arithmetic(machine, &found),
+        || LoopCurves::of(machine, &found.delivery.controller, &delivered[0]),
+    );
+    let (arithmetic, curves) = (arithmetic?, curves?);
     Ok(Study {
         design: found,
         weights,

@@ -8,7 +8,7 @@ use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, outer, row_times, times};
 use super::responses::SpecificationLine;
 use crate::linalg::{Mat, c64};
-use crate::robust::mu::dscale::optimal;
+use crate::robust::mu::dscale::settled;
 use crate::robust::structure::Structure;
 
 /// Largest singular value and Q of its logarithm.
@@ -37,7 +37,7 @@ pub(super) fn best_scales(
     r: &Matrix2,
     structure: &Structure,
 ) -> Vec<f64> {
-    optimal(&closed(line, r), structure).d
+    settled(&closed(line, r), structure).d
 }
 
 /// The bound at a line with these scales of the modal channels; S = (I − G K)⁻¹, S_u = (I − K G)⁻¹ of the loop, R = K

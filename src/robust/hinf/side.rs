@@ -15,7 +15,7 @@ use crate::linalg::{
 };
 use crate::lti::connect::stack_cols;
 use crate::lti::level_set::{Peak, peak};
-use crate::lti::norm::seeds;
+use crate::lti::norm::places;
 use crate::lti::{Continuous, FrequencyResponder, StateSpace};
 
 /// One side of the problem.
@@ -210,11 +210,8 @@ impl Side {
         let floor = 1e-11
             * (max_singular_value(&self.d11)
                 + self.b1.norm_l2() * self.c1.norm_l2() / self.a.norm_l2().max(1e-300));
-        let places = seeds(&poles);
-        let found = places
-            .iter()
-            .map(|w| value(*w))
-            .fold(at_infinity.max(value(0.0)), f64::max);
+        let places = places(&poles, &value);
+        let found = places.iter().map(|place| place.1).fold(0.0, f64::max);
         if found <= floor {
             return Ok(nothing);
         }

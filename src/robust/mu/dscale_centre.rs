@@ -20,10 +20,24 @@ pub(crate) struct Centre {
     pub at_least: f64,
     /// Newton steps taken.
     pub steps: usize,
+    /// Whether the end that was asked for is reached; rounding may end the method before.
+    pub ended: bool,
+}
+
+/// Where the method ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// Where the certificate says that the bound is within [`GAP`].
+    Proven,
+    /// Where the tangent of the path says that it falls by no more than [`SETTLED`].
+    Settled,
 }
 
 /// Relative width of β at which the method ends: half of it in the bound, far below the 1e-4 asked of one.
 const GAP: f64 = 1e-8;
+/// Fall along the tangent, relative to β, at which a scale is settled. What is left of β was 3.2 times as much at most on
+/// 60 000 matrices of four machines: 2e-7 of the bound, of which 1e-4 is asked.
+const SETTLED: f64 = 1e-7;
 /// Newton steps in all; 12 to 40 are usual.
 const MAX_STEPS: usize = 250;
 /// Start of β over σ_max² = 1, so that x = 1 is strictly inside.
@@ -32,17 +46,20 @@ const START: f64 = 1.05;
 const NEAR: f64 = 0.9;
 /// Below this decrement the next fall is bolder.
 const CENTRED: f64 = 0.4;
+/// Share of what the slope promises that a step towards the centre has to lower −log det S.
+const LOWERED: f64 = 0.1;
 /// Share of the distance to the boundary that is always left: of the order of the error of its estimate.
 const LEFT: f64 = 3e-3;
 
 /// Centres of a matrix with σ_max = 1 for its blocks, from x = 1.
-pub(crate) fn centres(m: &Planar, blocks: &[BlockRange]) -> Centre {
+pub(crate) fn centres(m: &Planar, blocks: &[BlockRange], until: End) -> Centre {
     let n = blocks.len();
     let mut work = Work::new(m, blocks);
     let mut end = Centre {
         x: vec![1.0; n],
         at_least: 0.0,
         steps: 0,
+        ended: false,
     };
     let (mut level, mut left) = (START, 0.1);
     if !work.factor(&end.x, level) {
@@ -55,15 +72,25 @@ pub(crate) fn centres(m: &Planar, blocks: &[BlockRange]) -> Centre {
             break;
         };
         end.at_least = end.at_least.max(step.at_least);
-        if level - end.at_least <= GAP * level {
+        let settled = step.decrement < NEAR && step.distance <= SETTLED * level;
+        end.ended = match until {
+            End::Proven => level - end.at_least <= GAP * level,
+            End::Settled => settled,
+        };
+        if end.ended {
             break;
         }
+        // A full step is safe below a decrement of one.
+        let far = step.decrement >= NEAR;
+        let here = if far { work.barrier() } else { 0.0 };
         let mut try_step = |length: f64, fall: f64| {
             let moved = (0..n).map(|k| end.x[k] + length * step.own[k] + fall * step.tangent[k]);
             let x: Vec<f64> = moved.collect();
             let inside = x.iter().all(|v| *v > 0.0);
             let inside = inside && work.factor(&x, level - fall);
-            inside.then_some((x, level - fall))
+            let promised = length * step.decrement * step.decrement;
+            let lowered = !far || work.barrier() <= here - LOWERED * promised;
+            (inside && lowered).then_some((x, level - fall))
         };
         let mut next = None;
         if step.decrement < NEAR {
@@ -82,11 +109,7 @@ pub(crate) fn centres(m: &Planar, blocks: &[BlockRange]) -> Centre {
             }
             left = if next.is_none() { 0.2 } else { left };
         }
-        let mut length = if step.decrement < NEAR {
-            1.0
-        } else {
-            1.0 / (1.0 + step.decrement)
-        };
+        let mut length = 1.0;
         while next.is_none() && length > 1e-8 {
             next = try_step(length, 0.0);
             length *= 0.5;
@@ -165,6 +188,12 @@ impl<'a> Work<'a> {
             }
         }
         self.s.cholesky()
+    }
+
+    /// −log det S, after `factor`.
+    fn barrier(&self) -> f64 {
+        let diagonal = (0..self.m.cols()).map(|i| self.s.at(i, i).0.ln());
+        -2.0 * diagonal.sum::<f64>()
     }
 
     /// G, MG and MGMᴴ from the factor of S.

@@ -155,12 +155,12 @@ fn irreducible(m: &Mat<c64>, structure: &Structure) -> Result<Scaling, MuError> 
         return Ok(Scaling::identity(structure));
     }
     if structure.spans.iter().all(Span::has_scalar_scaling) {
-        let end = dscale::optimal(m, structure);
+        let end = dscale::settled(m, structure);
         return Ok(Scaling::diagonal(structure, &end.d));
     }
     // A diagonal D that ignores repetition and realness is the start.
     let split = reduction::split_scalars(structure);
-    let end = dscale::optimal(m, &split);
+    let end = dscale::settled(m, &split);
     let start = Scaling::diagonal(&split, &end.d);
     Ok(mixed::optimal(m, structure, start)?)
 }

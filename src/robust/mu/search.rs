@@ -22,7 +22,7 @@ pub(super) struct Found {
 }
 
 /// Stride that leaves most of the grid to the scalings of neighbours.
-pub(super) const STRIDE: usize = 6;
+pub(super) const STRIDE: usize = 12;
 /// Points optimised between two prunings; fixed, so that the answer does not depend on the number of threads.
 const BATCH: usize = 4;
 /// Frequencies between two neighbours at which a frozen scaling is asked whether a line search may pay.
