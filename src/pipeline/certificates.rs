@@ -87,24 +87,38 @@ pub struct DScaleCurve {
     pub used: Vec<f64>,
 }
 
-/// μ of the three problems with a controller of scaled signals; `known` is the certified peak of the specification,
-/// where there is one.
+/// What is known of a [`Stage`] already.
+#[derive(Clone, Copy, Default)]
+pub(super) struct KnownStage {
+    /// Certified peak of the specification.
+    pub(super) specification: Option<PeakFigures>,
+    /// Largest bound found on the synthesis problem.
+    pub(super) synthesis: Option<f64>,
+}
+
+/// μ of the three problems with a controller of scaled signals.
 pub(super) fn stage(
     name: &'static str,
     problems: &Problems,
     controller: &StateSpace<Continuous>,
-    known: Option<PeakFigures>,
+    known: KnownStage,
 ) -> Result<Stage, PipelineError> {
     let certificate =
         |plant: &GeneralizedPlant| certified(name, plant, controller, problems.period_s);
     let ((specification, covered), synthesis) = rayon::join(
         || {
             rayon::join(
-                || known.map_or_else(|| certificate(&problems.specification), Ok),
+                || match known.specification {
+                    Some(peak) => Ok(peak),
+                    None => certificate(&problems.specification),
+                },
                 || certificate(&problems.covered),
             )
         },
-        || attained(&problems.synthesis, controller),
+        || match known.synthesis {
+            Some(mu) => Ok(Some(mu)),
+            None => attained(&problems.synthesis, controller),
+        },
     );
     Ok(Stage {
         order: controller.order(),

@@ -2,7 +2,7 @@
 //! machine, stability over speed, arithmetics.
 
 use super::PipelineError;
-use super::certificates::{PeakFigures, Stage, attained, mu_curve, stage};
+use super::certificates::{KnownStage, PeakFigures, Stage, attained, mu_curve, stage};
 use super::overspeed::{OVERSPEED, OVERSPEEDS};
 use super::problems::Problems;
 use super::speed_mu::{SpeedMu, mu_at_speed, mu_over_speed};
@@ -175,7 +175,11 @@ impl Candidate {
         let (known_at_rest, known_over_speed) = known.map_or((None, vec![]), |known| {
             (Some(known.at_rest), known.over_speed)
         });
-        let at_rest = || stage("rounded", problems, plane, known_at_rest);
+        let known = KnownStage {
+            specification: known_at_rest,
+            synthesis: None,
+        };
+        let at_rest = || stage("rounded", problems, plane, known);
         let over_speed = || {
             let (aim, modes) = (&problems.aim, &problems.covered_modes);
             let written = &problems.written_modes;

@@ -8,7 +8,7 @@
 //! discretisation.
 
 use super::PipelineError;
-use super::certificates::{DScaleCurve, Stage, d_scales, stage};
+use super::certificates::{DScaleCurve, KnownStage, Stage, d_scales, stage};
 use super::comparison::Prediction;
 use super::delivery::{Candidate, Delivery, Realised, plane_of_law, scaled_plane};
 use super::emulation::Emulated;
@@ -17,7 +17,7 @@ use super::polishing::{PolishOutcome, polished};
 use super::problems::Problems;
 use super::progress::{Event, Listener};
 use super::real_corners::largest_at_corners;
-use super::reduction::reduce;
+use super::reduction::{Reduced, reduce};
 use super::settings::DesignSettings;
 use super::specification_scale::{SpecificationScale, specification_scale};
 use super::stable::OwnStability;
@@ -177,19 +177,28 @@ pub fn design(
         outcome,
         own_stability,
         full,
+        synthesis,
         emulated,
         rounds,
     } = synthesise_for_machine(machine, weights, settings, progress)?;
+    let known = |synthesis: f64| KnownStage {
+        synthesis: Some(synthesis),
+        ..KnownStage::default()
+    };
     let (d_scales, full_stage) = rayon::join(
         || d_scales(&problems, &scales, &outcome),
-        || stage("full order", &problems, &full, None),
+        || stage("full order", &problems, &full, known(synthesis)),
     );
     let (d_scales, full_stage) = (d_scales?, full_stage?);
     progress(Event::Stage("D-scales and certificates of full order"));
     let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
-    let (reduced, orders_tried) = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
+    let Reduced {
+        controller: reduced,
+        synthesis,
+        tried: orders_tried,
+    } = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
     progress(Event::Stage("reduction"));
-    let reduced_stage = stage("reduced order", &problems, &reduced, None)?;
+    let reduced_stage = stage("reduced order", &problems, &reduced, known(synthesis))?;
     progress(Event::Stage("certificates of reduced order"));
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(&reduced);

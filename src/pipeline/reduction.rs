@@ -8,6 +8,16 @@ use crate::lti::connect::lower_lft;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::prescale::scaled;
 
+/// A controller of lower order.
+pub(super) struct Reduced {
+    /// The controller, or the one of full order where no cut keeps μ within the limit.
+    pub(super) controller: StateSpace<Continuous>,
+    /// Largest bound of μ found on the synthesis problem.
+    pub(super) synthesis: f64,
+    /// Orders with that μ, as they were tried.
+    pub(super) tried: Vec<(usize, f64)>,
+}
+
 /// Lowest order whose μ on the synthesis problem stays within budget and whose loop is stable.
 ///
 /// Balanced truncation of K, weighted by the effect of a change of K on the loop: F_l(P, K + ΔK) − F_l(P, K) = N₁₂ ΔK
@@ -18,7 +28,7 @@ pub(super) fn reduce(
     full: &StateSpace<Continuous>,
     at_full: &Stage,
     limit: f64,
-) -> Result<(StateSpace<Continuous>, Vec<(usize, f64)>), PipelineError> {
+) -> Result<Reduced, PipelineError> {
     let numeric = || PipelineError::numeric(STAGE);
     let balancing = loop_balancing(problems, scales, full)?;
     // Truncation must not add an unstable pole.
@@ -37,12 +47,20 @@ pub(super) fn reduce(
             tried.push((order, mu));
             if mu <= limit {
                 tried.push((full.order(), at_full.synthesis));
-                return Ok((candidate, tried));
+                return Ok(Reduced {
+                    controller: candidate,
+                    synthesis: mu,
+                    tried,
+                });
             }
         }
     }
     tried.push((full.order(), at_full.synthesis));
-    Ok((full.clone(), tried))
+    Ok(Reduced {
+        controller: full.clone(),
+        synthesis: at_full.synthesis,
+        tried,
+    })
 }
 
 const STAGE: &str = "reduction";

@@ -225,7 +225,7 @@ impl<'a> PeakSearch<'a> {
         let mut largest: Option<(f64, f64)> = None;
         let both = self.rotating.at(omega);
         for (side, (m, blocks)) in both.into_iter().enumerate() {
-            if guide.is_some_and(|g| g[side].1.bound(&m) <= least[side]) {
+            if guide.is_some_and(|g| g[side].1.bound_from(&m, least[side]) <= least[side]) {
                 continue;
             }
             let (upper, _) = upper_bound(&m, &blocks).map_err(PipelineError::mu(STAGE))?;

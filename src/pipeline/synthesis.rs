@@ -5,7 +5,7 @@
 //! already, with a target lower by the excess. The controller with the lowest μ of the whole machine is taken.
 
 use super::PipelineError;
-use super::certificates::{attained_at, true_frequency_hz};
+use super::certificates::{attained, attained_at, true_frequency_hz};
 use super::emulation::{Emulated, sampled_by_tustin};
 use super::posing::pose_again;
 use super::problems::{Problems, generalized};
@@ -42,6 +42,8 @@ pub(super) struct Synthesised {
     pub(super) outcome: DkOutcome,
     pub(super) own_stability: OwnStability,
     pub(super) full: StateSpace<Continuous>,
+    /// Largest bound of μ found on the synthesis problem; infinite for an unstable loop.
+    pub(super) synthesis: f64,
     pub(super) emulated: Option<Emulated>,
     pub(super) rounds: Vec<Round>,
 }
@@ -80,8 +82,7 @@ pub(super) fn synthesise_for_machine(
         let round = Round {
             synthesis_modes: problems.synthesis_modes,
             gamma_target: settings.gamma_target,
-            synthesis: attained_at(&problems.synthesis, &found.full)?
-                .map_or(f64::INFINITY, |p| p.0),
+            synthesis: found.synthesis,
             whole_machine: mu,
             frequency_hz: true_frequency_hz(omega, problems.period_s),
         };
@@ -189,12 +190,14 @@ fn synthesise_once(
             (sampled, Some(emulated))
         }
     };
+    let synthesis = attained(&problems.synthesis, &full)?.unwrap_or(f64::INFINITY);
     Ok(Synthesised {
         problems,
         scales,
         outcome,
         own_stability,
         full,
+        synthesis,
         emulated,
         rounds: vec![],
     })

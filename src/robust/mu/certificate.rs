@@ -125,7 +125,9 @@ impl Sweep<'_> {
     /// End of the interval from `from` on in which the scaling keeps the bound below the level; `None` when it is not
     /// below at `from`.
     fn reach(&self, scaling: &Scaling, from: f64, level: f64) -> Result<Option<f64>, MuError> {
-        let below = |omega: f64| scaling.bound(&self.system.response(omega)) < level;
+        // The norm is never below the bound: just under the level it is enough.
+        let enough = level * (1.0 - f64::EPSILON);
+        let below = |omega: f64| scaling.bound_from(&self.system.response(omega), enough) < level;
         if !below(from) {
             return Ok(None);
         }

@@ -27,6 +27,11 @@ pub(super) const STRIDE: usize = 12;
 const BATCH: usize = 4;
 /// Frequencies between two neighbours at which a frozen scaling is asked whether a line search may pay.
 const LOOKS: usize = 6;
+/// Local maxima below this share of the largest are no candidates: a peak between two points of this density rises by a
+/// few percent at most.
+const HIGH: f64 = 0.9;
+/// Share of the largest below which a bound needs not be sharp.
+const FAR: f64 = 0.8;
 /// The place of a peak is sought to this share of the distance of its neighbours: a smooth peak is then known to 1e-8
 /// of its height.
 const PLACE: f64 = 1e-4;
@@ -104,6 +109,7 @@ impl Sweep<'_> {
 
     /// Lowers the bounds of points by the scalings of the nearest of `guides` on each side.
     fn freeze(&mut self, which: &[usize], guides: &[usize]) {
+        let enough = FAR * self.largest();
         let mut guides = guides.to_vec();
         guides.sort_unstable();
         let lowered: Vec<Option<MuPoint>> = which
@@ -119,7 +125,7 @@ impl Sweep<'_> {
                     let Some(own) = &self.points[*guide] else {
                         continue;
                     };
-                    let upper = own.scaling.bound(&self.responses[*k]);
+                    let upper = own.scaling.bound_from(&self.responses[*k], enough);
                     let least = best.as_ref().map_or(self.upper(*k), |b| b.upper);
                     // A NaN bounds nothing.
                     if upper < least {
@@ -148,8 +154,7 @@ impl Sweep<'_> {
             .filter(|k| {
                 let here = points[*k].upper;
                 let not_below = |other: Option<&MuPoint>| other.is_none_or(|o| here >= o.upper);
-                // A peak between two points of this density rises by a few percent at most.
-                here >= 0.9 * largest
+                here >= HIGH * largest
                     && not_below(k.checked_sub(1).and_then(|b| points.get(b)))
                     && not_below(points.get(k + 1))
             })
@@ -193,7 +198,7 @@ fn exceeds(system: &MuSystem, scaling: &Scaling, (lo, hi): (f64, f64), level: f6
     }
     (0..LOOKS).any(|k| {
         let omega = lo + (hi - lo) * (k as f64 + 0.5) / LOOKS as f64;
-        let bound = scaling.bound(&system.response(omega));
+        let bound = scaling.bound_from(&system.response(omega), level);
         // NaN: unknown.
         bound > level || bound.is_nan()
     })
