@@ -90,13 +90,13 @@ pub fn anti_windup(
     let system = realisation.to_state_space()?;
     let none = Mat::<f64>::zeros(system.order(), system.outputs());
     let stable = plants
-        .iter()
+        .par_iter()
         .map(|p| growth_rate(p, &system))
         .collect::<Result<Vec<f64>, _>>()
         .map_err(&step)?
         .iter()
         .all(|rate| *rate < 0.0);
-    let loops: Vec<LoopPoint> = plants.iter().flat_map(|p| points(p, &system)).collect();
+    let loops: Vec<LoopPoint> = plants.par_iter().flat_map(|p| points(p, &system)).collect();
     let without = smallest_gain(&loops, &zero_response(&system));
     let mut best = (without, 0.0, none);
     if stable {
@@ -159,7 +159,7 @@ pub fn with_anti_windup(
 ) -> Result<(ScaledRealisation, AntiWindup), VerificationError> {
     let axes: Vec<usize> = (0..AXES).collect();
     let plants = [0.0, machine.spindle.max_rpm * TAU / 60.0]
-        .iter()
+        .par_iter()
         .map(|speed| {
             let plant = Plant::design_model(machine, *speed)?.sampled()?;
             Ok(plant.select(&axes, &axes))

@@ -291,14 +291,11 @@ fn finite_gramian(
     let mut term = Mat::from_fn(n, n, |i, j| q[(i, j)] * h);
     let mut x = term.clone();
     for k in 1..=TERMS {
-        power = &step * &power;
-        let divisor = f64::from(k);
-        power = Mat::from_fn(n, n, |i, j| power[(i, j)] / divisor);
+        power = &step * &power * f64::from(k).recip();
         moved += &power;
         // (QF)ᵀ = FᵀQ for a symmetric Q.
         let half = &term * &step;
-        let divisor = f64::from(k + 1);
-        term = Mat::from_fn(n, n, |i, j| (half[(i, j)] + half[(j, i)]) / divisor);
+        term = (&half + half.transpose()) * f64::from(k + 1).recip();
         x += &term;
     }
     for _ in 0..doublings {

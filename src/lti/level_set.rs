@@ -21,8 +21,8 @@ pub(crate) struct Peak {
 /// Level steps allowed; convergence is quadratic, five are usual.
 const STEPS: usize = 60;
 
-/// Peak of `value` (0 ≤ ω ≤ ∞) starting from `seeds`, places with their values; `hamiltonian` gives H(γ), or none when the
-/// level is singular.
+/// Peak of `value` (0 ≤ ω ≤ ∞) starting from `seeds`, places with their values; `hamiltonian` gives H(γ), or none when
+/// the level is singular.
 ///
 /// # Errors
 /// [`NumericError`] when eigenvalues fail, the value is not finite at a seed, or the levels do not settle.

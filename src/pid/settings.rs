@@ -17,7 +17,7 @@ pub struct TuneSettings {
     pub starts: usize,
     /// Starts descended; the best goes to the end.
     pub basins: usize,
-    /// Steps of the descent from the best of them at most.
+    /// Steps of a round of the descent from the best of them at most.
     pub steps: usize,
     /// Seed of the starts.
     pub seed: u64,
@@ -38,7 +38,7 @@ impl TuneSettings {
             high_frequency_gain_a_per_m: 2.0e6,
             starts: 3000,
             basins: 3,
-            steps: 120,
+            steps: 240,
             seed: 1,
             speeds: 6,
         }
@@ -65,7 +65,7 @@ impl TuneSettings {
         Self {
             starts: 12_000,
             basins: 8,
-            steps: 200,
+            steps: 400,
             speeds: 11,
             ..Self::quick()
         }

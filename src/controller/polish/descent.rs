@@ -255,16 +255,16 @@ fn whitening(
         row[k] = OWN_STEP / natural;
         rows.push(row);
     }
-    let jacobian = Mat::from_fn(rows.len(), n, |i, j| rows[i][j]);
+    let transposed = Mat::from_fn(n, rows.len(), |j, i| rows[i][j]);
+    let gram = &transposed * transposed.transpose();
     // Parameters in units of their own effect, so that the floor below acts on directions, not on units.
     let unit: Vec<f64> = (0..n)
         .map(|j| {
-            let size = rows.iter().map(|r| r[j] * r[j]).sum::<f64>().sqrt();
+            let size = gram[(j, j)].sqrt();
             if size > 0.0 { 1.0 / size } else { 1.0 }
         })
         .collect();
-    let scaled = Mat::from_fn(rows.len(), n, |i, j| jacobian[(i, j)] * unit[j]);
-    let metric = scaled.transpose() * &scaled;
+    let metric = Mat::from_fn(n, n, |i, j| gram[(i, j)] * unit[i] * unit[j]);
     let (values, vectors) = symmetric_eigen(&metric).map_err(in_step("metric of the polish"))?;
     let floor = FLAT * values.last().copied().unwrap_or(1.0);
     let root = |k: usize| values[k].max(floor).sqrt();

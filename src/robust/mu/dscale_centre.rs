@@ -35,8 +35,8 @@ pub(crate) enum End {
 
 /// Relative width of β at which the method ends: half of it in the bound, far below the 1e-4 asked of one.
 const GAP: f64 = 1e-8;
-/// Fall along the tangent, relative to β, at which a scale is settled. What is left of β was 3.2 times as much at most on
-/// 60 000 matrices of four machines: 2e-7 of the bound, of which 1e-4 is asked.
+/// Fall along the tangent, relative to β, at which a scale is settled. What is left of β was 3.2 times as much at most
+/// on 60 000 matrices of four machines: 2e-7 of the bound, of which 1e-4 is asked.
 const SETTLED: f64 = 1e-7;
 /// Newton steps in all; 12 to 40 are usual.
 const MAX_STEPS: usize = 250;
