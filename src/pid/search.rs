@@ -34,6 +34,8 @@ pub(super) struct PidSearch {
     pub basins: usize,
     /// Steps of a round of the last descent at most; a basin gets a sixth in all.
     pub steps: usize,
+    /// Rounds of it at most.
+    pub rounds: usize,
 }
 
 /// A PID found.
@@ -61,11 +63,13 @@ const RANKING: f64 = 2e-3;
 const LAST: f64 = 1e-4;
 /// Relative gain of a round, on renewed lines and with its curvature learnt afresh, that pays for another one.
 const ROUND_GAIN: f64 = 5e-3;
-/// What a start may be behind the best of them after its first round to go on, in the logarithm of the stiffness: none
-/// that was further behind became the best within its limits on five machines.
-const BEHIND: f64 = 0.15;
-/// Rounds at most; three to five are usual.
-const ROUNDS: usize = 8;
+/// Rounds in a row without that gain that end a descent: a peak that one lets grow between its lines is on those of the
+/// next.
+const IDLE: usize = 2;
+/// Rounds after which starts are compared.
+const FIRST_ROUNDS: usize = 2;
+/// What a start may be behind the best of them then to go on, in the logarithm of the stiffness.
+const BEHIND: f64 = 0.3;
 
 /// The best PID that the search finds; `given` starts come before those drawn, `shape` puts each start into the form
 /// searched for (or drops it), `free` lists the parameters that move.
@@ -164,13 +168,13 @@ pub(super) fn search(
         activate(&mut loss, law, x, unstable_poles);
         Ok(loss)
     };
-    let starts = ranked.into_iter().map(Descent::from).collect();
-    let (descents, steps) = to_the_end(starts, &last, &fresh)?;
+    let starts: Result<Vec<Descent>, VerificationError> = ranked
+        .into_par_iter()
+        .map(|(_, _, law, x)| Descent::new(law, x, &fresh))
+        .collect();
+    let (best, steps) = best_end(starts?, (&last, asked.rounds), &fresh)?;
     evaluations += steps;
-    let best = descents
-        .into_iter()
-        .min_by(|a, b| a.lost.cmp(&b.lost).then(a.merit.total_cmp(&b.merit)));
-    let Some(Descent { law, x, .. }) = best else {
+    let Some((law, x)) = best else {
         return Err(infeasible(0, 0).into());
     };
     let parameters = law
@@ -185,70 +189,109 @@ pub(super) fn search(
 /// The loss on lines renewed for a law with these parameters.
 type FreshLoss<'a> = dyn Fn(&PidLaw, &[f64]) -> Result<Loss, VerificationError> + Sync + 'a;
 
+/// What a loss on lines renewed for the parameters makes of them: rotors with an unstable loop, then the merit. The
+/// lines of a descent are no judge: it finds the gaps between them.
+type Judged = (usize, f64);
+
+/// True where `a` is better than `b`.
+fn better(a: Judged, b: Judged) -> bool {
+    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).is_lt()
+}
+
 /// A start on its way to its end.
 struct Descent {
     law: PidLaw,
+    /// Where the descent stands, and the loss on lines renewed for that.
     x: Vec<f64>,
-    /// Rotors whose loop is unstable.
-    lost: usize,
-    /// Logarithmic.
-    merit: f64,
+    loss: Loss,
+    /// The best parameters met at the end of a round, and what they are worth.
+    best: (Judged, Vec<f64>),
     evaluations: usize,
 }
 
-impl From<(usize, f64, PidLaw, Vec<f64>)> for Descent {
-    fn from((lost, merit, law, x): (usize, f64, PidLaw, Vec<f64>)) -> Self {
-        Self {
+impl Descent {
+    fn new(law: PidLaw, x: Vec<f64>, fresh: &FreshLoss) -> Result<Self, VerificationError> {
+        let loss = fresh(&law, &x)?;
+        Ok(Self {
+            best: (judged(&loss, &law, &x), x.clone()),
             law,
             x,
-            lost,
-            merit,
+            loss,
             evaluations: 0,
-        }
+        })
     }
-}
 
-impl Descent {
-    /// Descends once on the loss that `fresh` gives on lines renewed for it; what the merit fell by.
-    fn round(&mut self, effort: &Effort, fresh: &FreshLoss) -> Result<f64, VerificationError> {
-        let mut loss = fresh(&self.law, &self.x)?;
+    /// Descends once and renews the lines; true when that pays for another round.
+    fn round(&mut self, effort: &Effort, fresh: &FreshLoss) -> Result<bool, VerificationError> {
         // A descent that stands still on the curvature learnt on its way goes on without it.
         let mut memory = Memory::default();
         memory.begin();
-        self.evaluations += descend(&mut loss, &self.law, &mut self.x, (effort, &mut memory))?;
-        let before = self.merit;
-        self.merit = loss.evaluate(&self.law, &self.x).merit(PENALTY);
-        self.lost = loss.active.iter().filter(|active| !**active).count();
-        Ok(before - self.merit)
+        let memory = (effort, &mut memory);
+        self.evaluations += descend(&mut self.loss, &self.law, &mut self.x, memory)?;
+        self.loss = fresh(&self.law, &self.x)?;
+        let found = judged(&self.loss, &self.law, &self.x);
+        let before = self.best.0;
+        if better(found, before) {
+            self.best = (found, self.x.clone());
+        }
+        // The merit is logarithmic.
+        Ok(better((found.0, found.1 + ROUND_GAIN), before))
     }
-}
 
-/// Descends starts to their end; those that a round leaves far behind the best are dropped. The controllers judged come
-/// with them.
-fn to_the_end(
-    mut descents: Vec<Descent>,
-    effort: &Effort,
-    fresh: &FreshLoss,
-) -> Result<(Vec<Descent>, usize), VerificationError> {
-    descents
-        .par_iter_mut()
-        .try_for_each(|d| d.round(effort, fresh).map(|_| ()))?;
-    let dropped = |d: &Descent, least: f64| d.merit > least + BEHIND;
-    let merits = descents.iter().map(|d| d.merit);
-    let least = merits.fold(f64::INFINITY, f64::min);
-    let first = descents.iter().filter(|d| dropped(d, least));
-    let mut evaluations = first.map(|d| d.evaluations).sum::<usize>();
-    descents.retain(|d| !dropped(d, least));
-    descents.par_iter_mut().try_for_each(|d| {
-        for _ in 1..ROUNDS {
-            if d.round(effort, fresh)? < ROUND_GAIN {
+    /// Rounds, until as many as [`IDLE`] in a row bring nothing.
+    fn rounds(
+        &mut self,
+        most: usize,
+        effort: &Effort,
+        fresh: &FreshLoss,
+    ) -> Result<(), VerificationError> {
+        let mut idle = 0;
+        for _ in 0..most {
+            idle = match self.round(effort, fresh)? {
+                true => 0,
+                false => idle + 1,
+            };
+            if idle == IDLE {
                 break;
             }
         }
-        Ok::<_, VerificationError>(())
-    })?;
-    evaluations += descents.iter().map(|d| d.evaluations).sum::<usize>();
-    Ok((descents, evaluations))
+        Ok(())
+    }
+}
+
+fn judged(loss: &Loss, law: &PidLaw, x: &[f64]) -> Judged {
+    let lost = loss.active.iter().filter(|active| !**active).count();
+    (lost, loss.evaluate(law, x).merit(PENALTY))
+}
+
+/// Law and parameters of the start that ends best; those that the first rounds leave far behind go no further. The
+/// controllers judged come with it.
+#[expect(
+    clippy::type_complexity,
+    reason = "a law with its parameters, and a number"
+)]
+fn best_end(
+    mut descents: Vec<Descent>,
+    (effort, rounds): (&Effort, usize),
+    fresh: &FreshLoss,
+) -> Result<(Option<(PidLaw, Vec<f64>)>, usize), VerificationError> {
+    let first_rounds = FIRST_ROUNDS.min(rounds);
+    descents
+        .par_iter_mut()
+        .try_for_each(|d| d.rounds(first_rounds, effort, fresh))?;
+    let first = |a: Judged, b: Judged| if better(b, a) { b } else { a };
+    let Some(best) = descents.iter().map(|d| d.best.0).reduce(first) else {
+        return Ok((None, 0));
+    };
+    let may_win = |d: &Descent| better((d.best.0.0, d.best.0.1 - BEHIND), best);
+    descents
+        .par_iter_mut()
+        .filter(|d| may_win(d))
+        .try_for_each(|d| d.rounds(rounds - first_rounds, effort, fresh))?;
+    let evaluations = descents.iter().map(|d| d.evaluations).sum();
+    let ended = descents.into_iter().map(|d| (d.best, d.law));
+    let winner = ended.reduce(|a, b| if better(b.0.0, a.0.0) { b } else { a });
+    Ok((winner.map(|((_, x), law)| (law, x)), evaluations))
 }
 
 /// Lets the rotors count whose loop is stable; the number of the others.

@@ -19,6 +19,8 @@ pub struct TuneSettings {
     pub basins: usize,
     /// Steps of a round of the descent from the best of them at most.
     pub steps: usize,
+    /// Such rounds at most, each on renewed lines.
+    pub rounds: usize,
     /// Seed of the starts.
     pub seed: u64,
     /// Speeds at which the full plant is checked, from 0 to the largest.
@@ -39,8 +41,18 @@ impl TuneSettings {
             starts: 3000,
             basins: 3,
             steps: 240,
+            rounds: 8,
             seed: 1,
             speeds: 6,
+        }
+    }
+
+    /// For a start that something else goes on from: as many starts, a short descent.
+    pub fn start() -> Self {
+        Self {
+            steps: 120,
+            rounds: 2,
+            ..Self::quick()
         }
     }
 

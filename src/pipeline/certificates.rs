@@ -21,6 +21,8 @@ pub struct PeakFigures {
     /// No frequency of the sampled problem in the w plane has a larger μ (certified), nor any line of the exact
     /// frequency responses where those were asked; infinite for an unstable loop, which has no μ.
     pub upper: f64,
+    /// Largest bound that the search met in the w plane; infinite for an unstable loop.
+    pub attained: f64,
     /// Lower bound at the certified peak, with a perturbation behind it.
     pub lower: f64,
     /// Frequency of the peak, Hz, in the w plane mapped back to true frequency.
@@ -31,6 +33,7 @@ impl PeakFigures {
     /// Of an unstable loop.
     const UNSTABLE: Self = Self {
         upper: f64::INFINITY,
+        attained: f64::INFINITY,
         lower: f64::NAN,
         frequency_hz: f64::NAN,
     };
@@ -162,6 +165,7 @@ pub(super) fn certified(
     match peak(name, plant, controller) {
         Ok(peak) => Ok(PeakFigures {
             upper: peak.upper,
+            attained: peak.attained,
             lower: peak.bounds.lower,
             frequency_hz: true_frequency_hz(peak.omega_rad_s, period_s),
         }),

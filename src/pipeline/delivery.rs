@@ -265,8 +265,9 @@ impl Candidate {
                 || verify_at(machine, &law, &faster, "as below the top speed"),
             )
         };
-        let ((verification, overspeed), arithmetic) =
-            rayon::join(verified, || arithmetics(&realisation, &law, problems));
+        let ((verification, overspeed), arithmetic) = rayon::join(verified, || {
+            arithmetics(&realisation, &law, problems, &self.rounded)
+        });
         let verification = Verification {
             mu_peak: Some(self.rounded.specification.upper).filter(|mu| mu.is_finite()),
             proof: Some(speed_proof.clone()),
@@ -302,11 +303,12 @@ fn prove_law(machine: &Machine, law: &StateSpace<Discrete>) -> Result<SpeedProof
     Ok(prove(machine, law, OVERSPEED * machine.spindle.max_rpm)?)
 }
 
-/// μ with float64, float32 and Q31 coefficients.
+/// μ with float64, float32 and Q31 coefficients; that of float32, which is delivered, is known.
 fn arithmetics(
     realisation: &ScaledRealisation,
     rounded: &StateSpace<Discrete>,
     problems: &Problems,
+    known: &Stage,
 ) -> Result<Vec<Arithmetic>, PipelineError> {
     let laws = [
         ("float64", Some(realisation.rows.to_state_space()?)),
@@ -318,13 +320,16 @@ fn arithmetics(
         .filter_map(|(name, law)| Some((name, law?)))
         .map(|(name, law)| {
             let plane = plane_of(&law)?;
-            let mu = |plant: &GeneralizedPlant| {
-                Ok::<_, PipelineError>(attained(plant, &plane)?.unwrap_or(f64::INFINITY))
+            let mu = |plant: &GeneralizedPlant, known: &PeakFigures| {
+                if name == "float32" {
+                    return Ok::<_, PipelineError>(known.attained);
+                }
+                Ok(attained(plant, &plane)?.unwrap_or(f64::INFINITY))
             };
             Ok(Arithmetic {
                 name,
-                specification: mu(&problems.specification)?,
-                covered: mu(&problems.covered)?,
+                specification: mu(&problems.specification, &known.specification)?,
+                covered: mu(&problems.covered, &known.covered)?,
                 controller: named("mu", ControlLaw::Discrete(law)),
             })
         })

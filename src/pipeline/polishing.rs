@@ -239,7 +239,7 @@ pub(super) fn polished(
 
 /// One plane of a tuned PID, m to A, and its smallest tool stiffness at rest and at top speed, N/m.
 fn tuned_pid(machine: &Machine) -> Result<(StateSpace<Discrete>, [f64; 2]), PipelineError> {
-    let found = tune(machine, &TuneSettings::quick(), &mut |_, _| {})?;
+    let found = tune(machine, &TuneSettings::start(), &mut |_, _| {})?;
     let minimum = |rpm: f64| -> Result<f64, PipelineError> {
         let seen = predict(machine, &found.controller, rpm)?;
         // A PID with an unstable loop is not compared.
