@@ -102,6 +102,10 @@ pub(crate) fn descend(
             Some(rows) => rows,
             None => participants_of(loss, law, x, &found),
         };
+        // No rotor counts whose loop is stable: there is nothing to descend on.
+        if participants.is_empty() {
+            break;
+        }
         let step = step_for(&participants, &likely, &whiten.coordinates, memory);
         let Some(MinimaxStep {
             step,

@@ -122,6 +122,10 @@ impl QuadraticProgramme {
     pub(crate) fn solve(&self) -> Result<Vec<f64>, ProgrammeError> {
         lapack::link();
         let n = self.objective.len();
+        // The solver has no answer for a programme without variables.
+        if n == 0 {
+            return Ok(vec![]);
+        }
         let linear = Programme {
             objective: self.objective.clone(),
             equalities: self.equalities.clone(),

@@ -167,3 +167,9 @@ fn the_weights_prove_that_no_step_is_better() {
         );
     }
 }
+
+#[test]
+fn no_values_ask_for_no_step() {
+    let found = minimax_step(&[], &[], &rule(0.5)).unwrap();
+    assert!(found.step.is_empty() && found.binding.is_empty());
+}
