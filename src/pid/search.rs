@@ -1,6 +1,7 @@
-//! Search of a PID: starts are drawn from the machine and screened by the argument principle. The best are descended a
-//! few steps with exact derivatives by the method of the polish ([`crate::controller::polish`]), the best of these to
-//! convergence: which of them ends best is not seen before.
+//! Search of a PID: starts are drawn from the machine and screened by the argument principle. The best are descended
+//! with exact derivatives by the method of the polish ([`crate::controller::polish`]): a few steps until their loops
+//! are stable, then to convergence, unless the first rounds leave them far behind. Which of them ends best is not seen
+//! before.
 
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
@@ -18,6 +19,7 @@ use crate::linalg::c64;
 use crate::lti::connect::lower_lft;
 use crate::spindle::{Machine, Plant};
 use rayon::prelude::*;
+use std::cmp::Ordering;
 
 /// What a search is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,9 +59,9 @@ const APART: f64 = 2e-3;
 const OVERSPEED: f64 = 1.2;
 /// Starts looked at on all rotors.
 const SHORTLIST: usize = 24;
-/// Relative gain of a step below which a descent that ranks starts ends.
-const RANKING: f64 = 2e-3;
-/// The same of the descent from the best one: a rival that is not tuned to its end would flatter the comparison.
+/// Relative gain of a step below which the first descent of a start ends.
+const FIRST: f64 = 2e-3;
+/// The same of a round: a rival that is not tuned to its end would flatter the comparison.
 const LAST: f64 = 1e-4;
 /// Relative gain of a round, on renewed lines and with its curvature learnt afresh, that pays for another one.
 const ROUND_GAIN: f64 = 5e-3;
@@ -129,7 +131,7 @@ pub(super) fn search(
         list: &list,
     };
     let mut loss = make(plain.clone(), &known);
-    let mut ranked: Vec<(usize, f64, PidLaw, Vec<f64>)> = all
+    let mut ranked: Vec<(Judged, PidLaw, Vec<f64>)> = all
         .iter()
         .map(|start| {
             let base = start.parameters.to_log();
@@ -139,28 +141,24 @@ pub(super) fn search(
                 free: free.to_vec(),
                 nyquist_rad_s: nyquist,
             };
-            let lost = activate(&mut loss, &law, &x, unstable_poles);
-            let merit = loss.evaluate(&law, &x).merit(PENALTY);
-            (lost, merit, law, x)
+            activate(&mut loss, &law, &x, unstable_poles);
+            (judged(&loss, &law, &x), law, x)
         })
         .collect();
-    ranked.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    ranked.sort_by(|a, b| order(&a.0, &b.0));
     ranked.truncate(asked.basins.max(1));
     let mut evaluations = asked.starts + given.len();
     let effort = |steps: usize, tolerance: f64| Effort { steps, tolerance };
-    for (lost, merit, law, x) in &mut ranked {
+    for (_, law, x) in &mut ranked {
         // Rotors that are unstable at first may be stable after a few steps.
         let mut memory = Memory::default();
         for part in 0..2 {
             activate(&mut loss, law, x, unstable_poles);
-            let asked = effort(asked.steps / 12 + part, RANKING);
+            let asked = effort(asked.steps / 12 + part, FIRST);
             memory.begin();
             evaluations += descend(&mut loss, law, x, (&asked, &mut memory))?;
         }
-        *lost = activate(&mut loss, law, x, unstable_poles);
-        *merit = loss.evaluate(law, x).merit(PENALTY);
     }
-    ranked.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let last = effort(asked.steps, LAST);
     let fresh = |law: &PidLaw, x: &[f64]| -> Result<Loss, VerificationError> {
         let poles = loop_poles(plants.at_rest(), law, x)?;
@@ -170,15 +168,15 @@ pub(super) fn search(
     };
     let starts: Result<Vec<Descent>, VerificationError> = ranked
         .into_par_iter()
-        .map(|(_, _, law, x)| Descent::new(law, x, &fresh))
+        .map(|(_, law, x)| Descent::new(law, x, &fresh))
         .collect();
     let (best, steps) = best_end(starts?, (&last, asked.rounds), &fresh)?;
     evaluations += steps;
-    let Some((law, x)) = best else {
+    let Some(Descent { law, best, .. }) = best else {
         return Err(infeasible(0, 0).into());
     };
     let parameters = law
-        .parameters_of(&x)
+        .parameters_of(&best.1)
         .ok_or_else(|| infeasible(evaluations, 0))?;
     Ok(FoundPid {
         parameters,
@@ -189,13 +187,12 @@ pub(super) fn search(
 /// The loss on lines renewed for a law with these parameters.
 type FreshLoss<'a> = dyn Fn(&PidLaw, &[f64]) -> Result<Loss, VerificationError> + Sync + 'a;
 
-/// What a loss on lines renewed for the parameters makes of them: rotors with an unstable loop, then the merit. The
-/// lines of a descent are no judge: it finds the gaps between them.
+/// What a loss makes of parameters: rotors with an unstable loop, then the merit.
 type Judged = (usize, f64);
 
-/// True where `a` is better than `b`.
-fn better(a: Judged, b: Judged) -> bool {
-    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).is_lt()
+/// The better first.
+fn order(a: &Judged, b: &Judged) -> Ordering {
+    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
 }
 
 /// A start on its way to its end.
@@ -204,7 +201,8 @@ struct Descent {
     /// Where the descent stands, and the loss on lines renewed for that.
     x: Vec<f64>,
     loss: Loss,
-    /// The best parameters met at the end of a round, and what they are worth.
+    /// The best parameters met at the end of a round, judged on lines renewed for them: a descent finds the gaps
+    /// between its own.
     best: (Judged, Vec<f64>),
     evaluations: usize,
 }
@@ -231,11 +229,11 @@ impl Descent {
         self.loss = fresh(&self.law, &self.x)?;
         let found = judged(&self.loss, &self.law, &self.x);
         let before = self.best.0;
-        if better(found, before) {
+        if order(&found, &before).is_lt() {
             self.best = (found, self.x.clone());
         }
         // The merit is logarithmic.
-        Ok(better((found.0, found.1 + ROUND_GAIN), before))
+        Ok(order(&(found.0, found.1 + ROUND_GAIN), &before).is_lt())
     }
 
     /// Rounds, until as many as [`IDLE`] in a row bring nothing.
@@ -264,45 +262,41 @@ fn judged(loss: &Loss, law: &PidLaw, x: &[f64]) -> Judged {
     (lost, loss.evaluate(law, x).merit(PENALTY))
 }
 
-/// Law and parameters of the start that ends best; those that the first rounds leave far behind go no further. The
-/// controllers judged come with it.
-#[expect(
-    clippy::type_complexity,
-    reason = "a law with its parameters, and a number"
-)]
+/// The start that ends best; those that the first rounds leave far behind go no further. The controllers judged come
+/// with it.
 fn best_end(
     mut descents: Vec<Descent>,
     (effort, rounds): (&Effort, usize),
     fresh: &FreshLoss,
-) -> Result<(Option<(PidLaw, Vec<f64>)>, usize), VerificationError> {
+) -> Result<(Option<Descent>, usize), VerificationError> {
     let first_rounds = FIRST_ROUNDS.min(rounds);
     descents
         .par_iter_mut()
         .try_for_each(|d| d.rounds(first_rounds, effort, fresh))?;
-    let first = |a: Judged, b: Judged| if better(b, a) { b } else { a };
-    let Some(best) = descents.iter().map(|d| d.best.0).reduce(first) else {
+    let Some(best) = descents.iter().map(|d| d.best.0).min_by(order) else {
         return Ok((None, 0));
     };
-    let may_win = |d: &Descent| better((d.best.0.0, d.best.0.1 - BEHIND), best);
+    let may_win = |d: &Descent| {
+        let (lost, merit) = d.best.0;
+        order(&(lost, merit - BEHIND), &best).is_lt()
+    };
     descents
         .par_iter_mut()
         .filter(|d| may_win(d))
         .try_for_each(|d| d.rounds(rounds - first_rounds, effort, fresh))?;
     let evaluations = descents.iter().map(|d| d.evaluations).sum();
-    let ended = descents.into_iter().map(|d| (d.best, d.law));
-    let winner = ended.reduce(|a, b| if better(b.0.0, a.0.0) { b } else { a });
-    Ok((winner.map(|((_, x), law)| (law, x)), evaluations))
+    let winner = descents
+        .into_iter()
+        .min_by(|a, b| order(&a.best.0, &b.best.0));
+    Ok((winner, evaluations))
 }
 
-/// Lets the rotors count whose loop is stable; the number of the others.
-fn activate(loss: &mut Loss, law: &PidLaw, x: &[f64], unstable_poles: i64) -> usize {
+/// Lets the rotors count whose loop is stable.
+fn activate(loss: &mut Loss, law: &PidLaw, x: &[f64], unstable_poles: i64) {
     let found = loss.evaluate(law, x);
-    let mut lost = 0;
     for (active, turns) in loss.active.iter_mut().zip(&found.turns) {
         *active = *turns == unstable_poles;
-        lost += usize::from(!*active);
     }
-    lost
 }
 
 /// Unstable poles of one plane of the plant at rest.

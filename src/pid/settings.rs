@@ -15,9 +15,9 @@ pub struct TuneSettings {
     pub high_frequency_gain_a_per_m: f64,
     /// Starts drawn from the machine's own dynamics and screened.
     pub starts: usize,
-    /// Starts descended; the best goes to the end.
+    /// Starts descended; those far behind the best after two rounds go no further.
     pub basins: usize,
-    /// Steps of a round of the descent from the best of them at most.
+    /// Steps of a round of such a descent at most.
     pub steps: usize,
     /// Such rounds at most, each on renewed lines.
     pub rounds: usize,
@@ -47,7 +47,7 @@ impl TuneSettings {
         }
     }
 
-    /// For a start that something else goes on from: as many starts, a short descent.
+    /// For a PID that the polish goes on from: as many starts, a short descent.
     pub fn start() -> Self {
         Self {
             steps: 120,

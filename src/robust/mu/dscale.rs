@@ -80,7 +80,7 @@ pub fn optimal(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
     sought(m, structure, End::Proven)
 }
 
-/// The same without the proof, whose last steps lower the bound by less than 2e-7 of it: two thirds of the time.
+/// The same without the proof, whose last steps lower the bound by less than 2e-7 of it: about half the steps.
 pub fn settled(m: &Mat<c64>, structure: &Structure) -> DiagonalScale {
     sought(m, structure, End::Settled)
 }
