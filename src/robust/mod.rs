@@ -6,6 +6,7 @@ pub mod dk;
 pub(crate) mod error;
 mod frequency_floor;
 pub mod hinf;
+pub mod minimax;
 pub mod mu;
 pub mod prescale;
 pub mod structure;

@@ -2,19 +2,18 @@
 //! Lagrangian, as its steps show it ([`Curvature`]).
 //!
 //! Merit φ = max log compliance + ρ Σ_limits max(0, largest log over its limit). Each step linearises the values near
-//! their group's largest and solves [`minimax_step`] with ½ δxᵀBδx + (λ/2)|p|², in coordinates in which |p|² is the
+//! their group's largest and solves [`curved_step`] with ½ δxᵀBδx + (λ/2)|p|², in coordinates in which |p|² is the
 //! mean square relative change of the loop (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does
 //! not depend on how the controller is written. A step that raises φ or changes the encirclements of a rotor's det(I −
 //! G K) is refused and shortened; B learns from it all the same.
 
-use super::curvature::Curvature;
 use super::loss::{Evaluation, Loss};
 use super::structure::Structure;
 use super::values::{GROUPS, Group, LIMITS, Value, WINDOW};
 use crate::controller::{ControllerError, in_step};
-use crate::linalg::symmetric::DefiniteFactor;
 use crate::linalg::{Mat, symmetric_eigen};
-use crate::robust::mu::minimax_step::{LinearValue, MinimaxStep, StepRule, minimax_step};
+use crate::robust::minimax::curvature::Curvature;
+use crate::robust::minimax::step::{LinearValue, MinimaxStep, StepRule, curved_step};
 use rayon::prelude::*;
 
 /// Effort of a descent.
@@ -178,18 +177,12 @@ fn step_for(
     whiten: &Mat<f64>,
     memory: &Memory,
 ) -> Option<MinimaxStep> {
-    let n = whiten.nrows();
-    // |Lᵀp|² = pᵀ(B + λI)p.
-    let factor = DefiniteFactor::new(&memory.curvature.seen_in(whiten, memory.weight))?;
-    let slopes = Mat::from_fn(n, participants.len(), |i, k| participants[k].slope[i]);
-    let turned = factor.solve_lower(whiten.transpose() * slopes);
     let linear: Vec<LinearValue> = participants
         .iter()
-        .enumerate()
-        .map(|(k, t)| LinearValue {
+        .map(|t| LinearValue {
             limit: t.value.group.limit(),
             value: t.value.value,
-            gradient: (0..n).map(|i| turned[(i, k)]).collect(),
+            gradient: t.slope.clone(),
         })
         .collect();
     let likely: Vec<usize> = (0..participants.len())
@@ -198,15 +191,9 @@ fn step_for(
     let rule = StepRule {
         limits: LIMITS,
         penalty: PENALTY,
-        proximal: 1.0,
+        proximal: memory.weight,
     };
-    let found = minimax_step(&linear, &likely, &rule).ok()?;
-    let p = factor.solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
-    let step = whiten * p;
-    Some(MinimaxStep {
-        step: (0..n).map(|i| step[(i, 0)]).collect(),
-        ..found
-    })
+    curved_step(&linear, &likely, (whiten, &memory.curvature), &rule)
 }
 
 /// Slope of the Lagrangian at `trial` less that before the step.

@@ -8,7 +8,6 @@
 //! the sampled machine with every mode below Nyquist and the static flexibility of the rest, with hold and delay,
 //! weights in true Hz.
 
-pub(crate) mod curvature;
 mod derivatives;
 pub(crate) mod descent;
 pub(crate) mod limits;

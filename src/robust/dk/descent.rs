@@ -1,15 +1,17 @@
 //! Descent on γ itself: the optimal H∞ level of D P D⁻¹ as a function of the poles, zeros and gains of D(s).
 //!
-//! D-K alternation creeps along a valley and its fits lose part of each step. γ_opt(D) bounds μ of the next loop, is
-//! smooth in the logarithms of the parameters but for kinks where the binding condition changes, and costs a synthesis
-//! without a controller. BFGS with forward differences goes down the valley directly; it is safe at kinks (Lewis and
-//! Overton 2013). A failed synthesis counts as an infinite level, which the line search steps back from.
+//! D-K alternation creeps along a valley and its fits lose part of each step. γ_opt(D) bounds μ of the next loop and is
+//! the largest of a few levels, one for each eigenvalue of XY and each side ([`crate::robust::hinf::slope`]), which
+//! are smooth in the logarithms of the parameters. A prox-linear step on all of them follows the edge where two of them
+//! meet, on which a method that sees only the largest one comes to a stand. A failed synthesis refuses a step.
 
 use super::scale::DScales;
 use crate::augment::GeneralizedPlant;
-use crate::linalg::dense::dot;
-use crate::robust::dfit::factors::{Factors, Limits};
-use crate::robust::hinf::{HinfSettings, optimal_level};
+use crate::linalg::{Mat, symmetric_eigen};
+use crate::robust::dfit::factors::Limits;
+use crate::robust::hinf::{HinfSettings, optimal_level_with_slopes};
+use crate::robust::minimax::curvature::Curvature;
+use crate::robust::minimax::step::{LinearValue, MinimaxStep, StepRule, curved_step};
 use crate::robust::structure::Structure;
 use rayon::prelude::*;
 
@@ -23,155 +25,207 @@ pub(crate) struct Descent<'a> {
     pub limits: Limits,
 }
 
-/// Step of the forward differences: γ is found to 1e-9, so a derivative carries six digits less its own curvature.
-const DIFFERENCE: f64 = 1e-3;
-/// A line search goes on while the slope along it is steeper than this share of that at its start (Wolfe's condition,
-/// which a kink does not spoil), and ends after so many trials.
-const CURVED: f64 = 0.5;
-const TRIALS: usize = 10;
+/// Where a descent stands, and what its steps taught.
+pub(crate) struct Course {
+    /// The scales.
+    pub scales: DScales,
+    /// Their ln γ_opt.
+    pub ln_level: f64,
+    x: Vec<f64>,
+    levels: Vec<LinearValue>,
+    curvature: Curvature,
+    /// Proximal weight.
+    weight: f64,
+    /// ln γ_opt after each accepted step.
+    history: Vec<f64>,
+    /// Another step gains nothing.
+    pub ended: bool,
+}
+
+/// Step of the central differences of the matrices of the plant, which are smooth in the parameters: the error is that
+/// of the third derivative, 1e-10.
+const DIFFERENCE: f64 = 1e-5;
+/// γ is found to this: a hundredth of what a step gains at the end.
+const TOLERANCE: f64 = 1e-7;
+/// A descent ends when so many accepted steps together lower ln γ by less than this.
+const PATIENCE: (usize, f64) = (6, 1e-4);
+/// Share of its promise that a step has to keep; it is bold beyond the second share, and too bold below the third.
+const KEPT: [f64; 3] = [0.05, 0.6, 0.25];
+/// Proximal weight at which a step is below rounding.
+const HEAVIEST: f64 = 1e9;
+/// Frequencies of the metric.
+const POINTS: usize = 60;
+/// Weight of a parameter itself in the metric, beside its effect on |d|: a pole on its zero has none.
+const OWN: f64 = 0.03;
 
 impl Descent<'_> {
-    /// Scales with another list of parameters.
-    fn at(&self, start: &DScales, parameters: &[f64]) -> DScales {
-        let mut next = start.clone();
-        let last = next.factors.len().saturating_sub(1);
-        let mut first = 0;
-        for factors in &mut next.factors[..last] {
-            let count = factors.parameters().len();
-            *factors = factors.with_parameters(&parameters[first..first + count], &self.limits);
-            first += count;
-        }
-        next
-    }
-
-    /// ln γ_opt; infinite when the synthesis fails.
+    /// ln γ_opt, near enough to tell scales apart; infinite when the synthesis fails.
     pub(crate) fn ln_level(&self, scales: &DScales, hint: Option<f64>) -> f64 {
         let settings = HinfSettings {
-            rel_tol: 1e-9,
+            rel_tol: 1e-5,
             hint,
             ..HinfSettings::default()
         };
         let scaled = scales.scaled_plant(self.plant, self.structure);
-        let level = scaled.map_or(f64::INFINITY, |p| {
-            optimal_level(&p, &settings).unwrap_or(f64::INFINITY)
-        });
-        if level > 0.0 {
-            level.ln()
-        } else {
-            f64::INFINITY
+        let found = scaled.map(|plant| optimal_level_with_slopes(&plant, &settings));
+        match found {
+            Ok(Ok((ln_level, _))) if ln_level.is_finite() => ln_level,
+            _ => f64::INFINITY,
         }
     }
 
-    /// Goes down for at most `rounds` gradients or until γ is below `enough`. Returns the scales and their γ_opt.
-    pub(crate) fn run(&self, start: &DScales, rounds: usize, enough: f64) -> (DScales, f64) {
-        let last = start.factors.len().saturating_sub(1);
-        let mut x: Vec<f64> = start.factors[..last]
-            .iter()
-            .flat_map(Factors::parameters)
-            .collect();
-        let n = x.len();
-        let mut value = self.ln_level(start, None);
-        if n == 0 || !value.is_finite() {
-            return (start.clone(), value.exp());
+    /// A descent from these scales; `None` when the synthesis fails there.
+    pub(crate) fn from(&self, scales: DScales) -> Option<Course> {
+        let x = scales.parameters();
+        let (ln_level, levels) = self.levels((&scales, &x), None)?;
+        Some(Course {
+            scales,
+            ln_level,
+            x,
+            levels,
+            curvature: Curvature::default(),
+            weight: 1.0,
+            history: vec![ln_level],
+            ended: false,
+        })
+    }
+
+    /// Goes down by `steps` at most, or until γ is below `enough`.
+    pub(crate) fn run(&self, course: &mut Course, steps: usize, enough: f64) {
+        for _ in 0..steps {
+            if course.ended || course.ln_level.exp() < enough {
+                return;
+            }
+            course.ended = course.x.is_empty() || !self.step(course);
         }
-        let evaluate = |x: &[f64], near: f64| self.ln_level(&self.at(start, x), Some(near.exp()));
-        let gradient = |x: &[f64], value: f64| -> Vec<f64> {
-            (0..n)
-                .into_par_iter()
-                .map(|k| {
-                    let mut moved = x.to_vec();
-                    moved[k] += DIFFERENCE;
-                    let slope = (evaluate(&moved, value) - value) / DIFFERENCE;
-                    if slope.is_finite() { slope } else { 0.0 }
-                })
-                .collect()
+    }
+
+    /// Tries a step; false when no further one pays.
+    fn step(&self, course: &mut Course) -> bool {
+        let (whiten, metric) = self.metric(&course.scales);
+        let rule = StepRule {
+            limits: 0,
+            penalty: 0.0,
+            proximal: course.weight,
         };
-        let mut g = gradient(&x, value);
-        let mut inverse = scaled_identity(n, 1.0);
-        let mut fresh = true;
-        for _ in 0..rounds {
-            if value.exp() < enough {
-                break;
-            }
-            let mut step: Vec<f64> = inverse.iter().map(|row| -dot(row, &g)).collect();
-            if fresh || dot(&step, &g) >= 0.0 {
-                inverse = scaled_identity(n, 1.0);
-                step = g.iter().map(|v| -v).collect();
-                // The first step along the gradient: a fifth of an octave in its largest entry.
-                let largest = step.iter().fold(1e-300f64, |m, v| m.max(v.abs()));
-                step.iter_mut().for_each(|v| *v *= 0.15 / largest);
-            }
-            let longest = step.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-            // Corners move by at most a factor of e a step.
-            let mut length = if longest > 1.0 { 1.0 / longest } else { 1.0 };
-            let slope = dot(&step, &g);
-            let along = |length: f64| -> Vec<f64> {
-                x.iter().zip(&step).map(|(x, s)| x + length * s).collect()
-            };
-            let mut accepted: Option<(Vec<f64>, f64)> = None;
-            let (mut short, mut long) = (0.0, f64::INFINITY);
-            for _ in 0..TRIALS {
-                let trial = along(length);
-                let next = evaluate(&trial, value);
-                if next < value + 1e-4 * length * slope {
-                    if accepted.as_ref().is_none_or(|best| next < best.1) {
-                        accepted = Some((trial, next));
-                    }
-                    let further = DIFFERENCE / longest;
-                    let there = (evaluate(&along(length + further), next) - next) / further;
-                    if there >= CURVED * slope || length * longest >= 1.0 {
-                        break;
-                    }
-                    short = length;
-                } else {
-                    long = length;
-                }
-                length = match long.is_finite() {
-                    true => short + 0.35 * (long - short),
-                    false => (2.0 * short).min(1.0 / longest),
-                };
-            }
-            let Some((trial, next)) = accepted else {
-                if fresh {
-                    break;
-                }
-                fresh = true;
-                continue;
-            };
-            let next_gradient = gradient(&trial, next);
-            let s: Vec<f64> = trial.iter().zip(&x).map(|(a, b)| a - b).collect();
-            let y: Vec<f64> = next_gradient.iter().zip(&g).map(|(a, b)| a - b).collect();
-            let sy = dot(&s, &y);
-            if sy > 1e-12 {
-                if fresh {
-                    inverse = scaled_identity(n, sy / dot(&y, &y));
-                }
-                update(&mut inverse, &s, &y, sy);
-                fresh = false;
-            }
-            let settled = value - next < 2e-6;
-            (x, value, g) = (trial, next, next_gradient);
-            if settled {
-                break;
-            }
+        let found = curved_step(&course.levels, &[], (&whiten, &course.curvature), &rule);
+        let trial = found.and_then(|step| {
+            let pairs = course.x.iter().zip(&step.step);
+            let x: Vec<f64> = pairs.map(|(x, s)| x + s).collect();
+            let levels = self.levels((&course.scales, &x), Some(step.predicted.exp()))?;
+            Some((step, x, levels))
+        });
+        let Some((step, x, (ln_level, levels))) = trial else {
+            course.weight *= 4.0;
+            return course.weight < HEAVIEST;
+        };
+        let promised = course.ln_level - step.predicted - course.curvature.half_along(&step.step);
+        let kept = course.ln_level - ln_level;
+        let change = slope_change(&step, &course.levels, &levels);
+        course.curvature.learn(&step.step, &change, || metric);
+        let [least, bold, too_bold] = KEPT;
+        if kept < least * promised || promised <= 0.0 {
+            course.weight *= if kept > -promised { 2.0 } else { 4.0 };
+            return course.weight < HEAVIEST && promised > 0.0;
         }
-        (self.at(start, &x), value.exp())
+        if kept > bold * promised {
+            course.weight = (0.4 * course.weight).max(1e-4);
+        } else if kept < too_bold * promised {
+            course.weight *= 1.6;
+        }
+        course.scales = course.scales.with_parameters(&x, &self.limits);
+        course.x = course.scales.parameters();
+        (course.ln_level, course.levels) = (ln_level, levels);
+        course.history.push(ln_level);
+        let past = course.history.len().checked_sub(1 + PATIENCE.0);
+        past.is_none_or(|k| course.history[k] - ln_level >= PATIENCE.1)
+    }
+
+    /// ln γ_opt of scales of the same kinds with parameters `x`, and the levels that bind there with their derivatives.
+    fn levels(
+        &self,
+        (scales, x): (&DScales, &[f64]),
+        hint: Option<f64>,
+    ) -> Option<(f64, Vec<LinearValue>)> {
+        let settings = HinfSettings {
+            rel_tol: TOLERANCE,
+            hint,
+            ..HinfSettings::default()
+        };
+        let plant = |x: &[f64]| {
+            let scales = scales.with_parameters(x, &self.limits);
+            scales.scaled_plant(self.plant, self.structure).ok()
+        };
+        let (ln_level, binding) = optimal_level_with_slopes(&plant(x)?, &settings).ok()?;
+        let along = |k: usize| {
+            let moved = |by: f64| {
+                let mut moved = x.to_vec();
+                moved[k] += by;
+                plant(&moved).map(|p| p.system)
+            };
+            let (up, down) = (moved(DIFFERENCE)?, moved(-DIFFERENCE)?);
+            let change = |up: &Mat<f64>, down: &Mat<f64>| (up - down) * (0.5 / DIFFERENCE);
+            let changes = [
+                change(&up.a, &down.a),
+                change(&up.b, &down.b),
+                change(&up.c, &down.c),
+                change(&up.d, &down.d),
+            ];
+            Some(binding.iter().map(|b| b.slope.along(&changes)).collect())
+        };
+        let slopes: Option<Vec<Vec<f64>>> = (0..x.len()).into_par_iter().map(along).collect();
+        let slopes = slopes?;
+        let values = binding.iter().enumerate().map(|(i, b)| LinearValue {
+            limit: None,
+            value: b.ln_level,
+            gradient: slopes.iter().map(|of| of[i]).collect(),
+        });
+        Some((ln_level, values.collect()))
+    }
+
+    /// M^{-1/2} and M: δxᵀMδx is the mean square change of ln|d(jω)| over the range, summed over the scales.
+    fn metric(&self, scales: &DScales) -> (Mat<f64>, Mat<f64>) {
+        let (lo, hi) = self.limits.ln_omega;
+        let own = scales.free();
+        let n = own.iter().map(|f| f.parameters().len()).sum();
+        let mut metric = Mat::from_fn(n, n, |i, j| if i == j { OWN * OWN } else { 0.0 });
+        let mut first = 0;
+        for factors in own {
+            for k in 0..POINTS {
+                let omega = (lo + (hi - lo) * (k as f64 + 0.5) / POINTS as f64).exp();
+                let (_, g) = factors.ln_magnitude_with_gradient(omega);
+                for i in 0..g.len() {
+                    for j in 0..g.len() {
+                        metric[(first + i, first + j)] += g[i] * g[j] / POINTS as f64;
+                    }
+                }
+            }
+            first += factors.parameters().len();
+        }
+        let whiten = match symmetric_eigen(&metric) {
+            Ok((values, vectors)) => Mat::from_fn(n, n, |i, k| vectors[(i, k)] / values[k].sqrt()),
+            // Not met: the matrix is finite. Any coordinates serve, if less well.
+            Err(_) => Mat::identity(n, n),
+        };
+        (whiten, metric)
     }
 }
 
-fn scaled_identity(n: usize, value: f64) -> Vec<Vec<f64>> {
-    (0..n)
-        .map(|i| (0..n).map(|j| if i == j { value } else { 0.0 }).collect())
-        .collect()
-}
-
-/// H ← (I − syᵀ/sᵀy) H (I − ysᵀ/sᵀy) + ssᵀ/sᵀy.
-fn update(inverse: &mut [Vec<f64>], s: &[f64], y: &[f64], sy: f64) {
-    let hy: Vec<f64> = inverse.iter().map(|row| dot(row, y)).collect();
-    let scale = (1.0 + dot(y, &hy) / sy) / sy;
-    for (i, row) in inverse.iter_mut().enumerate() {
-        for (j, v) in row.iter_mut().enumerate() {
-            *v += scale * s[i] * s[j] - (hy[i] * s[j] + s[i] * hy[j]) / sy;
+/// Slope of the Lagrangian after a step less that before it. Levels have no names: each goes on as that of the nearest
+/// slope.
+fn slope_change(step: &MinimaxStep, before: &[LinearValue], after: &[LinearValue]) -> Vec<f64> {
+    let mut change = vec![0.0; step.step.len()];
+    for (k, weight) in &step.binding {
+        let slope = &before[*k].gradient;
+        let far = |v: &&LinearValue| -> f64 {
+            let pairs = v.gradient.iter().zip(slope);
+            pairs.map(|(a, b)| (a - b).powi(2)).sum()
+        };
+        let nearest = after.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        let Some(nearest) = nearest else { continue };
+        for (c, (a, b)) in change.iter_mut().zip(nearest.gradient.iter().zip(slope)) {
+            *c += weight * (a - b);
         }
     }
+    change
 }

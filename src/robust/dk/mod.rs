@@ -22,7 +22,7 @@ use crate::robust::hinf::{HinfSettings, synthesise};
 use crate::robust::mu::dscale;
 use crate::robust::mu::system::{MuPoint, MuSystem};
 use crate::robust::structure::{MuError, Structure};
-use descent::Descent;
+use descent::{Course, Descent};
 use rayon::prelude::*;
 pub use record::{DkError, DkOutcome, DkSettings, DkStep};
 use scale::DScales;
@@ -257,32 +257,34 @@ impl Run<'_> {
         // γ has several valleys: the first stage goes down each, the rest the deepest.
         let enough = self.settings.target_mu.unwrap_or(0.0);
         let stage = rounds.min(DESCENT_STAGE);
-        let deepest = self
-            .descent_starts(&descent, best)
+        let starts = self.descent_starts(&descent, best);
+        let courses = starts.into_par_iter().filter_map(|start| {
+            let mut course = descent.from(start)?;
+            descent.run(&mut course, stage, enough);
+            Some(course)
+        });
+        let deepest = courses
+            .collect::<Vec<Course>>()
             .into_iter()
-            .map(|start| descent.run(&start, stage, enough))
-            .filter(|(_, level)| level.is_finite())
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((mut scales, mut level)) = deepest else {
+            .min_by(|a, b| a.ln_level.total_cmp(&b.ln_level));
+        let Some(mut course) = deepest else {
             return;
         };
         loop {
-            if let Ok(current) = log.enter(&scales, self.attempt(&scales))
+            if let Ok(current) = log.enter(&course.scales, self.attempt(&course.scales))
                 && current.mu_peak < best.mu_peak
             {
                 *best = current;
             }
             rounds = rounds.saturating_sub(stage);
-            if rounds == 0 || self.reached(best) {
+            if rounds == 0 || self.reached(best) || course.ended {
                 return;
             }
-            let (lower, next) = descent.run(&scales, rounds.min(DESCENT_STAGE), enough);
-            // NaN ends the descent as well.
-            let improves = next < level * (1.0 - WORTH_A_STAGE);
-            if !improves {
+            let before = course.ln_level;
+            descent.run(&mut course, rounds.min(DESCENT_STAGE), enough);
+            if before - course.ln_level < WORTH_A_STAGE {
                 return;
             }
-            (scales, level) = (lower, next);
         }
     }
 
@@ -316,14 +318,14 @@ impl Run<'_> {
         let mut leveled: Vec<(DScales, f64)> = starts
             .into_iter()
             .map(|s| {
-                let level = descent.ln_level(&s, None).exp();
+                let level = descent.ln_level(&s, self.hint).exp();
                 (s, level)
             })
             .filter(|(_, level)| level.is_finite())
             .collect();
         leveled.sort_by(|a, b| a.1.total_cmp(&b.1));
         // The same scales by two ways have one level, to its accuracy.
-        leveled.dedup_by(|b, a| (b.1 - a.1).abs() < 1e-8 * a.1);
+        leveled.dedup_by(|b, a| (b.1 - a.1).abs() < 1e-5 * a.1);
         // A second valley is worth a stage only when its rim is about as deep.
         let deepest = leveled.first().map_or(0.0, |s| s.1);
         leveled.retain(|s| s.1 <= 1.02 * deepest);
@@ -462,8 +464,8 @@ impl Run<'_> {
 const WORTH_A_STAGE: f64 = 3e-4;
 /// D may be off its pointwise optimum by this, if it is smoother there; the better of the two is used.
 const SMOOTH_SLACKS: [f64; 2] = [1e-3, 3e-2];
-/// Gradients between two controllers of the descent.
-const DESCENT_STAGE: usize = 10;
+/// Steps between two controllers of the descent.
+const DESCENT_STAGE: usize = 20;
 /// Sharper corners of D than ζ = 0.05 follow the grid, not the loop; ζ = 30 separates two real corners by 3.5 decades.
 const LN_DAMPING: (f64, f64) = (-3.0, 3.4);
 

@@ -56,14 +56,14 @@ pub struct DkSettings {
     /// Share of γ by which the peak of μ of a loop has to lie below it for scales of higher order to pay: they lower γ
     /// towards that peak. 0: they are always tried.
     pub least_gap: f64,
-    /// Gradients of the descent on γ that follows the alternation; 0: alternation only.
+    /// Steps of the descent on γ that follows the alternation; 0: alternation only.
     pub descent_rounds: usize,
 }
 
 impl Default for DkSettings {
     fn default() -> Self {
         Self {
-            max_iterations: 4,
+            max_iterations: 3,
             max_d_order: 4,
             target_mu: None,
             patience: 2,

@@ -26,10 +26,32 @@ impl DScales {
         }
     }
 
+    /// The scales without the last.
+    pub(crate) fn free(&self) -> &[Factors] {
+        &self.factors[..self.factors.len().saturating_sub(1)]
+    }
+
     /// Orders of the scales, without the last.
     pub fn orders(&self) -> Vec<usize> {
-        let own = self.factors.len().saturating_sub(1);
-        self.factors[..own].iter().map(Factors::order).collect()
+        self.free().iter().map(Factors::order).collect()
+    }
+
+    /// Parameters of the scales, without the last, one after the other.
+    pub(crate) fn parameters(&self) -> Vec<f64> {
+        self.free().iter().flat_map(Factors::parameters).collect()
+    }
+
+    /// Scales of the same kinds with other parameters, clamped to the limits.
+    pub(crate) fn with_parameters(&self, parameters: &[f64], limits: &Limits) -> Self {
+        let mut next = self.clone();
+        let last = next.factors.len().saturating_sub(1);
+        let mut rest = parameters;
+        for factors in &mut next.factors[..last] {
+            let (own, others) = rest.split_at(factors.parameters().len().min(rest.len()));
+            *factors = factors.with_parameters(own, limits);
+            rest = others;
+        }
+        next
     }
 
     /// |dᵢ(jω)| per block; at infinity the high-frequency gain.

@@ -8,12 +8,15 @@
 pub(crate) mod assumptions;
 pub(crate) mod controller;
 mod feedthrough;
+pub(crate) mod matrix_slope;
+mod near;
 pub(crate) mod normal;
 pub mod regularise;
 mod riccati_pair;
 mod search;
 pub(crate) mod settings;
 pub(crate) mod side;
+pub(crate) mod slope;
 
 use crate::augment::GeneralizedPlant;
 use crate::linalg::riccati::Effort;
@@ -23,8 +26,10 @@ use crate::lti::{Continuous, StateSpace};
 use crate::robust::error::{Condition, SynthesisError};
 use controller::central;
 use feedthrough::blamed;
+use near::near_level;
 use search::{LEVEL_TOL, Search};
 pub use settings::HinfSettings;
+use slope::{BindingLevel, binding_levels};
 
 /// Margins and residuals at the level of the delivered controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +86,28 @@ pub(crate) fn optimal_level(
     Search::new(plant)
         .and_then(|search| search.optimum(settings, &mut 0))
         .map_err(|error| blamed(plant, error))
+}
+
+/// ln of the optimal level, and the levels that bind there with their derivatives. From a level of a similar problem
+/// (`settings.hint`) the search is a few steps of Newton's method.
+///
+/// # Errors
+/// As [`synthesise`].
+pub(crate) fn optimal_level_with_slopes(
+    plant: &GeneralizedPlant,
+    settings: &HinfSettings,
+) -> Result<(f64, Vec<BindingLevel>), SynthesisError> {
+    if let Some(hint) = settings.hint
+        && let Ok(Some(found)) = near_level(plant, hint, settings.rel_tol)
+    {
+        return Ok(found);
+    }
+    let found = || {
+        let search = Search::new(plant)?;
+        let level = search.optimum(settings, &mut 0)?;
+        Ok((level.ln(), binding_levels(&search, level)?))
+    };
+    found().map_err(|error| blamed(plant, error))
 }
 
 /// Whether a controller with ‖F_l(P, K)‖∞ < γ exists: the conditions at this level alone, one pair of Riccati equations

@@ -1,9 +1,10 @@
 //! Normal form of the H∞ problem: D12 = [0; I], D21 = [0, I], D22 = 0, balanced states (Safonov, Limebeer and Chiang
 //! 1989). z and w are rotated, so norms stay; u = T_u ũ and ỹ = T_y y; D22 is taken out by loop shifting.
 
+use super::matrix_slope::MatrixSlope;
 use crate::augment::GeneralizedPlant;
 use crate::linalg::{Mat, NumericError, solve, svd};
-use crate::lti::connect::{stack_cols, stack_rows};
+use crate::lti::connect::{block2, stack_cols, stack_rows};
 use crate::lti::scale::balancing;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::error::SynthesisError;
@@ -30,6 +31,11 @@ pub(crate) struct NormalForm {
     control: Mat<f64>,
     measurement: Mat<f64>,
     d22: Mat<f64>,
+    /// Rotations of the errors and of the disturbances: z = Z z̃, w = W w̃.
+    errors: Mat<f64>,
+    disturbances: Mat<f64>,
+    /// x = diag(states)·x̃.
+    states: Vec<f64>,
 }
 
 impl NormalForm {
@@ -84,7 +90,8 @@ impl NormalForm {
             d: Mat::zeros(p1 + p2, m1 + m2),
             time: Continuous,
         };
-        let scaled = scaled.scale_states(&balancing(&scaled));
+        let states = balancing(&scaled);
+        let scaled = scaled.scale_states(&states);
         Ok(Self {
             b1: scaled.b.submatrix(0, 0, n, m1).to_owned(),
             b2: scaled.b.submatrix(0, m1, n, m2).to_owned(),
@@ -95,7 +102,31 @@ impl NormalForm {
             control,
             measurement,
             d22: d(p1, m1, p2, m2),
+            errors: z,
+            disturbances: w,
+            states,
         })
+    }
+
+    /// The zero derivative by the matrices of the normal form.
+    pub(crate) fn no_slope(&self) -> MatrixSlope {
+        let inputs = self.b1.ncols() + self.b2.ncols();
+        MatrixSlope::nothing(self.a.nrows(), inputs, self.c1.nrows() + self.c2.nrows())
+    }
+
+    /// A derivative by the matrices of the normal form as one by those of the plant: [w; u] and [z; y] together.
+    pub(crate) fn pulled_back(&self, slope: &MatrixSlope) -> MatrixSlope {
+        let inputs = diagonal(&self.disturbances, &self.control);
+        let outputs = diagonal(&self.errors, &self.measurement.transpose().to_owned());
+        let t = &self.states;
+        let b = &slope.b * inputs.transpose();
+        let c = &outputs * &slope.c;
+        MatrixSlope {
+            a: Mat::from_fn(t.len(), t.len(), |i, j| slope.a[(i, j)] * t[j] / t[i]),
+            b: Mat::from_fn(t.len(), b.ncols(), |i, j| b[(i, j)] / t[i]),
+            c: Mat::from_fn(c.nrows(), t.len(), |i, j| c[(i, j)] * t[j]),
+            d: &outputs * &slope.d * inputs.transpose(),
+        }
     }
 
     /// Number of controls.
@@ -135,6 +166,12 @@ impl NormalForm {
         let bd = &k0.b * &self.d22;
         StateSpace::new(&k0.a - &bd * &cu, &k0.b - &bd * &du, cu, du, Continuous)
     }
+}
+
+/// [a 0; 0 b].
+fn diagonal(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
+    let zero = |rows: &Mat<f64>, columns: &Mat<f64>| Mat::zeros(rows.nrows(), columns.ncols());
+    block2(a, &zero(a, b), &zero(b, a), b)
 }
 
 /// Orthogonal Q and invertible T with QᵀD T = [0; I]; the two singular values when D has no full column rank.

@@ -5,13 +5,11 @@
 //! the value of the inequality for the scaling in the answer, the lower bound belongs to a Δ with a checked singular I
 //! − ΔM.
 
-mod active_set;
 pub(crate) mod certificate;
 pub mod dscale;
 pub(crate) mod dscale_centre;
 pub mod lmi;
 pub mod lower;
-pub mod minimax_step;
 pub mod mixed;
 pub mod peak;
 pub(crate) mod reduction;

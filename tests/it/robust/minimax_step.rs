@@ -1,6 +1,6 @@
 //! The step of the polish: a convex programme, so that no neighbour of its solution may be better.
 
-use muspin::robust::mu::minimax_step::{LinearValue, StepRule, minimax_step};
+use muspin::robust::minimax::step::{LinearValue, StepRule, minimax_step};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -7,9 +7,11 @@
 
 use super::active_set::weights;
 pub use super::active_set::{LinearValue, StepRule};
-use super::lmi::{ProgrammeError, QuadraticProgramme, Row};
+use super::curvature::Curvature;
 use crate::linalg::Mat;
 use crate::linalg::dense::dot;
+use crate::linalg::symmetric::DefiniteFactor;
+use crate::robust::mu::lmi::{ProgrammeError, QuadraticProgramme, Row};
 
 /// A step with what the linear model promises.
 #[derive(Clone, Debug)]
@@ -58,6 +60,41 @@ pub fn minimax_step(
         predicted: objective.unwrap_or(0.0) + rule.penalty * over,
         step,
         binding: binding.filter(|(_, weight)| *weight > BINDS).collect(),
+    })
+}
+
+/// The step δx = W p with (λ/2)|p|² + ½ δxᵀBδx in the place of the proximal term, B the `curvature` and λ the proximal
+/// weight of the rule; `None` where that term is not positive definite or the programme fails.
+pub(crate) fn curved_step(
+    values: &[LinearValue],
+    likely: &[usize],
+    (whiten, curvature): (&Mat<f64>, &Curvature),
+    rule: &StepRule,
+) -> Option<MinimaxStep> {
+    let n = whiten.nrows();
+    // |Lᵀp|² = pᵀ(WᵀBW + λI)p.
+    let factor = DefiniteFactor::new(&curvature.seen_in(whiten, rule.proximal))?;
+    let slopes = Mat::from_fn(n, values.len(), |i, k| values[k].gradient[i]);
+    let turned = factor.solve_lower(whiten.transpose() * slopes);
+    let turned: Vec<LinearValue> = values
+        .iter()
+        .enumerate()
+        .map(|(k, v)| LinearValue {
+            limit: v.limit,
+            value: v.value,
+            gradient: (0..n).map(|i| turned[(i, k)]).collect(),
+        })
+        .collect();
+    let rule = StepRule {
+        proximal: 1.0,
+        ..*rule
+    };
+    let found = minimax_step(&turned, likely, &rule).ok()?;
+    let p = factor.solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
+    let step = whiten * p;
+    Some(MinimaxStep {
+        step: (0..n).map(|i| step[(i, 0)]).collect(),
+        ..found
     })
 }
 

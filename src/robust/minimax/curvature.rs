@@ -40,7 +40,12 @@ impl Curvature {
 
     /// Learns that the slope changes by `change` along the step. The first step sets the scale: B is the metric times
     /// the curvature along it.
-    pub(crate) fn learn(&mut self, step: &[f64], change: &[f64], metric: impl Fn() -> Mat<f64>) {
+    pub(crate) fn learn(
+        &mut self,
+        step: &[f64],
+        change: &[f64],
+        metric: impl FnOnce() -> Mat<f64>,
+    ) {
         let along = dot(step, change);
         if self.0.is_none() && along > 0.0 {
             let metric = metric();

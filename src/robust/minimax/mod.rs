@@ -1,0 +1,6 @@
+//! Descent on a largest value with exact derivatives: the step of the prox-linear method, and the curvature that the
+//! steps teach.
+
+mod active_set;
+pub(crate) mod curvature;
+pub mod step;
