@@ -10,7 +10,6 @@ use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::lower_lft;
 use crate::lti::{Discrete, Response, StateSpace};
 use crate::spindle::{Machine, ModelDetail, Plant};
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// The loop of one plane where the planes are apart, else of both, on the full plant at one speed.
@@ -67,11 +66,20 @@ impl FullLoop {
     /// # Errors
     /// [`NumericError`] from the Lyapunov equation.
     pub(crate) fn noise_gain(&self) -> Result<f64, NumericError> {
-        let each: Result<Vec<f64>, NumericError> = [0, 1]
-            .into_par_iter()
-            .map(|j| h2_norm(&self.loops, self.bearing(j), self.axes))
-            .collect();
-        Ok(each?.into_iter().fold(0.0, f64::max))
+        let (loops, n) = (&self.loops, self.loops.order());
+        let noise = loops.b.submatrix(0, 0, n, self.axes);
+        // Covariance of the states: A P Aᵀ − P + BBᵀ = 0.
+        let p = discrete_lyapunov(
+            &loops.a.transpose().to_owned(),
+            &(noise * noise.transpose()),
+        )?;
+        let variance = |j: usize| {
+            let row = self.bearing(j);
+            let c = loops.c.submatrix(row, 0, 1, n);
+            let direct = (0..self.axes).map(|k| loops.d[(row, k)].powi(2));
+            (c * &p * c.transpose())[(0, 0)] + direct.sum::<f64>()
+        };
+        Ok(variance(0).max(variance(1)).max(0.0).sqrt())
     }
 }
 
@@ -119,15 +127,4 @@ fn noisy_loops(
     });
     let open = StateSpace::new(plant.a.clone(), b, c, d, plant.time)?;
     lower_lft(&open, law)
-}
-
-/// ‖row‖₂ of output `row` from the first `inputs` inputs: rms of the output for unit white noise.
-fn h2_norm(system: &StateSpace<Discrete>, row: usize, inputs: usize) -> Result<f64, NumericError> {
-    let c = system.c.submatrix(row, 0, 1, system.order()).to_owned();
-    let x = discrete_lyapunov(&system.a, &(c.transpose() * &c))?;
-    let square = (0..inputs).map(|j| {
-        let b = system.b.submatrix(0, j, system.order(), 1).to_owned();
-        (b.transpose() * &x * &b)[(0, 0)] + system.d[(row, j)].powi(2)
-    });
-    Ok(square.sum::<f64>().max(0.0).sqrt())
 }

@@ -15,6 +15,7 @@ use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
 use crate::linalg::NumericError;
 use crate::lti::held::closed_response;
+use crate::lti::line_maximum::LineMaximum;
 use crate::lti::norm::{HinfNorm, NormError, hinf_norm_discrete};
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::spindle::plant::AXES;
@@ -202,8 +203,11 @@ impl Figures {
         let nominal = verify(machine, &law, settings.speeds, "full plant, sampled")?;
         let stable = nominal.is_stable();
         let fastest = machine.spindle.max_rpm * TAU / 60.0;
-        let rest = full_figures(machine, &law, 0.0, stable)?;
-        let fast = full_figures(machine, &law, fastest, stable)?;
+        let (rest, fast) = rayon::join(
+            || full_figures(machine, &law, 0.0, stable),
+            || full_figures(machine, &law, fastest, stable),
+        );
+        let (rest, fast) = (rest?, fast?);
         let high_frequency_hz = high_frequency_hz(machine)?;
         let gain = high_frequency_gain(&law, high_frequency_hz);
         Ok(Self {
@@ -450,24 +454,20 @@ pub fn softest(
     let Some(k) = (0..values.len()).reduce(|a, b| if values[b] < values[a] { b } else { a }) else {
         return Ok((f64::NAN, f64::NAN));
     };
-    let (mut lo, mut hi) = (
-        lines[k.saturating_sub(1)],
-        lines[(k + 1).min(lines.len() - 1)],
-    );
-    let mut best = (values[k], lines[k]);
-    // Thirds: 40 steps narrow the bracket by 1e7; the value is quadratic in what is left.
-    for _ in 0..40 {
-        let (a, b) = (lo + (hi - lo) / 3.0, hi - (hi - lo) / 3.0);
-        let (x, y) = (stiffness(a), stiffness(b));
-        for found in [(x, a), (y, b)] {
-            if found.0 < best.0 {
-                best = found;
-            }
-        }
-        if x < y { hi = b } else { lo = a }
+    let point = |k: usize| (lines[k], -values[k]);
+    let (below, above) = (k.saturating_sub(1), (k + 1).min(lines.len() - 1));
+    // The value is quadratic in what is left of the place.
+    let tolerance = PLACE * (lines[above] - lines[below]);
+    let mut search = LineMaximum::new([point(below), point(k), point(above)], tolerance);
+    while let Some(omega) = search.next() {
+        search.add(omega, -stiffness(omega));
     }
-    Ok((best.0, best.1 / TAU))
+    let (omega, largest) = search.best();
+    Ok((-largest, omega / TAU))
 }
+
+/// Tolerance of the place of the smallest stiffness, as a share of the distance of the lines beside it.
+const PLACE: f64 = 1e-5;
 
 fn decibel(x: f64) -> f64 {
     20.0 * x.log10()

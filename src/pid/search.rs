@@ -1,7 +1,7 @@
 //! Search of a PID: starts are drawn from the machine and screened by the argument principle. The best are descended
-//! with exact derivatives by the method of the polish ([`crate::controller::polish`]): a few steps until their loops
-//! are stable, then to convergence, unless the first rounds leave them far behind. Which of them ends best is not seen
-//! before.
+//! with exact derivatives by the method of the polish ([`crate::controller::polish`]): a few steps each, the best of
+//! what these lead to further, to convergence unless the first rounds leave them far behind. Which of them ends best is
+//! not seen before.
 
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
@@ -16,7 +16,7 @@ use crate::controller::polish::structure::Line;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, ControllerError, in_step};
 use crate::linalg::c64;
-use crate::lti::connect::lower_lft;
+use crate::lti::{Discrete, StateSpace};
 use crate::spindle::{Machine, Plant};
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -59,6 +59,8 @@ const APART: f64 = 2e-3;
 const OVERSPEED: f64 = 1.2;
 /// Starts looked at on all rotors.
 const SHORTLIST: usize = 24;
+/// Starts that a few steps are tried from for each that is descended: a start says little of where it leads.
+const RIVALS: usize = 4;
 /// Relative gain of a step below which the first descent of a start ends.
 const FIRST: f64 = 2e-3;
 /// The same of a round: a rival that is not tuned to its end would flatter the comparison.
@@ -130,9 +132,8 @@ pub(super) fn search(
         lines: &plain,
         list: &list,
     };
-    let mut loss = make(plain.clone(), &known);
-    let mut ranked: Vec<(Judged, PidLaw, Vec<f64>)> = all
-        .iter()
+    let mut ranked: Vec<Ranked> = all
+        .par_iter()
         .map(|start| {
             let base = start.parameters.to_log();
             let x: Vec<f64> = free.iter().map(|k| base[*k]).collect();
@@ -141,27 +142,30 @@ pub(super) fn search(
                 free: free.to_vec(),
                 nyquist_rad_s: nyquist,
             };
+            let mut loss = make(plain.clone(), &known);
             activate(&mut loss, &law, &x, unstable_poles);
             (judged(&loss, &law, &x), law, x)
         })
         .collect();
     ranked.sort_by(|a, b| order(&a.0, &b.0));
-    ranked.truncate(asked.basins.max(1));
+    ranked.truncate(RIVALS * asked.basins.max(1));
     let mut evaluations = asked.starts + given.len();
-    let effort = |steps: usize, tolerance: f64| Effort { steps, tolerance };
-    for (_, law, x) in &mut ranked {
-        // Rotors that are unstable at first may be stable after a few steps.
-        let mut memory = Memory::default();
-        for part in 0..2 {
-            activate(&mut loss, law, x, unstable_poles);
-            let asked = effort(asked.steps / 12 + part, FIRST);
-            memory.begin();
-            evaluations += descend(&mut loss, law, x, (&asked, &mut memory))?;
-        }
-    }
-    let last = effort(asked.steps, LAST);
+    let first = ranked.into_par_iter().map(|(_, law, x)| {
+        let loss = make(plain.clone(), &known);
+        first_descent(loss, (law, x), asked.steps / 12, unstable_poles)
+    });
+    let first: Result<Vec<_>, VerificationError> = first.collect();
+    let (tried, mut ranked): (Vec<usize>, Vec<_>) = first?.into_iter().unzip();
+    evaluations += tried.iter().sum::<usize>();
+    ranked.sort_by(|a, b| order(&a.0, &b.0));
+    ranked.truncate(asked.basins.max(1));
+    let last = Effort {
+        steps: asked.steps,
+        tolerance: LAST,
+    };
+    let sampled = sampled_plants(&plants)?;
     let fresh = |law: &PidLaw, x: &[f64]| -> Result<Loss, VerificationError> {
-        let poles = loop_poles(plants.at_rest(), law, x)?;
+        let poles = loop_poles(&sampled, law, x)?;
         let mut loss = make(lines(&plants, FROM_HZ, &poles, APART), &known);
         activate(&mut loss, law, x, unstable_poles);
         Ok(loss)
@@ -182,6 +186,43 @@ pub(super) fn search(
         parameters,
         evaluations,
     })
+}
+
+/// A law with its parameters, and what a loss makes of them.
+type Ranked = (Judged, PidLaw, Vec<f64>);
+
+/// A few steps from a start on the lines of `loss`, and their number.
+fn first_descent(
+    mut loss: Loss,
+    (law, mut x): (PidLaw, Vec<f64>),
+    steps: usize,
+    unstable_poles: i64,
+) -> Result<(usize, Ranked), VerificationError> {
+    // Rotors that are unstable at first may be stable after a few steps.
+    let mut memory = Memory::default();
+    let mut tried = 0;
+    for part in 0..2 {
+        activate(&mut loss, &law, &x, unstable_poles);
+        let effort = Effort {
+            steps: steps + part,
+            tolerance: FIRST,
+        };
+        memory.begin();
+        tried += descend(&mut loss, &law, &mut x, (&effort, &mut memory))?;
+    }
+    activate(&mut loss, &law, &x, unstable_poles);
+    Ok((tried, (judged(&loss, &law, &x), law, x)))
+}
+
+/// The plants at rest and at top speed with what they are when sampled.
+fn sampled_plants(
+    plants: &Plants,
+) -> Result<Vec<(Plant, StateSpace<Discrete>)>, VerificationError> {
+    [Role::Rest, Role::TopSpeed]
+        .into_par_iter()
+        .filter_map(|role| plants.of(role).next())
+        .map(|plant| Ok((plant.clone(), plant.sampled()?)))
+        .collect()
 }
 
 /// The loss on lines renewed for a law with these parameters.
@@ -307,22 +348,26 @@ fn unstable_poles(plants: &Plants) -> Result<i64, VerificationError> {
     Ok(poles.iter().filter(|z| z.norm() > 1.0).count() as i64)
 }
 
-/// Poles of the loop at rest as continuous ones, upper half plane, rad/s.
-fn loop_poles(plant: &Plant, law: &PidLaw, x: &[f64]) -> Result<Vec<c64>, VerificationError> {
-    let period = plant.sample_period_s();
+/// Poles of the loops of sampled plants and of the PID itself as continuous ones, upper half plane, rad/s.
+fn loop_poles(
+    sampled: &[(Plant, StateSpace<Discrete>)],
+    law: &PidLaw,
+    x: &[f64],
+) -> Result<Vec<c64>, VerificationError> {
     let Some(parameters) = law.parameters_of(x) else {
         return Ok(vec![]);
     };
-    let ControlLaw::Discrete(sampled) = pid_controller(&parameters, period, "PID")?.law else {
+    let period_s = std::f64::consts::PI / law.nyquist_rad_s;
+    let ControlLaw::Discrete(own) = pid_controller(&parameters, period_s, "PID")?.law else {
         return Ok(vec![]);
     };
     let numeric = in_step("poles of the PID loop");
-    let plane = x_plane(&plant.sampled()?);
-    let own = x_plane(&sampled);
-    let poles = lower_lft(&plane, &own)
-        .and_then(|l| l.continuous_poles())
-        .map_err(&numeric)?;
-    Ok(poles.into_iter().filter(|p| p.im > 0.0).collect())
+    let mut poles = x_plane(&own).poles().map_err(&numeric)?;
+    for (plant, sampled) in sampled {
+        poles.extend(plant.loop_poles(sampled, &own).map_err(&numeric)?);
+    }
+    let continuous = Discrete { period_s }.continuous_poles(poles);
+    Ok(continuous.into_iter().filter(|p| p.im > 0.0).collect())
 }
 
 fn infeasible(tried: usize, unstable: i64) -> ControllerError {

@@ -157,7 +157,7 @@ pub fn textbook(machine: &Machine, settings: &TuneSettings) -> Result<TunedPid, 
     let mut asked = asked(machine, settings, NO_BAND)?;
     // A limit of 0 dB is never met: the search ends at the smallest peak it finds.
     asked.limits.sensitivity = 1.0;
-    asked.rounds = TEXTBOOK_ROUNDS;
+    (asked.basins, asked.rounds) = TEXTBOOK_EFFORT;
     let found = search(machine, &asked, &[gains], &shape, &free)?;
     certify(
         machine,
@@ -168,8 +168,8 @@ pub fn textbook(machine: &Machine, settings: &TuneSettings) -> Result<TunedPid, 
     )
 }
 
-/// Rounds of its descent: it is made to levitate, not to be the best.
-const TEXTBOOK_ROUNDS: usize = 2;
+/// Starts descended, and rounds: it is made to levitate, not to be the best.
+const TEXTBOOK_EFFORT: (usize, usize) = (1, 2);
 /// Gain, integral and derivative time come first in the vector form.
 const FIXED_BY_TEXTBOOK: usize = 3;
 /// No stiffness of the tool takes part.

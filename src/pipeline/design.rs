@@ -17,7 +17,7 @@ use super::polishing::{PolishOutcome, polished};
 use super::problems::Problems;
 use super::progress::{Event, Listener};
 use super::real_corners::largest_at_corners;
-use super::reduction::{Reduced, reduce};
+use super::reduction::reduce;
 use super::settings::DesignSettings;
 use super::specification_scale::{SpecificationScale, specification_scale};
 use super::stable::OwnStability;
@@ -28,6 +28,7 @@ use crate::augment::weights::Weights;
 use crate::controller::stiffness_limit::{StiffnessLimit, TAPS, stiffness_limit};
 use crate::controller::{ControlLaw, Controller};
 use crate::lti::sample::tustin;
+use crate::lti::{Continuous, StateSpace};
 use crate::robust::dk::DkStep;
 use crate::robust::dk::scale::DScales;
 use crate::spindle::Machine;
@@ -160,6 +161,36 @@ pub(crate) fn design_in_words(
     Ok(found)
 }
 
+/// What a controller of scaled signals in the w plane becomes: sampled, polished where that is asked, rounded and
+/// proven.
+fn delivered(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    (problems, reduced): (&Problems, &StateSpace<Continuous>),
+) -> Result<(Delivery, Option<PolishOutcome>), PipelineError> {
+    let period_s = machine.spindle.electronics.sample_period_s();
+    let physical = unscale_controller(reduced);
+    let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
+    let Some(effort) = &settings.polish else {
+        let realised = Realised::new(machine, &sampled)?;
+        let from_dk = Candidate::new(machine, weights, problems, realised)?;
+        let proof = from_dk.proof(machine)?;
+        let delivery = from_dk.delivered(machine, problems, settings.speeds, proof)?;
+        return Ok((delivery, None));
+    };
+    let job = PolishJob {
+        machine,
+        weights,
+        problems,
+        speeds: settings.speeds,
+        effort: *effort,
+        earlier: settings.earlier.as_ref().map(|e| &e.plane),
+    };
+    let (delivery, outcome) = polished(job, &sampled)?;
+    Ok((delivery, Some(outcome)))
+}
+
 /// The whole design.
 ///
 /// # Errors
@@ -185,53 +216,28 @@ pub fn design(
         synthesis: Some(synthesis),
         ..KnownStage::default()
     };
-    let (d_scales, full_stage) = rayon::join(
-        || d_scales(&problems, &scales, &outcome),
-        || stage("full order", &problems, &full, known(synthesis)),
-    );
-    let (d_scales, full_stage) = (d_scales?, full_stage?);
-    progress(Event::Stage("D-scales and certificates of full order"));
-    let reduction_limit = full_stage.synthesis * (1.0 + settings.reduction_budget);
-    let Reduced {
-        controller: reduced,
-        synthesis,
-        tried: orders_tried,
-    } = reduce(&problems, &scales, &full, &full_stage, reduction_limit)?;
-    progress(Event::Stage("reduction"));
-    let reduced_stage = stage("reduced order", &problems, &reduced, known(synthesis))?;
-    progress(Event::Stage("certificates of reduced order"));
-    let period_s = machine.spindle.electronics.sample_period_s();
-    let physical = unscale_controller(&reduced);
-    let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let (delivery, polish) = match &settings.polish {
-        None => {
-            let from_dk = Candidate::new(
-                machine,
-                weights,
-                &problems,
-                Realised::new(machine, &sampled)?,
-            )?;
-            progress(Event::Stage("realisation and its μ"));
-            let proof = from_dk.proof(machine)?;
-            let speeds = settings.speeds;
-            (from_dk.delivered(machine, &problems, speeds, proof)?, None)
-        }
-        Some(effort) => {
-            let job = PolishJob {
-                machine,
-                weights,
-                problems: &problems,
-                speeds: settings.speeds,
-                effort: *effort,
-                earlier: settings.earlier.as_ref().map(|e| &e.plane),
-            };
-            // The polish computes that figure beside its first descent.
-            progress(Event::Stage("realisation and its μ"));
-            let (delivery, outcome) = polished(job, &sampled)?;
-            (delivery, Some(outcome))
-        }
+    let reduction_limit = synthesis * (1.0 + settings.reduction_budget);
+    let deliver = || {
+        let reduced = reduce(&problems, &scales, &full, synthesis, reduction_limit)?;
+        let (delivered, stage) = rayon::join(
+            || delivered(machine, weights, settings, (&problems, &reduced.controller)),
+            || {
+                let known = known(reduced.synthesis);
+                stage("reduced order", &problems, &reduced.controller, known)
+            },
+        );
+        Ok::<_, PipelineError>((reduced.tried, stage?, delivered?))
     };
-    progress(Event::Stage("polish"));
+    // What only the report says of the controller as synthesised is computed beside what is delivered.
+    let (made, (d_scales, full_stage)) = rayon::join(deliver, || {
+        rayon::join(
+            || d_scales(&problems, &scales, &outcome),
+            || stage("full order", &problems, &full, known(synthesis)),
+        )
+    });
+    let (d_scales, full_stage) = (d_scales?, full_stage?);
+    let (orders_tried, reduced_stage, (delivery, polish)) = made?;
+    progress(Event::Stage("reduction, polish and certificates"));
     let specification_scale = match &delivery.controller.law {
         ControlLaw::Discrete(law) => specification_scale(
             machine,

@@ -1,7 +1,7 @@
 //! Closed-loop aware reduction of the controller.
 
 use super::PipelineError;
-use super::certificates::{Stage, attained};
+use super::certificates::attained;
 use super::problems::Problems;
 use crate::lti::balance::{Balancing, frequency_weighted_balance};
 use crate::lti::connect::lower_lft;
@@ -18,7 +18,8 @@ pub(super) struct Reduced {
     pub(super) tried: Vec<(usize, f64)>,
 }
 
-/// Lowest order whose μ on the synthesis problem stays within budget and whose loop is stable.
+/// Lowest order whose μ on the synthesis problem stays within the limit and whose loop is stable; `at_full` is that μ
+/// at full order.
 ///
 /// Balanced truncation of K, weighted by the effect of a change of K on the loop: F_l(P, K + ΔK) − F_l(P, K) = N₁₂ ΔK
 /// (I − N₂₂ ΔK)⁻¹ N₂₁ (Anderson and Liu 1989), with N the loop closed by K and opened again beside it.
@@ -26,7 +27,7 @@ pub(super) fn reduce(
     problems: &Problems,
     scales: &[f64],
     full: &StateSpace<Continuous>,
-    at_full: &Stage,
+    at_full: f64,
     limit: f64,
 ) -> Result<Reduced, PipelineError> {
     let numeric = || PipelineError::numeric(STAGE);
@@ -46,7 +47,7 @@ pub(super) fn reduce(
             };
             tried.push((order, mu));
             if mu <= limit {
-                tried.push((full.order(), at_full.synthesis));
+                tried.push((full.order(), at_full));
                 return Ok(Reduced {
                     controller: candidate,
                     synthesis: mu,
@@ -55,10 +56,10 @@ pub(super) fn reduce(
             }
         }
     }
-    tried.push((full.order(), at_full.synthesis));
+    tried.push((full.order(), at_full));
     Ok(Reduced {
         controller: full.clone(),
-        synthesis: at_full.synthesis,
+        synthesis: at_full,
         tried,
     })
 }
