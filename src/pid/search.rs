@@ -99,7 +99,7 @@ pub(super) fn search(
     let rotors = plants.on(&plain, &Known::NOTHING);
     let nominal: Vec<_> = rotors
         .iter()
-        .filter(|r| matches!(r.role, Role::Rest | Role::TopSpeed))
+        .filter(|rotor| is_nominal(rotor))
         .collect();
     let unstable_poles = unstable_poles(&plants)?;
     let rule = StartRule::new(machine, bending)?;
@@ -228,8 +228,14 @@ fn sampled_plants(
 /// The loss on lines renewed for a law with these parameters.
 type FreshLoss<'a> = dyn Fn(&PidLaw, &[f64]) -> Result<Loss, VerificationError> + Sync + 'a;
 
-/// What a loss makes of parameters: rotors with an unstable loop, then the merit.
-type Judged = (usize, f64);
+/// What a loss makes of parameters: rotors with an unstable loop, the machine as it is before those with shifted
+/// modes, then the merit.
+type Judged = ([usize; 2], f64);
+
+/// The machine as it is, at rest and at top speed.
+fn is_nominal(rotor: &Rotor) -> bool {
+    matches!(rotor.role, Role::Rest | Role::TopSpeed)
+}
 
 /// The better first.
 fn order(a: &Judged, b: &Judged) -> Ordering {
@@ -299,7 +305,11 @@ impl Descent {
 }
 
 fn judged(loss: &Loss, law: &PidLaw, x: &[f64]) -> Judged {
-    let lost = loss.active.iter().filter(|active| !**active).count();
+    let mut lost = [0; 2];
+    for (rotor, active) in loss.rotors.iter().zip(&loss.active) {
+        let shifted = usize::from(!is_nominal(rotor));
+        lost[shifted] += usize::from(!active);
+    }
     (lost, loss.evaluate(law, x).merit(PENALTY))
 }
 

@@ -62,7 +62,7 @@ impl Evaluation {
 /// Rotors, lines and limits: everything about a loop but the controller.
 pub(crate) struct Loss {
     pub lines: Vec<Line>,
-    pub(super) rotors: Vec<Rotor>,
+    pub rotors: Vec<Rotor>,
     specification: Option<Specification>,
     pub limits: LoopLimits,
     /// Share of the band up to Nyquist that a line stands for.
