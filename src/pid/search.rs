@@ -97,10 +97,7 @@ pub(super) fn search(
     let bending = modes.first().copied().unwrap_or(0.1 * nyquist);
     let plain = lines(&plants, FROM_HZ, &[], APART);
     let rotors = plants.on(&plain, &Known::NOTHING);
-    let nominal: Vec<_> = rotors
-        .iter()
-        .filter(|rotor| is_nominal(rotor))
-        .collect();
+    let nominal: Vec<_> = rotors.iter().filter(|rotor| is_nominal(rotor)).collect();
     let unstable_poles = unstable_poles(&plants)?;
     let rule = StartRule::new(machine, bending)?;
     let mut all: Vec<Start> = given
@@ -165,9 +162,14 @@ pub(super) fn search(
     };
     let sampled = sampled_plants(&plants)?;
     let fresh = |law: &PidLaw, x: &[f64]| -> Result<Loss, VerificationError> {
-        let poles = loop_poles(&sampled, law, x)?;
+        let LoopPoles { poles, stable } = loop_poles(&sampled, law, x)?;
         let mut loss = make(lines(&plants, FROM_HZ, &poles, APART), &known);
         activate(&mut loss, law, x, unstable_poles);
+        // Turns miss a pole whose lines were taken for one with a neighbour's; eigenvalues do not.
+        for (rotor, active) in loss.rotors.iter().zip(&mut loss.active) {
+            let found = stable.iter().find(|(role, _)| *role == rotor.role);
+            *active &= found.is_none_or(|(_, stable)| *stable);
+        }
         Ok(loss)
     };
     let starts: Result<Vec<Descent>, VerificationError> = ranked
@@ -217,11 +219,11 @@ fn first_descent(
 /// The plants at rest and at top speed with what they are when sampled.
 fn sampled_plants(
     plants: &Plants,
-) -> Result<Vec<(Plant, StateSpace<Discrete>)>, VerificationError> {
+) -> Result<Vec<(Role, Plant, StateSpace<Discrete>)>, VerificationError> {
     [Role::Rest, Role::TopSpeed]
         .into_par_iter()
-        .filter_map(|role| plants.of(role).next())
-        .map(|plant| Ok((plant.clone(), plant.sampled()?)))
+        .filter_map(|role| Some((role, plants.of(role).next()?)))
+        .map(|(role, plant)| Ok((role, plant.clone(), plant.sampled()?)))
         .collect()
 }
 
@@ -358,26 +360,40 @@ fn unstable_poles(plants: &Plants) -> Result<i64, VerificationError> {
     Ok(poles.iter().filter(|z| z.norm() > 1.0).count() as i64)
 }
 
-/// Poles of the loops of sampled plants and of the PID itself as continuous ones, upper half plane, rad/s.
+/// Poles of the loops of some plants with a PID.
+#[derive(Default)]
+struct LoopPoles {
+    /// With those of the PID itself, as continuous ones, upper half plane, rad/s.
+    poles: Vec<c64>,
+    /// Stability of each loop.
+    stable: Vec<(Role, bool)>,
+}
+
 fn loop_poles(
-    sampled: &[(Plant, StateSpace<Discrete>)],
+    sampled: &[(Role, Plant, StateSpace<Discrete>)],
     law: &PidLaw,
     x: &[f64],
-) -> Result<Vec<c64>, VerificationError> {
+) -> Result<LoopPoles, VerificationError> {
     let Some(parameters) = law.parameters_of(x) else {
-        return Ok(vec![]);
+        return Ok(LoopPoles::default());
     };
     let period_s = std::f64::consts::PI / law.nyquist_rad_s;
     let ControlLaw::Discrete(own) = pid_controller(&parameters, period_s, "PID")?.law else {
-        return Ok(vec![]);
+        return Ok(LoopPoles::default());
     };
     let numeric = in_step("poles of the PID loop");
     let mut poles = x_plane(&own).poles().map_err(&numeric)?;
-    for (plant, sampled) in sampled {
-        poles.extend(plant.loop_poles(sampled, &own).map_err(&numeric)?);
+    let mut stable = vec![];
+    for (role, plant, sampled) in sampled {
+        let found = plant.loop_poles(sampled, &own).map_err(&numeric)?;
+        stable.push((*role, found.iter().all(|z| z.norm() < 1.0)));
+        poles.extend(found);
     }
     let continuous = Discrete { period_s }.continuous_poles(poles);
-    Ok(continuous.into_iter().filter(|p| p.im > 0.0).collect())
+    Ok(LoopPoles {
+        poles: continuous.into_iter().filter(|p| p.im > 0.0).collect(),
+        stable,
+    })
 }
 
 fn infeasible(tried: usize, unstable: i64) -> ControllerError {
