@@ -92,6 +92,31 @@ fn the_gain_at_the_amplifiers_is_the_largest_singular_value_above_the_modes_of_t
     assert_eq!(held.noise_current_a, TuneSettings::quick().noise_current_a);
 }
 
+/// Two poles of this loop lie so close that lines of one stood for both, and turns of the determinant called it stable.
+#[test]
+fn a_pid_for_a_slender_tool_levitates_within_the_limits_of_a_controller() {
+    let spindle = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/data/spindles/s09-four-modes.yaml"
+    );
+    let settings = TuneSettings {
+        noise_current_a: 0.09428,
+        high_frequency_gain_a_per_m: 1.5049e6,
+        ..TuneSettings::quick()
+    };
+    let machine = load_machine(spindle, "drill-8").unwrap();
+    let tuned = tune(&machine, &settings, &mut |_, _| {}).unwrap();
+    assert!(tuned.certificate.nominal.is_stable());
+    let ControlLaw::Discrete(law) = &tuned.controller.law else {
+        panic!("sampled")
+    };
+    for rpm in [0.0, machine.spindle.max_rpm] {
+        let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
+        let rate = growth_rate(&plant.sampled().unwrap(), law).unwrap();
+        assert!(rate < 0.0, "{rate} 1/s at {rpm} rpm");
+    }
+}
+
 #[test]
 fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
     let clock = std::time::Instant::now();
