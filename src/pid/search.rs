@@ -165,7 +165,7 @@ pub(super) fn search(
         let LoopPoles { poles, stable } = loop_poles(&sampled, law, x)?;
         let mut loss = make(lines(&plants, FROM_HZ, &poles, APART), &known);
         activate(&mut loss, law, x, unstable_poles);
-        // Turns miss a pole whose lines were taken for one with a neighbour's; eigenvalues do not.
+        // Turns on lines can miss a sharp pole; eigenvalues do not.
         for (rotor, active) in loss.rotors.iter().zip(&mut loss.active) {
             let found = stable.iter().find(|(role, _)| *role == rotor.role);
             *active &= found.is_none_or(|(_, stable)| *stable);

@@ -92,7 +92,7 @@ fn the_gain_at_the_amplifiers_is_the_largest_singular_value_above_the_modes_of_t
     assert_eq!(held.noise_current_a, TuneSettings::quick().noise_current_a);
 }
 
-/// Two poles of this loop lie so close that lines of one stood for both, and turns of the determinant called it stable.
+/// The turns of the determinant counted an unstable loop of this machine as stable.
 #[test]
 fn a_pid_for_a_slender_tool_levitates_within_the_limits_of_a_controller() {
     let spindle = concat!(
