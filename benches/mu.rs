@@ -89,7 +89,7 @@ fn iterations(c: &mut Criterion) {
         let plant = plant(&format!("dk/{name}"));
         let settings = DkSettings {
             fit_range_rad_s: Some((1e-3, 1e5)),
-            descent_rounds: 0,
+            descent_steps: 0,
             ..DkSettings::default()
         };
         group.bench_function(name, |b| {

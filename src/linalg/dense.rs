@@ -177,6 +177,11 @@ pub fn symmetric_eigen(a: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), NumericErro
     Ok((values, evd.U().to_owned()))
 }
 
+/// A real matrix as a complex one.
+pub(crate) fn complex(m: &Mat<f64>) -> Mat<c64> {
+    Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0))
+}
+
 /// aᵀb of two vectors of one length.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()

@@ -10,14 +10,14 @@ use crate::augment::plane::x_plane;
 use crate::controller::polish::LoopLimits;
 use crate::controller::polish::descent::{Effort, Memory, PENALTY, descend};
 use crate::controller::polish::lines::lines;
+use crate::controller::polish::loop_poles::{SampledPlants, oscillating};
 use crate::controller::polish::loss::Loss;
 use crate::controller::polish::responses::{Known, Plants, Role, Rotor, shifts};
 use crate::controller::polish::structure::Line;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, ControllerError, in_step};
 use crate::linalg::c64;
-use crate::lti::{Discrete, StateSpace};
-use crate::spindle::{Machine, Plant};
+use crate::spindle::Machine;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 
@@ -160,7 +160,7 @@ pub(super) fn search(
         steps: asked.steps,
         tolerance: LAST,
     };
-    let sampled = sampled_plants(&plants)?;
+    let sampled = SampledPlants::of(&plants, &[Role::Rest, Role::TopSpeed])?;
     let fresh = |law: &PidLaw, x: &[f64]| -> Result<Loss, VerificationError> {
         let LoopPoles { poles, stable } = loop_poles(&sampled, law, x)?;
         let mut loss = make(lines(&plants, FROM_HZ, &poles, APART), &known);
@@ -216,17 +216,6 @@ fn first_descent(
     Ok((tried, (judged(&loss, &law, &x), law, x)))
 }
 
-/// The plants at rest and at top speed with what they are when sampled.
-fn sampled_plants(
-    plants: &Plants,
-) -> Result<Vec<(Role, Plant, StateSpace<Discrete>)>, VerificationError> {
-    [Role::Rest, Role::TopSpeed]
-        .into_par_iter()
-        .filter_map(|role| Some((role, plants.of(role).next()?)))
-        .map(|(role, plant)| Ok((role, plant.clone(), plant.sampled()?)))
-        .collect()
-}
-
 /// The loss on lines renewed for a law with these parameters.
 type FreshLoss<'a> = dyn Fn(&PidLaw, &[f64]) -> Result<Loss, VerificationError> + Sync + 'a;
 
@@ -271,10 +260,8 @@ impl Descent {
     /// Descends once and renews the lines; true when that pays for another round.
     fn round(&mut self, effort: &Effort, fresh: &FreshLoss) -> Result<bool, VerificationError> {
         // A descent that stands still on the curvature learnt on its way goes on without it.
-        let mut memory = Memory::default();
-        memory.begin();
-        let memory = (effort, &mut memory);
-        self.evaluations += descend(&mut self.loss, &self.law, &mut self.x, memory)?;
+        let how = (effort, &mut Memory::default());
+        self.evaluations += descend(&mut self.loss, &self.law, &mut self.x, how)?;
         self.loss = fresh(&self.law, &self.x)?;
         let found = judged(&self.loss, &self.law, &self.x);
         let before = self.best.0;
@@ -370,7 +357,7 @@ struct LoopPoles {
 }
 
 fn loop_poles(
-    sampled: &[(Role, Plant, StateSpace<Discrete>)],
+    sampled: &SampledPlants,
     law: &PidLaw,
     x: &[f64],
 ) -> Result<LoopPoles, VerificationError> {
@@ -384,14 +371,12 @@ fn loop_poles(
     let numeric = in_step("poles of the PID loop");
     let mut poles = x_plane(&own).poles().map_err(&numeric)?;
     let mut stable = vec![];
-    for (role, plant, sampled) in sampled {
-        let found = plant.loop_poles(sampled, &own).map_err(&numeric)?;
-        stable.push((*role, found.iter().all(|z| z.norm() < 1.0)));
+    for (role, found) in sampled.loop_poles(&own).map_err(&numeric)? {
+        stable.push((role, found.iter().all(|z| z.norm() < 1.0)));
         poles.extend(found);
     }
-    let continuous = Discrete { period_s }.continuous_poles(poles);
     Ok(LoopPoles {
-        poles: continuous.into_iter().filter(|p| p.im > 0.0).collect(),
+        poles: oscillating(poles, period_s),
         stable,
     })
 }

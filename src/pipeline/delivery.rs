@@ -311,25 +311,23 @@ fn arithmetics(
     known: &Stage,
 ) -> Result<Vec<Arithmetic>, PipelineError> {
     let laws = [
-        ("float64", Some(realisation.rows.to_state_space()?)),
-        ("float32", Some(rounded.clone())),
+        ("float64", Some(realisation.rows.to_state_space()?), None),
+        ("float32", Some(rounded.clone()), Some(known)),
         // A range that Q31 does not hold is said by the firmware export; the design stands without it.
-        ("Q31", q31(realisation).and_then(|p| p.rounded()).ok()),
+        ("Q31", q31(realisation).and_then(|p| p.rounded()).ok(), None),
     ];
     laws.into_par_iter()
-        .filter_map(|(name, law)| Some((name, law?)))
-        .map(|(name, law)| {
+        .filter_map(|(name, law, known)| Some((name, law?, known)))
+        .map(|(name, law, known)| {
             let plane = plane_of(&law)?;
-            let mu = |plant: &GeneralizedPlant, known: &PeakFigures| {
-                if name == "float32" {
-                    return Ok::<_, PipelineError>(known.attained);
-                }
-                Ok(attained(plant, &plane)?.unwrap_or(f64::INFINITY))
+            let mu = |plant: &GeneralizedPlant, known: Option<PeakFigures>| match known {
+                Some(peak) => Ok(peak.attained),
+                None => attained(plant, &plane).map(|mu| mu.unwrap_or(f64::INFINITY)),
             };
             Ok(Arithmetic {
                 name,
-                specification: mu(&problems.specification, &known.specification)?,
-                covered: mu(&problems.covered, &known.covered)?,
+                specification: mu(&problems.specification, known.map(|k| k.specification))?,
+                covered: mu(&problems.covered, known.map(|k| k.covered))?,
                 controller: named("mu", ControlLaw::Discrete(law)),
             })
         })

@@ -219,14 +219,14 @@ pub fn design(
     let reduction_limit = synthesis * (1.0 + settings.reduction_budget);
     let deliver = || {
         let reduced = reduce(&problems, &scales, &full, synthesis, reduction_limit)?;
-        let (delivered, stage) = rayon::join(
+        let (made, at_reduced) = rayon::join(
             || delivered(machine, weights, settings, (&problems, &reduced.controller)),
             || {
                 let known = known(reduced.synthesis);
                 stage("reduced order", &problems, &reduced.controller, known)
             },
         );
-        Ok::<_, PipelineError>((reduced.tried, stage?, delivered?))
+        Ok::<_, PipelineError>((reduced.tried, at_reduced?, made?))
     };
     // What only the report says of the controller as synthesised is computed beside what is delivered.
     let (made, (d_scales, full_stage)) = rayon::join(deliver, || {

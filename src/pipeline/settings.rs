@@ -66,7 +66,7 @@ impl Default for DesignSettings {
                 max_d_order: 2,
                 patience: 1,
                 min_improvement: 2e-3,
-                descent_rounds: 6,
+                descent_steps: 6,
                 // Half a percent of μ is no difference in a loop that is polished afterwards.
                 least_gap: 5e-3,
                 ..DkSettings::default()

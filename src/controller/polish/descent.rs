@@ -13,6 +13,7 @@ use super::values::{GROUPS, Group, LIMITS, Value, WINDOW};
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::{Mat, symmetric_eigen};
 use crate::robust::minimax::curvature::Curvature;
+use crate::robust::minimax::proximal::{HEAVIEST, after_refusal, after_step, is_accepted};
 use crate::robust::minimax::step::{LinearValue, MinimaxStep, StepRule, curved_step};
 use rayon::prelude::*;
 
@@ -41,8 +42,6 @@ const METRIC_AGE: usize = 4;
 const OWN_STEP: f64 = 1.0;
 /// Lines skipped between the rows of the metric, and weight of a relative change of K itself.
 const METRIC: (usize, f64) = (3, 0.2);
-/// Proximal weight at which a descent gives up: the step is below rounding.
-const HEAVIEST: f64 = 1e9;
 
 /// What a descent keeps from one round to the next.
 #[derive(Clone, Debug)]
@@ -112,7 +111,7 @@ pub(crate) fn descend(
             binding,
         }) = step
         else {
-            memory.weight *= 4.0;
+            memory.weight = after_refusal(memory.weight, false);
             rows = Some(participants);
             if memory.weight > HEAVIEST {
                 break;
@@ -131,7 +130,7 @@ pub(crate) fn descend(
         if promised < 1e-3 * effort.tolerance {
             break;
         }
-        let accepted = same && kept > 0.05 * promised;
+        let accepted = same && is_accepted(kept, promised);
         if same {
             let change = slope_change((loss, law), (&trial, &next), &participants, &binding);
             memory.curvature.learn(&step, &change, || whiten.metric());
@@ -141,18 +140,14 @@ pub(crate) fn descend(
             .map(|(k, _)| participants[*k].value)
             .collect();
         if !accepted {
-            memory.weight *= if same && kept > -promised { 2.0 } else { 4.0 };
+            memory.weight = after_refusal(memory.weight, same && kept > -promised);
             rows = Some(participants);
             if memory.weight > HEAVIEST {
                 break;
             }
             continue;
         }
-        if kept > 0.6 * promised {
-            memory.weight = (memory.weight * 0.4).max(1e-4);
-        } else if kept < 0.25 * promised {
-            memory.weight *= 1.6;
-        }
+        memory.weight = after_step(memory.weight, kept, promised);
         *x = trial;
         found = next;
         merit = found.merit(PENALTY);

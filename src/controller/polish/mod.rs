@@ -12,6 +12,7 @@ mod derivatives;
 pub(crate) mod descent;
 pub(crate) mod limits;
 pub(crate) mod lines;
+pub(crate) mod loop_poles;
 mod loop_state;
 pub(crate) mod loss;
 mod loss_gradient;

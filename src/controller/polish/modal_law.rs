@@ -10,6 +10,7 @@ use super::structure::{Fixed, Line, Structure};
 use crate::augment::assembly::SIGNAL_SCALE_M;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::dense::balance;
+use crate::linalg::dense::complex;
 use crate::linalg::{Mat, NumericError, c64, eigen_vectors_complex, solve_complex};
 use crate::lti::{Discrete, StateSpace};
 
@@ -39,8 +40,6 @@ impl ModalLaw {
         const STEP: &str = "modal form for the polish";
         let n = system.order();
         let (balanced, scale) = balance(&system.a);
-        let complex =
-            |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
         let eigen = eigen_vectors_complex(&complex(&balanced)).map_err(in_step(STEP))?;
         let b = Mat::from_fn(n, 2, |i, j| c64::new(system.b[(i, j)] / scale[i], 0.0));
         let b = solve_complex(&eigen.vectors, &b);

@@ -6,6 +6,7 @@
 use super::descent::{Effort, Memory, PENALTY, descend};
 use super::limits::WEAK_MAGNETS;
 use super::lines::sharp_lines;
+use super::loop_poles::{SampledPlants, oscillating};
 use super::loss::{Evaluation, Loss};
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, infeasible, loss_on};
@@ -15,12 +16,11 @@ use crate::augment::plane::isotropic;
 use crate::augment::split::{ModeSplit, gyroscopic_split};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
-use crate::linalg::{Mat, NumericError, c64};
+use crate::linalg::{Mat, c64};
 use crate::lti::connect::append;
 use crate::lti::{Discrete, StateSpace, TimeBase};
+use crate::spindle::Machine;
 use crate::spindle::plant::AXES;
-use crate::spindle::{Machine, Plant};
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// A round of the polish.
@@ -64,7 +64,7 @@ pub struct Polisher<'a> {
     task: PolishTask<'a>,
     plants: Plants,
     /// Plants at rest, at top speed and beyond, and what they are when sampled.
-    sampled: Vec<(Plant, StateSpace<Discrete>)>,
+    sampled: SampledPlants,
     /// Their poles as continuous ones, rad/s.
     plant_poles: Vec<c64>,
     law: ModalLaw,
@@ -131,16 +131,12 @@ impl<'a> Polisher<'a> {
         if split.iter().any(|split| *split > LARGE_SPLIT) {
             plants = plants.with_speeds(machine, &SPEEDS_BETWEEN)?;
         }
-        let sampled: Result<Vec<(Plant, StateSpace<Discrete>)>, VerificationError> =
-            [Role::Rest, Role::TopSpeed, Role::Overspeed]
-                .into_par_iter()
-                .filter_map(|role| plants.of(role).next())
-                .map(|plant| Ok((plant.clone(), plant.sampled()?)))
-                .collect();
-        let sampled = sampled?;
+        let roles = [Role::Rest, Role::TopSpeed, Role::Overspeed];
+        let sampled = SampledPlants::of(&plants, &roles)?;
         let period_s = plants.period_s();
         let open = StateSpace::gain(Mat::zeros(AXES, AXES), Discrete { period_s });
-        let plant_poles = oscillating(loop_poles(&sampled, &open)?.concat(), period_s);
+        let found = sampled.loop_poles(&open).map_err(in_step(LOOP))?;
+        let plant_poles = oscillating(all(&found), period_s);
         let (law, x) = ModalLaw::of(start)?;
         let mut polisher = Self {
             loss: loss_on(&plants, &task, vec![], None)?,
@@ -331,10 +327,10 @@ impl<'a> Polisher<'a> {
         // Signals front_x, rear_x, front_y, rear_y back in the order of the plant.
         let order = [0usize, 2, 1, 3];
         let law = append(&plane, &plane).select(&order, &order);
-        let found = loop_poles(&self.sampled, &law)?;
-        let is_stable = |poles: &Vec<c64>| plane.time.largest_growth_rate(poles) < 0.0;
-        let stable = found.iter().map(is_stable).collect();
-        let mut poles = oscillating(found.concat(), plane.time.period_s);
+        let found = self.sampled.loop_poles(&law).map_err(in_step(LOOP))?;
+        let is_stable = |poles: &[c64]| plane.time.largest_growth_rate(poles) < 0.0;
+        let stable = found.iter().map(|(_, poles)| is_stable(poles)).collect();
+        let mut poles = oscillating(all(&found), plane.time.period_s);
         self.loop_poles.clone_from(&poles);
         poles.extend(&self.plant_poles);
         poles.extend(&self.elsewhere);
@@ -358,6 +354,14 @@ impl<'a> Polisher<'a> {
     }
 }
 
+/// Step that an error of the poles names.
+const LOOP: &str = "poles of the polished loop";
+
+/// The poles of all loops.
+fn all(loops: &[(Role, Vec<c64>)]) -> Vec<c64> {
+    loops.iter().flat_map(|(_, poles)| poles).copied().collect()
+}
+
 /// First line, Hz: below every bearing's bandwidth.
 const FROM_HZ: f64 = 1.0;
 
@@ -378,22 +382,4 @@ fn figures(loss: &Loss, found: &Evaluation) -> PolishRound {
         stiffness_n_per_m: 1e6 * (-found.largest(Group::Compliance)).exp(),
         over_limit: LIMIT_GROUPS.map(|g| found.largest(g).exp()),
     }
-}
-
-/// Poles in the upper half plane as continuous ones, rad/s.
-fn oscillating(poles: Vec<c64>, period_s: f64) -> Vec<c64> {
-    let all = Discrete { period_s }.continuous_poles(poles);
-    all.into_iter().filter(|p| p.im > 0.0).collect()
-}
-
-/// Poles of the sampled loops with a law of four axes, in the z plane.
-fn loop_poles(
-    sampled: &[(Plant, StateSpace<Discrete>)],
-    law: &StateSpace<Discrete>,
-) -> Result<Vec<Vec<c64>>, ControllerError> {
-    let found: Result<Vec<Vec<c64>>, NumericError> = sampled
-        .par_iter()
-        .map(|(plant, sampled)| plant.loop_poles(sampled, law))
-        .collect();
-    found.map_err(in_step("poles of the polished loop"))
 }

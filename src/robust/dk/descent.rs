@@ -3,7 +3,7 @@
 //! D-K alternation creeps along a valley and its fits lose part of each step. γ_opt(D) bounds μ of the next loop and is
 //! the largest of a few levels, one for each eigenvalue of XY and each side ([`crate::robust::hinf::slope`]), which
 //! are smooth in the logarithms of the parameters. A prox-linear step on all of them follows the edge where two of them
-//! meet, on which a method that sees only the largest one comes to a stand. A failed synthesis refuses a step.
+//! meet, where a method that sees only the largest one stops. A step to scales whose synthesis fails is refused.
 
 use super::scale::DScales;
 use crate::augment::GeneralizedPlant;
@@ -11,6 +11,7 @@ use crate::linalg::{Mat, symmetric_eigen};
 use crate::robust::dfit::factors::Limits;
 use crate::robust::hinf::{HinfSettings, optimal_level_with_slopes};
 use crate::robust::minimax::curvature::Curvature;
+use crate::robust::minimax::proximal::{HEAVIEST, after_refusal, after_step, is_accepted};
 use crate::robust::minimax::step::{LinearValue, MinimaxStep, StepRule, curved_step};
 use crate::robust::structure::Structure;
 use rayon::prelude::*;
@@ -25,13 +26,12 @@ pub(crate) struct Descent<'a> {
     pub limits: Limits,
 }
 
-/// Where a descent stands, and what its steps taught.
+/// Where a descent is, and the curvature and weight that its steps left.
 pub(crate) struct Course {
     /// The scales.
     pub scales: DScales,
     /// Their ln γ_opt.
     pub ln_level: f64,
-    x: Vec<f64>,
     levels: Vec<LinearValue>,
     curvature: Curvature,
     /// Proximal weight.
@@ -49,10 +49,6 @@ const DIFFERENCE: f64 = 1e-5;
 const TOLERANCE: f64 = 1e-7;
 /// A descent ends when so many accepted steps together lower ln γ by less than this.
 const PATIENCE: (usize, f64) = (6, 1e-4);
-/// Share of its promise that a step has to keep; it is bold beyond the second share, and too bold below the third.
-const KEPT: [f64; 3] = [0.05, 0.6, 0.25];
-/// Proximal weight at which a step is below rounding.
-const HEAVIEST: f64 = 1e9;
 /// Frequencies of the metric.
 const POINTS: usize = 60;
 /// Weight of a parameter itself in the metric, beside its effect on |d|: a pole on its zero has none.
@@ -75,13 +71,11 @@ impl Descent<'_> {
     }
 
     /// A descent from these scales; `None` when the synthesis fails there.
-    pub(crate) fn from(&self, scales: DScales) -> Option<Course> {
-        let x = scales.parameters();
-        let (ln_level, levels) = self.levels((&scales, &x), None)?;
+    pub(crate) fn begin(&self, scales: DScales) -> Option<Course> {
+        let (ln_level, levels) = self.levels((&scales, &scales.parameters()), None)?;
         Some(Course {
             scales,
             ln_level,
-            x,
             levels,
             curvature: Curvature::default(),
             weight: 1.0,
@@ -96,13 +90,17 @@ impl Descent<'_> {
             if course.ended || course.ln_level.exp() < enough {
                 return;
             }
-            course.ended = course.x.is_empty() || !self.step(course);
+            course.ended = !self.step(course);
         }
     }
 
     /// Tries a step; false when no further one pays.
     fn step(&self, course: &mut Course) -> bool {
-        let (whiten, metric) = self.metric(&course.scales);
+        let before = course.scales.parameters();
+        let Some((whiten, metric)) = self.metric(&course.scales).filter(|_| !before.is_empty())
+        else {
+            return false;
+        };
         let rule = StepRule {
             limits: 0,
             penalty: 0.0,
@@ -110,31 +108,28 @@ impl Descent<'_> {
         };
         let found = curved_step(&course.levels, &[], (&whiten, &course.curvature), &rule);
         let trial = found.and_then(|step| {
-            let pairs = course.x.iter().zip(&step.step);
+            let pairs = before.iter().zip(&step.step);
             let x: Vec<f64> = pairs.map(|(x, s)| x + s).collect();
             let levels = self.levels((&course.scales, &x), Some(step.predicted.exp()))?;
             Some((step, x, levels))
         });
         let Some((step, x, (ln_level, levels))) = trial else {
-            course.weight *= 4.0;
+            course.weight = after_refusal(course.weight, false);
             return course.weight < HEAVIEST;
         };
         let promised = course.ln_level - step.predicted - course.curvature.half_along(&step.step);
         let kept = course.ln_level - ln_level;
         let change = slope_change(&step, &course.levels, &levels);
         course.curvature.learn(&step.step, &change, || metric);
-        let [least, bold, too_bold] = KEPT;
-        if kept < least * promised || promised <= 0.0 {
-            course.weight *= if kept > -promised { 2.0 } else { 4.0 };
-            return course.weight < HEAVIEST && promised > 0.0;
+        if promised <= 0.0 {
+            return false;
         }
-        if kept > bold * promised {
-            course.weight = (0.4 * course.weight).max(1e-4);
-        } else if kept < too_bold * promised {
-            course.weight *= 1.6;
+        if !is_accepted(kept, promised) {
+            course.weight = after_refusal(course.weight, kept > -promised);
+            return course.weight < HEAVIEST;
         }
+        course.weight = after_step(course.weight, kept, promised);
         course.scales = course.scales.with_parameters(&x, &self.limits);
-        course.x = course.scales.parameters();
         (course.ln_level, course.levels) = (ln_level, levels);
         course.history.push(ln_level);
         let past = course.history.len().checked_sub(1 + PATIENCE.0);
@@ -184,7 +179,8 @@ impl Descent<'_> {
     }
 
     /// M^{-1/2} and M: δxᵀMδx is the mean square change of ln|d(jω)| over the range, summed over the scales.
-    fn metric(&self, scales: &DScales) -> (Mat<f64>, Mat<f64>) {
+    /// `None` when its eigenvalues fail.
+    fn metric(&self, scales: &DScales) -> Option<(Mat<f64>, Mat<f64>)> {
         let (lo, hi) = self.limits.ln_omega;
         let own = scales.free();
         let n = own.iter().map(|f| f.parameters().len()).sum();
@@ -202,12 +198,9 @@ impl Descent<'_> {
             }
             first += factors.parameters().len();
         }
-        let whiten = match symmetric_eigen(&metric) {
-            Ok((values, vectors)) => Mat::from_fn(n, n, |i, k| vectors[(i, k)] / values[k].sqrt()),
-            // Not met: the matrix is finite. Any coordinates serve, if less well.
-            Err(_) => Mat::identity(n, n),
-        };
-        (whiten, metric)
+        let (values, vectors) = symmetric_eigen(&metric).ok()?;
+        let whiten = Mat::from_fn(n, n, |i, k| vectors[(i, k)] / values[k].sqrt());
+        Some((whiten, metric))
     }
 }
 

@@ -250,16 +250,16 @@ impl Run<'_> {
             structure: &structure,
             limits: self.limits(),
         };
-        let mut rounds = self.settings.descent_rounds;
-        if rounds == 0 || self.reached(best) {
+        let mut steps = self.settings.descent_steps;
+        if steps == 0 || self.reached(best) {
             return;
         }
         // γ has several valleys: the first stage goes down each, the rest the deepest.
         let enough = self.settings.target_mu.unwrap_or(0.0);
-        let stage = rounds.min(DESCENT_STAGE);
+        let stage = steps.min(DESCENT_STAGE);
         let starts = self.descent_starts(&descent, best);
         let courses = starts.into_par_iter().filter_map(|start| {
-            let mut course = descent.from(start)?;
+            let mut course = descent.begin(start)?;
             descent.run(&mut course, stage, enough);
             Some(course)
         });
@@ -276,12 +276,12 @@ impl Run<'_> {
             {
                 *best = current;
             }
-            rounds = rounds.saturating_sub(stage);
-            if rounds == 0 || self.reached(best) || course.ended {
+            steps = steps.saturating_sub(stage);
+            if steps == 0 || self.reached(best) || course.ended {
                 return;
             }
             let before = course.ln_level;
-            descent.run(&mut course, rounds.min(DESCENT_STAGE), enough);
+            descent.run(&mut course, steps.min(DESCENT_STAGE), enough);
             if before - course.ln_level < WORTH_A_STAGE {
                 return;
             }

@@ -57,7 +57,7 @@ pub struct DkSettings {
     /// towards that peak. 0: they are always tried.
     pub least_gap: f64,
     /// Steps of the descent on γ that follows the alternation; 0: alternation only.
-    pub descent_rounds: usize,
+    pub descent_steps: usize,
 }
 
 impl Default for DkSettings {
@@ -72,7 +72,7 @@ impl Default for DkSettings {
             certificate_slack: 2e-4,
             fit_range_rad_s: None,
             least_gap: 0.0,
-            descent_rounds: 60,
+            descent_steps: 60,
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Derivative of a number by the matrices of a system, its sides put together.
+//! Derivative of a number by the matrices of a system.
 
-use crate::linalg::{Mat, MatRef};
+use crate::linalg::Mat;
 
 /// Derivative of a number by the entries of A, B, C and D.
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub(crate) struct MatrixSlope {
 
 impl MatrixSlope {
     /// Zero, for a system of order `n`.
-    pub(super) fn nothing(n: usize, inputs: usize, outputs: usize) -> Self {
+    pub(super) fn zero(n: usize, inputs: usize, outputs: usize) -> Self {
         Self {
             a: Mat::zeros(n, n),
             b: Mat::zeros(n, inputs),
@@ -26,21 +26,24 @@ impl MatrixSlope {
         }
     }
 
-    /// With that of the control side: A, [B1 B2], C1, [D11 D12].
-    pub(super) fn with_control(mut self, side: &MatrixSlope) -> Self {
-        add(&mut self.a, side.a.as_ref());
-        add(&mut self.b, side.b.as_ref());
-        add(&mut self.c, side.c.as_ref());
-        add(&mut self.d, side.d.as_ref());
-        self
+    /// That of the transposed system.
+    pub(super) fn transposed(&self) -> Self {
+        let t = |m: &Mat<f64>| m.transpose().to_owned();
+        Self {
+            a: t(&self.a),
+            b: t(&self.c),
+            c: t(&self.b),
+            d: t(&self.d),
+        }
     }
 
-    /// With that of the filter side, which is of the transposed plant: A, [C1; C2], B1, [D11; D21].
-    pub(super) fn with_filter(mut self, side: &MatrixSlope) -> Self {
-        add(&mut self.a, side.a.transpose());
-        add(&mut self.c, side.b.transpose());
-        add(&mut self.b, side.c.transpose());
-        add(&mut self.d, side.d.transpose());
+    /// With that of one side added, which has the first rows and columns of the whole: A, [B1 B2], C1, [D11 D12] of the
+    /// control side, A, B1, [C1; C2], [D11; D21] of the filter side.
+    pub(super) fn plus(mut self, side: &Self) -> Self {
+        add(&mut self.a, &side.a);
+        add(&mut self.b, &side.b);
+        add(&mut self.c, &side.c);
+        add(&mut self.d, &side.d);
         self
     }
 
@@ -71,7 +74,7 @@ impl MatrixSlope {
 }
 
 /// Adds a block to the upper left corner of a matrix.
-fn add(whole: &mut Mat<f64>, block: MatRef<'_, f64>) {
+fn add(whole: &mut Mat<f64>, block: &Mat<f64>) {
     let mut corner = whole.submatrix_mut(0, 0, block.nrows(), block.ncols());
     corner += block;
 }

@@ -109,9 +109,9 @@ impl NormalForm {
     }
 
     /// The zero derivative by the matrices of the normal form.
-    pub(crate) fn no_slope(&self) -> MatrixSlope {
+    pub(crate) fn zero_slope(&self) -> MatrixSlope {
         let inputs = self.b1.ncols() + self.b2.ncols();
-        MatrixSlope::nothing(self.a.nrows(), inputs, self.c1.nrows() + self.c2.nrows())
+        MatrixSlope::zero(self.a.nrows(), inputs, self.c1.nrows() + self.c2.nrows())
     }
 
     /// A derivative by the matrices of the normal form as one by those of the plant: [w; u] and [z; y] together.

@@ -2,6 +2,8 @@
 //! X and Y grow as γ falls and turn indefinite through infinity; 1/λmax therefore passes zero smoothly, and so does
 //! γ²/ρ(XY) − 1. The smaller of the two is positive exactly when the conditions hold.
 
+use super::side::Side;
+use crate::linalg::riccati::{CareSolution, Effort};
 use crate::linalg::{Mat, NumericError, symmetric_eigen};
 use crate::robust::error::Condition;
 
@@ -24,6 +26,31 @@ pub(super) struct Pair {
 /// so a true negative eigenvalue is a large one.
 pub(super) const DEFINITE: f64 = 1e-7;
 
+/// The stabilising solutions of both sides at one level.
+pub(super) struct Solved {
+    pub x: CareSolution,
+    pub y: CareSolution,
+    pub coupling: Coupling,
+}
+
+/// Solves both sides at γ; `None` when one of them has no stabilising solution.
+pub(super) fn solved(
+    control: &Side,
+    filter: &Side,
+    gamma: f64,
+    effort: Effort,
+) -> Result<Option<Solved>, NumericError> {
+    let (x, y) = rayon::join(
+        || control.riccati(gamma, effort),
+        || filter.riccati(gamma, effort),
+    );
+    let (Ok(x), Ok(y)) = (x, y) else {
+        return Ok(None);
+    };
+    let coupling = coupling(&x.x, &y.x)?;
+    Ok(Some(Solved { x, y, coupling }))
+}
+
 pub(super) struct Coupling {
     pub x_min: f64,
     pub y_min: f64,
@@ -31,9 +58,18 @@ pub(super) struct Coupling {
     pub ratio: f64,
     /// Largest eigenvalue of X and of Y, or the most negative one of an indefinite matrix.
     pub extremes: [f64; 2],
+    /// L with Y = LLᵀ, or of X where Y is indefinite, and eigenvalues and eigenvectors of LᵀXL (of LᵀYL).
+    pub root: Mat<f64>,
+    pub values: Vec<f64>,
+    pub vectors: Mat<f64>,
 }
 
 impl Coupling {
+    /// True when X ≥ 0 and Y ≥ 0.
+    pub(super) fn is_definite(&self) -> bool {
+        self.x_min >= -DEFINITE && self.y_min >= -DEFINITE
+    }
+
     /// γ²/ρ(XY) − 1, and what is left until X and Y pass through infinity, whichever is smaller.
     pub(super) fn measure(&self, gamma: f64, sizes: [f64; 2]) -> f64 {
         let passage = |k: usize| {
@@ -61,6 +97,9 @@ pub(super) fn coupling(x: &Mat<f64>, y: &Mat<f64>) -> Result<Coupling, NumericEr
             y_min: 0.0,
             ratio: 0.0,
             extremes: [0.0; 2],
+            root: Mat::zeros(0, 0),
+            values: vec![],
+            vectors: Mat::zeros(0, 0),
         });
     }
     let ((xv, xu), (yv, yu)) = (symmetric_eigen(x)?, symmetric_eigen(y)?);
@@ -69,21 +108,24 @@ pub(super) fn coupling(x: &Mat<f64>, y: &Mat<f64>) -> Result<Coupling, NumericEr
         if size > 0.0 { v[0] / size } else { 0.0 }
     };
     let (x_min, y_min) = (relative(&xv), relative(&yv));
-    let through = |values: &[f64], vectors: &Mat<f64>, other: &Mat<f64>| {
-        let l = Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt());
-        symmetric_eigen(&(l.transpose() * other * &l)).map(|(v, _)| v)
+    let root = |values: &[f64], vectors: &Mat<f64>| {
+        Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt())
     };
     let indefinite = x_min < -DEFINITE || y_min < -DEFINITE;
-    let values = if y_min >= -DEFINITE {
-        through(&yv, &yu, x)?
+    let (root, other) = if y_min >= -DEFINITE {
+        (root(&yv, &yu), x)
     } else {
-        through(&xv, &xu, y)?
+        (root(&xv, &xu), y)
     };
+    let (values, vectors) = symmetric_eigen(&(root.transpose() * other * &root))?;
     Ok(Coupling {
         x_min,
         y_min,
         ratio: if indefinite { values[0] } else { values[n - 1] },
         extremes: [(x_min, &xv), (y_min, &yv)]
             .map(|(least, v)| if least < -DEFINITE { v[0] } else { v[n - 1] }),
+        root,
+        values,
+        vectors,
     })
 }

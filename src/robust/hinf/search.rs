@@ -5,9 +5,9 @@
 
 use super::assumptions::explain;
 use super::normal::NormalForm;
-use super::riccati_pair::{DEFINITE, Pair, coupling};
+use super::riccati_pair::{DEFINITE, Pair, Solved, coupling, solved};
 use super::settings::HinfSettings;
-use super::side::{Side, control_side, filter_side};
+use super::side::{Regulator, Side, control_side, filter_side};
 use crate::augment::GeneralizedPlant;
 use crate::linalg::Mat;
 use crate::linalg::riccati::Effort;
@@ -22,6 +22,9 @@ pub(super) struct Search {
     pub normal: NormalForm,
     pub control: Side,
     pub filter: Side,
+    /// Each side at γ = ∞.
+    pub control_regulator: Regulator,
+    pub filter_regulator: Regulator,
     pub control_level: Peak,
     pub filter_level: Peak,
     /// √ρ(X₂Y₂).
@@ -59,6 +62,8 @@ impl Search {
             filter_level: filter_level?,
             coupling_level: regulators.ratio.max(0.0).sqrt(),
             sizes: regulators.extremes,
+            control_regulator: k,
+            filter_regulator: f,
             normal,
             control,
             filter,
@@ -73,16 +78,10 @@ impl Search {
             return Ok(false);
         }
         let [control, filter] = sides;
-        let solutions = rayon::join(
-            || control.riccati(gamma, Effort::Decision),
-            || filter.riccati(gamma, Effort::Decision),
-        );
-        let (Ok(x), Ok(y)) = solutions else {
-            return Ok(false);
-        };
-        let c = coupling(&x.x, &y.x)?;
-        let definite = c.x_min >= -DEFINITE && c.y_min >= -DEFINITE;
-        Ok(definite && c.ratio < gamma * gamma)
+        let found = solved(&control, &filter, gamma, Effort::Decision)?;
+        Ok(found.is_some_and(|Solved { coupling, .. }| {
+            coupling.is_definite() && coupling.ratio < gamma * gamma
+        }))
     }
 
     fn lower_bound(&self) -> f64 {
@@ -109,11 +108,8 @@ impl Search {
     }
 
     pub(super) fn pair(&self, gamma: f64, effort: Effort) -> Result<Pair, SynthesisError> {
-        let solutions = rayon::join(
-            || self.control.riccati(gamma, effort),
-            || self.filter.riccati(gamma, effort),
-        );
-        let (Ok(x), Ok(y)) = solutions else {
+        let found = solved(&self.control, &self.filter, gamma, effort)?;
+        let Some(Solved { x, y, coupling: c }) = found else {
             let nothing = Mat::zeros(0, 0);
             return Ok(Pair {
                 x: nothing.clone(),
@@ -127,7 +123,6 @@ impl Search {
                 failed: Some(Condition::Unsolved),
             });
         };
-        let c = coupling(&x.x, &y.x)?;
         let ratio = c.ratio / gamma / gamma;
         let failed = if c.x_min < -DEFINITE {
             Some(Condition::ControlIndefinite)

@@ -152,6 +152,20 @@ impl Side {
         care_with(&e.a, &e.g, &e.q, effort)
     }
 
+    /// P11 and P12 with the feedback u = F₂x + v, which changes neither the range of P12 nor ΠP11, and makes P12 inner
+    /// and stable.
+    pub(crate) fn regulated(&self, regulator: &Regulator) -> StateSpace<Continuous> {
+        let d = self.feedthrough();
+        let (p1, m1, m2) = (d.nrows(), self.b1.ncols(), self.b2.ncols());
+        StateSpace {
+            a: &self.a + &self.b2 * &regulator.f,
+            b: stack_cols(&self.b1, &self.b2),
+            c: &self.c1 + d.submatrix(0, m1, p1, m2) * &regulator.f,
+            d,
+            time: Continuous,
+        }
+    }
+
     /// What no control reaches at infinite frequency: γ is above it.
     pub(crate) fn level_at_infinity(&self) -> f64 {
         let part = self
@@ -169,7 +183,7 @@ impl Side {
         regulator: &Regulator,
         rel_tol: f64,
     ) -> Result<Peak, NumericError> {
-        let (m1, m2) = (self.b1.ncols(), self.b2.ncols());
+        let m1 = self.b1.ncols();
         let free = self.free_errors();
         let nothing = Peak {
             lower: 0.0,
@@ -179,28 +193,14 @@ impl Side {
         if free == 0 || m1 == 0 {
             return Ok(nothing);
         }
-        let d = self.feedthrough();
-        let p1 = d.nrows();
-        // Feedback u = F₂x + v changes neither the range of P12 nor ΠP11, and makes P12 inner and stable.
-        let closed = StateSpace {
-            a: &self.a + &self.b2 * &regulator.f,
-            b: stack_cols(&self.b1, &self.b2),
-            c: &self.c1 + d.submatrix(0, m1, p1, m2) * &regulator.f,
-            d: d.clone(),
-            time: Continuous,
-        };
+        let closed = self.regulated(regulator);
         let responder = FrequencyResponder::new(&closed);
         let at_infinity = self.level_at_infinity();
         let value = |omega: f64| {
             if omega.is_infinite() {
                 return at_infinity;
             }
-            let t = responder.at_or_infinity(omega);
-            let (g, n) = (t.submatrix(0, 0, p1, m1), t.submatrix(0, m1, p1, m2));
-            // Least squares against the columns of P12, which are orthonormal up to rounding.
-            let gram = n.adjoint() * n;
-            let x = solve_complex(&gram, &(n.adjoint() * g));
-            let rest: Mat<c64> = g - n * &x;
+            let (rest, _) = beyond_control(&responder.at_or_infinity(omega), m1);
             let v = max_singular_value_complex(&rest);
             if v.is_nan() { f64::INFINITY } else { v }
         };
@@ -228,6 +228,18 @@ impl Side {
         };
         peak(&value, &places, floor, &hamiltonian, rel_tol)
     }
+}
+
+/// ΠP11 of a response [P11 P12] with `m1` disturbances, and P12⁺P11: least squares against the columns of P12,
+/// which are orthonormal up to rounding.
+pub(crate) fn beyond_control(response: &Mat<c64>, m1: usize) -> (Mat<c64>, Mat<c64>) {
+    let (g, n) = (
+        response.subcols(0, m1),
+        response.subcols(m1, response.ncols() - m1),
+    );
+    let gram = n.adjoint() * n;
+    let x = solve_complex(&gram, &(n.adjoint() * g));
+    (g - n * &x, x)
 }
 
 /// The control side of a normal form.

@@ -1,23 +1,25 @@
 //! Derivative of the smallest feasible level by the matrices of the plant.
 //!
-//! Where ρ(XY) = γ² binds: XYv = γ²v, w = Yv, vᵀw = 1, so d ρ = wᵀdX w + γ² vᵀdY v. X solves a Riccati equation with
-//! the closed loop A_c = A + BK, C_c = C₁ + DK under the worst disturbance and the control, [w; u] = Kx; its change
-//! solves A_cᵀdX + dX A_c + X(dA + dB K) + (dC + dD K)ᵀ… = 0 with the transposed terms and 2γ dγ K₁ᵀK₁, K₁ the rows of
-//! the disturbance. One Lyapunov equation a side, A_cZ + ZA_cᵀ + wwᵀ = 0, therefore gives the derivative by every entry
-//! at once, and that by γ, where differences need a search for each.
+//! Where ρ(XY) = γ² binds: XYv = γ²v, w = Yv, vᵀw = 1, so dρ = wᵀdX w + γ²vᵀdY v. X belongs to the closed loop A_c =
+//! A + BK, C_c = C₁ + DK under the worst disturbance and the control, [w; u] = Kx; its change solves
+//!   A_cᵀdX + dX A_c + S + Sᵀ − 2γ dγ K₁ᵀK₁ = 0,   S = X(dA + dB K) + C_cᵀ(dC₁ + dD K),
+//! K₁ the rows of the disturbance. One Lyapunov equation a side, A_cZ + ZA_cᵀ + wwᵀ = 0, therefore gives the derivative
+//! by every entry and by γ at once; differences need a search for each entry.
 //!
 //! Where one side binds, γ = σmax(ΠP₁₁(jω)) at its peak; the derivative there is that of a singular value, uᴴ dP f with
 //! f = [v; −P₁₂⁺P₁₁v] (a peak does not move to first order).
 
 use super::matrix_slope::MatrixSlope;
 use super::normal::NormalForm;
+use super::riccati_pair::{Coupling, Solved, solved};
 use super::search::Search;
-use super::side::{Side, feedback};
-use crate::linalg::hermitian::hermitian_eigen;
+use super::side::{Regulator, Side, beyond_control, feedback};
+use crate::linalg::dense::complex;
+use crate::linalg::hermitian::singular_vectors;
 use crate::linalg::lyapunov::lyapunov_with;
 use crate::linalg::riccati::Effort;
 use crate::linalg::schur::{RealSchur, schur};
-use crate::linalg::{Mat, c64, solve_complex, symmetric_eigen};
+use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::connect::stack_cols;
 use crate::lti::level_set::Peak;
 use crate::robust::error::SynthesisError;
@@ -44,24 +46,27 @@ pub(super) fn binding_levels(
 ) -> Result<Vec<BindingLevel>, SynthesisError> {
     let normal = &search.normal;
     let (control, filter) = (&search.control, &search.filter);
-    let pair = search.pair(gamma, Effort::Fast)?;
-    // No answer at the end of a bracket means that a side binds.
-    let mut found = match pair.x.nrows() == normal.a.nrows() {
-        true => Couplings::new((control, &pair.x), (filter, &pair.y), gamma)?.levels(normal),
-        false => vec![],
-    };
-    for (level, of_control) in [(&search.control_level, true), (&search.filter_level, false)] {
-        if level.lower < gamma * (1.0 - NEAR) {
-            continue;
+    // No solution at the end of a bracket means that a side binds.
+    let mut found = match solved(control, filter, gamma, Effort::Fast)? {
+        Some(found) if found.coupling.is_definite() => {
+            Couplings::new(control, filter, &found, gamma)?.levels(normal)
         }
-        let slope = match of_control {
-            true => normal.no_slope().with_control(&axis_slope(control, level)?),
-            false => normal.no_slope().with_filter(&axis_slope(filter, level)?),
-        };
+        _ => vec![],
+    };
+    let near = |level: &Peak| level.lower >= gamma * (1.0 - NEAR);
+    let mut add = |level: &Peak, slope: &MatrixSlope| {
         found.push(BindingLevel {
             ln_level: level.lower.ln(),
-            slope: normal.pulled_back(&slope),
+            slope: normal.pulled_back(&normal.zero_slope().plus(slope)),
         });
+    };
+    if near(&search.control_level) {
+        let slope = axis_slope(control, &search.control_regulator, &search.control_level)?;
+        add(&search.control_level, &slope);
+    }
+    if near(&search.filter_level) {
+        let slope = axis_slope(filter, &search.filter_regulator, &search.filter_level)?;
+        add(&search.filter_level, &slope.transposed());
     }
     Ok(found)
 }
@@ -81,24 +86,29 @@ struct Coupled {
 }
 
 impl Couplings {
-    /// Of X of the control side and Y of the filter side at γ.
+    /// Of positive X and Y at γ.
     pub(super) fn new(
-        (control, x): (&Side, &Mat<f64>),
-        (filter, y): (&Side, &Mat<f64>),
+        control: &Side,
+        filter: &Side,
+        found: &Solved,
         gamma: f64,
     ) -> Result<Self, SynthesisError> {
+        let (x, y) = (&found.x.x, &found.y.x);
+        let Coupling {
+            root,
+            values,
+            vectors,
+            ..
+        } = &found.coupling;
         let n = x.nrows();
         let (closed_control, closed_filter) = rayon::join(
             || ClosedSide::new(control, gamma, x),
             || ClosedSide::new(filter, gamma, y),
         );
         let (closed_control, closed_filter) = (closed_control?, closed_filter?);
-        let (values, vectors) = symmetric_eigen(y)?;
-        let root = Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt());
-        let (values, vectors) = symmetric_eigen(&(root.transpose() * x * &root))?;
         // XYv = λv, w = Yv, vᵀw = 1.
         let of = |k: usize| {
-            let w = &root * vectors.submatrix(0, k, n, 1);
+            let w = root * vectors.submatrix(0, k, n, 1);
             let v = x * &w * (1.0 / values[k]);
             Coupled {
                 ratio: values[k] / (gamma * gamma),
@@ -128,9 +138,9 @@ impl Couplings {
             let whole = 2.0 * gamma2 * (coupled.ratio + coupled.energy());
             let ln_level = ln_gamma + coupled.newton();
             let slope = normal
-                .no_slope()
-                .with_control(&coupled.of_control.matrices)
-                .with_filter(&coupled.of_filter.matrices)
+                .zero_slope()
+                .plus(&coupled.of_control.matrices)
+                .plus(&coupled.of_filter.matrices.transposed())
                 .times(1.0 / whole);
             BindingLevel {
                 ln_level,
@@ -204,56 +214,46 @@ impl ClosedSide {
 }
 
 /// d ln of the level of one side at its peak.
-fn axis_slope(side: &Side, level: &Peak) -> Result<MatrixSlope, SynthesisError> {
-    let (n, m1) = (side.a.nrows(), side.b1.ncols());
-    let b = stack_cols(&side.b1, &side.b2);
-    let d = side.feedthrough();
-    let regulator = side
-        .regulator()
-        .map_err(|source| SynthesisError::Regulator {
-            which: "bounding",
-            source,
-        })?;
-    let (p1, m2) = (d.nrows(), side.b2.ncols());
-    let a = &side.a + &side.b2 * &regulator.f;
-    let c = &side.c1 + d.submatrix(0, m1, p1, m2) * &regulator.f;
-    let real = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
+fn axis_slope(
+    side: &Side,
+    regulator: &Regulator,
+    level: &Peak,
+) -> Result<MatrixSlope, SynthesisError> {
+    let (n, m1, m2) = (side.a.nrows(), side.b1.ncols(), side.b2.ncols());
+    let closed = side.regulated(regulator);
+    let (b, c) = (complex(&closed.b), complex(&closed.c));
     let finite = level.omega_rad_s.is_finite();
     let pencil = Mat::from_fn(n, n, |i, j| {
-        c64::new(-a[(i, j)], if i == j { level.omega_rad_s } else { 0.0 })
+        let diagonal = if i == j { level.omega_rad_s } else { 0.0 };
+        c64::new(-closed.a[(i, j)], diagonal)
     });
     let states = match finite {
-        true => solve_complex(&pencil, &real(&b)),
+        true => solve_complex(&pencil, &b),
         false => Mat::zeros(n, m1 + m2),
     };
-    let t = real(&c) * &states + real(&d);
-    let (g, reach) = (t.submatrix(0, 0, p1, m1), t.submatrix(0, m1, p1, m2));
-    let gram = reach.adjoint() * reach;
-    let q = solve_complex(&gram, &(reach.adjoint() * g));
-    let rest: Mat<c64> = g - reach * &q;
-    let (values, vectors) = hermitian_eigen(&(rest.adjoint() * &rest))?;
-    let sigma = values[m1 - 1].max(0.0).sqrt();
-    let v = vectors.submatrix(0, m1 - 1, m1, 1);
-    let u = &rest * v;
-    let control = &q * v;
-    let f = Mat::from_fn(m1 + m2, 1, |i, _| match i < m1 {
+    let (rest, reached) = beyond_control(&(&c * &states + complex(&closed.d)), m1);
+    let (left, values, right) = singular_vectors(&rest)?;
+    let (u, v) = (left.subcols(0, 1).to_owned(), right.subcols(0, 1));
+    // The disturbance v and the control that answers it best, around the feedback F₂.
+    let answer = &reached * v;
+    let around = Mat::from_fn(m1 + m2, 1, |i, _| match i < m1 {
         true => v[(i, 0)],
-        false => -control[(i - m1, 0)],
+        false => -answer[(i - m1, 0)],
     });
-    let x = &states * &f;
-    let regulated = real(&regulator.f) * &x;
+    let x = &states * &around;
+    let regulated = complex(&regulator.f) * &x;
     let f = Mat::from_fn(m1 + m2, 1, |i, _| match i < m1 {
-        true => f[(i, 0)],
-        false => f[(i, 0)] + regulated[(i - m1, 0)],
+        true => around[(i, 0)],
+        false => around[(i, 0)] + regulated[(i - m1, 0)],
     });
     let y = match finite {
-        true => solve_complex(&pencil.adjoint().to_owned(), &(real(&c).adjoint() * &u)),
+        true => solve_complex(&pencil.adjoint().to_owned(), &(c.adjoint() * &u)),
         false => Mat::zeros(n, 1),
     };
-    // u is σ long: d ln σ = Re uᴴ dP f / σ².
+    // d ln σ = Re uᴴ dP f / σ.
     let outer = |left: &Mat<c64>, right: &Mat<c64>| {
         Mat::from_fn(left.nrows(), right.nrows(), |i, j| {
-            (left[(i, 0)].conj() * right[(j, 0)]).re / (sigma * sigma)
+            (left[(i, 0)].conj() * right[(j, 0)]).re / values[0]
         })
     };
     Ok(MatrixSlope {

@@ -11,6 +11,7 @@
 //! every interval between two of them is tested at its middle. A false candidate costs time only.
 
 use super::system::{MuPoint, MuSystem};
+use crate::linalg::dense::complex;
 use crate::linalg::hermitian::inverse_complex;
 use crate::linalg::{Mat, NumericError, c64, eigenvalues, eigenvalues_complex};
 use crate::lti::norm::hamiltonian;
@@ -185,8 +186,6 @@ fn popov(
     scaling: &Scaling,
     level: f64,
 ) -> Result<Mat<c64>, NumericError> {
-    let complex =
-        |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
     let inverse = inverse_complex(&scaling.right);
     let (a, n) = (complex(&system.a), system.order());
     let b = complex(&system.b) * &inverse;

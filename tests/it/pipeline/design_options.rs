@@ -141,7 +141,7 @@ fn quick() -> DesignSettings {
     DesignSettings {
         dk: DkSettings {
             max_iterations: 1,
-            descent_rounds: 0,
+            descent_steps: 0,
             ..DesignSettings::default().dk
         },
         guard_cover: vec![],
