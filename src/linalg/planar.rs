@@ -126,21 +126,6 @@ impl Planar {
         (own, (before_re, before_im))
     }
 
-    /// Adds the product of a row, `left` its entries, and of a column `right`: column j grows by left(j) times `right`.
-    pub(crate) fn add_product(&mut self, left: impl Fn(usize) -> (f64, f64), right: Part) {
-        for j in 0..self.cols() {
-            add_scaled(self.part_mut(0, self.rows, j), left(j), right);
-        }
-    }
-
-    /// The transposed matrix with complex entries.
-    pub(crate) fn transposed(&self) -> Mat<c64> {
-        Mat::from_fn(self.cols(), self.rows, |i, j| {
-            let (re, im) = self.at(j, i);
-            c64::new(re, im)
-        })
-    }
-
     /// Sets every entry to zero.
     pub(crate) fn clear(&mut self) {
         self.re.fill(0.0);

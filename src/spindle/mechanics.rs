@@ -10,19 +10,19 @@ use super::SpindleError;
 use super::effective::{Effective, Motion};
 use super::machine::Machine;
 use super::model_detail::ModelDetail;
+use super::open_receptance::{Coordinates, OpenReceptance};
 use super::response::damping::ModalDamping;
 use super::response::feedback::{
     Feedback, Law, PlaneSpring, attached, close, springs_in_one_plane,
 };
-use super::whirl_form::WhirlForm;
-use crate::linalg::planar::Planar;
+use super::response::pairs::whole;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::basis::Cut;
 use crate::rotor::modes::RIGID;
 use crate::rotor::{Basis, PlanarModes, Rotor};
 use std::sync::OnceLock;
 
-/// Ports of the shaft that are found by name. Tool plane, front and rear actuator plane are 2 to 4; those after
+/// Ports of the shaft that are found by name. Front and rear actuator plane are 3 and 4; those after
 /// [`NAMED`] belong to effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
@@ -31,6 +31,8 @@ pub(crate) enum Port {
     FrontControl = 0,
     /// Control force of the rear bearing.
     RearControl = 1,
+    /// Tool plane.
+    Tool = 2,
     /// Front sensor plane relative to the housing.
     FrontSensor = 5,
     /// Rear sensor plane relative to the housing.
@@ -65,8 +67,8 @@ pub(crate) struct Mechanics {
     feedback: Vec<Feedback>,
     /// Springs in one plane, open here.
     plane_springs: Vec<PlaneSpring>,
-    /// Eigenvectors of the rotating shaft, made when a response is first asked for; `None` inside: not to be trusted.
-    whirl: OnceLock<Option<WhirlForm>>,
+    /// Made when a response is first asked for.
+    open: OnceLock<OpenReceptance>,
 }
 
 /// The shaft as complex second-order matrices between its named ports and those of springs in one plane, s in number;
@@ -174,7 +176,7 @@ impl Mechanics {
             residual,
             feedback,
             plane_springs,
-            whirl: OnceLock::new(),
+            open: OnceLock::new(),
         })
     }
 
@@ -207,7 +209,7 @@ impl Mechanics {
                     0.0
                 }
             }),
-            whirl: OnceLock::new(),
+            open: OnceLock::new(),
             ..self.clone()
         }
     }
@@ -217,7 +219,7 @@ impl Mechanics {
     #[must_use]
     pub(crate) fn with_scaled_modes(&self, factors: &[f64]) -> Self {
         let mut scaled = self.clone();
-        scaled.whirl = OnceLock::new();
+        scaled.open = OnceLock::new();
         let flexible = scaled.omega_rad_s.iter_mut().skip(RIGID);
         for (omega, factor) in flexible.take(self.flexible).zip(factors) {
             *omega *= factor;
@@ -238,79 +240,69 @@ impl Mechanics {
             && self.feedback.iter().all(|f| f.law != Law::Circulatory)
     }
 
-    /// Complex receptance between all ports at a signed angular frequency (ω < 0: backward), magnets closed, P×P.
-    pub(crate) fn receptance(&self, omega_rad_s: f64) -> Mat<c64> {
-        let (p, n) = (self.ports.nrows(), self.omega_rad_s.len());
+    /// The same shaft seen at some of its ports, in this order, and at those of its feedback.
+    #[must_use]
+    pub(crate) fn at_ports(&self, ports: &[usize]) -> Self {
+        let mut kept = ports.to_vec();
+        for feedback in &self.feedback {
+            if !kept.contains(&feedback.port) {
+                kept.push(feedback.port);
+            }
+        }
+        let number = |port: usize| kept.iter().position(|p| *p == port);
+        let feedback = self
+            .feedback
+            .iter()
+            .filter_map(|f| number(f.port).map(|port| Feedback { port, ..*f }));
+        let (p, n) = (kept.len(), self.omega_rad_s.len());
+        Self {
+            ports: Mat::from_fn(p, n, |i, k| self.ports[(kept[i], k)]),
+            residual: Mat::from_fn(p, p, |i, j| self.residual[(kept[i], kept[j])]),
+            feedback: feedback.collect(),
+            plane_springs: vec![],
+            open: OnceLock::new(),
+            ..self.clone()
+        }
+    }
+
+    /// Number of ports.
+    pub(crate) fn ports(&self) -> usize {
+        self.ports.nrows()
+    }
+
+    /// [`Self::receptance`] forwards, and backwards where that is not its conjugate.
+    pub(crate) fn both_ways(&self, omega_rad_s: f64) -> (Vec<c64>, Option<Vec<c64>>) {
+        let backward = !self.planes_are_decoupled();
+        (
+            self.receptance(omega_rad_s),
+            backward.then(|| self.receptance(-omega_rad_s)),
+        )
+    }
+
+    /// Complex receptance between all ports at a signed angular frequency (ω < 0: backward), magnets closed, row-major.
+    pub(crate) fn receptance(&self, omega_rad_s: f64) -> Vec<c64> {
+        let p = self.ports();
         let w = if omega_rad_s.abs() < RIGID_FLOOR_RAD_S {
             RIGID_FLOOR_RAD_S.copysign(omega_rad_s)
         } else {
             omega_rad_s
         };
-        let diagonal = |k: usize| {
-            c64::new(
-                self.omega_rad_s[k].powi(2) - w * w,
-                w * self.damping.total[k] - self.damping.circulatory[k],
-            )
+        let coordinates = Coordinates {
+            omega_rad_s: &self.omega_rad_s,
+            damping: &self.damping,
+            gyroscopic: self.gyroscopic.as_ref(),
+            ports: &self.ports,
         };
-        let real = |x: f64| c64::new(x, 0.0);
-        let open = match &self.gyroscopic {
-            None => {
-                // Column i is row i of the receptance.
-                let mut rows = Planar::from_fn(p, p, |j, i| (self.residual[(i, j)], 0.0));
-                let mut driven = Planar::zeros(p, 1);
-                for k in 0..n {
-                    let inverse = diagonal(k).inv();
-                    let column = driven.part_mut(0, p, 0);
-                    for j in 0..p {
-                        let z = inverse * self.ports[(j, k)];
-                        (column.0[j], column.1[j]) = (z.re, z.im);
-                    }
-                    rows.add_product(|i| (self.ports[(i, k)], 0.0), driven.part(0, p, 0));
-                }
-                rows.transposed()
-            }
-            Some(g) => match self.whirl_form(g) {
-                Some(form) => form.receptance(w, &self.residual),
-                None => {
-                    let z = Mat::from_fn(n, n, |i, j| {
-                        let own = if i == j { diagonal(i) } else { real(0.0) };
-                        own + w * g[(i, j)]
-                    });
-                    let force = Mat::from_fn(n, p, |k, j| real(self.ports[(j, k)]));
-                    self.read(&solve_complex(&z, &force))
-                }
-            },
-        };
+        let form = self.open.get_or_init(|| coordinates.open_receptance());
+        let mut open = whole(p, &coordinates.receptance(form, w));
+        for (k, open) in open.iter_mut().enumerate() {
+            *open += self.residual[(k / p, k % p)];
+        }
         if self.feedback.is_empty() {
             return open;
         }
-        let flat: Vec<c64> = (0..p * p).map(|k| open[(k / p, k % p)]).collect();
         let gains: Vec<c64> = self.feedback.iter().map(|f| f.gain(w)).collect();
-        let closed = close(&flat, p, &self.feedback, &gains);
-        Mat::from_fn(p, p, |i, j| closed[i * p + j])
-    }
-
-    fn whirl_form(&self, gyroscopic: &Mat<f64>) -> Option<&WhirlForm> {
-        let make = || {
-            WhirlForm::new(
-                &self.omega_rad_s,
-                &self.damping.total,
-                &self.damping.circulatory,
-                gyroscopic,
-                &self.ports,
-            )
-        };
-        self.whirl.get_or_init(make).as_ref()
-    }
-
-    /// Ports × forces from coordinates × forces, residual added.
-    fn read(&self, coordinates: &Mat<c64>) -> Mat<c64> {
-        let (p, n) = (self.ports.nrows(), self.ports.ncols());
-        Mat::from_fn(p, p, |i, j| {
-            (0..n).fold(c64::new(self.residual[(i, j)], 0.0), |sum, k| {
-                sum + coordinates[(k, j)] * self.ports[(i, k)]
-            })
-        })
+        close(&open, p, &self.feedback, &gains)
     }
 
     /// Second-order matrices with the feedback closed, for a realisation.

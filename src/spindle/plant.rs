@@ -123,23 +123,19 @@ impl Plant {
 
 impl Response for Plant {
     fn at(&self, omega_rad_s: f64) -> Mat<c64> {
-        let forward = self.mechanics.receptance(omega_rad_s);
-        let backward = if self.mechanics.planes_are_decoupled() {
-            None
-        } else {
-            Some(self.mechanics.receptance(-omega_rad_s))
-        };
+        let (forward, backward) = self.mechanics.both_ways(omega_rad_s);
         // Ports: 0, 1 control; 2 tool; 3, 4 actuators; 5, 6 sensors.
-        let first = forward.nrows() - self.modal_ports;
+        let ports = self.mechanics.ports();
+        let first = ports - self.modal_ports;
         let springs = self.mechanics.plane_springs();
-        let further: Vec<usize> = (first..forward.nrows())
+        let further: Vec<usize> = (first..ports)
             .chain(springs.iter().map(|s| s.port))
             .collect();
         let inputs = [&[0usize, 1, 2, 3, 4], further.as_slice()].concat();
         let outputs = [&[5usize, 6, 2, 3, 4], further.as_slice()].concat();
         let channels = 2 * inputs.len();
         let mut h = in_pairs(inputs.len(), |n| {
-            let entry = (outputs[n / inputs.len()], inputs[n % inputs.len()]);
+            let entry = outputs[n / inputs.len()] * ports + inputs[n % inputs.len()];
             planar(forward[entry], backward.as_ref().map(|b| b[entry]))
         });
         if !springs.is_empty() {

@@ -5,6 +5,7 @@
 //! and safe to use. x_p(jω) = φ_p η̇/(jω) = Σ_k (φ_p V_k)(V⁻¹ Φᵀ)_{kq}/(jω (jω − λ_k)) f_q; free translation is λ = 0,
 //! exactly.
 
+use super::response::pairs::pairs;
 use crate::linalg::planar::{Planar, add_scaled};
 use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 
@@ -12,10 +13,8 @@ use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 #[derive(Clone, Debug)]
 pub(crate) struct WhirlForm {
     poles: Vec<c64>,
-    /// Ports × poles: displacement of the port by the pole.
-    read: Planar,
-    /// Ports × poles: drive of the pole by a force at the port.
-    force: Planar,
+    /// Pairs of ports × poles: displacement of one by the pole times the drive of the pole by a force at the other.
+    residues: Planar,
 }
 
 /// Largest residual of an eigenpair, and of V V⁻¹ − I, at which the form is used; rounding leaves 1e-13.
@@ -58,38 +57,35 @@ impl WhirlForm {
         if !trusted {
             return None;
         }
-        let p = ports.nrows();
+        let of = |sum: c64, part: c64, port: f64| sum + part * port;
+        let read = Mat::from_fn(ports.nrows(), m + n, |i, k| {
+            (0..n).fold(zero, |sum, c| {
+                of(sum, eigen.vectors[(m + c, k)], ports[(i, c)])
+            })
+        });
+        let drive = Mat::from_fn(ports.nrows(), m + n, |i, k| {
+            (0..n).fold(zero, |sum, c| of(sum, inverse[(k, m + c)], ports[(i, c)]))
+        });
+        let between: Vec<(usize, usize)> = pairs(ports.nrows(), ports.nrows()).collect();
         Some(Self {
             poles: eigen.values,
-            read: Planar::from_fn(p, m + n, |i, k| {
-                let of = |sum, c| sum + eigen.vectors[(m + c, k)] * ports[(i, c)];
-                parts((0..n).fold(zero, of))
-            }),
-            force: Planar::from_fn(p, m + n, |j, k| {
-                let of = |sum, c| sum + inverse[(k, m + c)] * ports[(j, c)];
-                parts((0..n).fold(zero, of))
+            residues: Planar::from_fn(between.len(), m + n, |pair, k| {
+                let (i, j) = between[pair];
+                parts(read[(i, k)] * drive[(j, k)])
             }),
         })
     }
 
-    /// Receptance between the ports at a signed angular frequency, `residual` added.
-    pub(crate) fn receptance(&self, omega_rad_s: f64, residual: &Mat<f64>) -> Mat<c64> {
-        let p = self.read.rows();
+    /// Receptance of every pair of ports at a signed angular frequency, real and imaginary parts apart.
+    pub(crate) fn receptance(&self, omega_rad_s: f64) -> (Vec<f64>, Vec<f64>) {
+        let count = self.residues.rows();
         let s = c64::new(0.0, omega_rad_s);
-        // Column i is row i of the receptance.
-        let mut rows = Planar::from_fn(p, p, |j, i| (residual[(i, j)], 0.0));
-        let mut driven = Planar::zeros(p, 1);
+        let (mut re, mut im) = (vec![0.0; count], vec![0.0; count]);
         for (k, pole) in self.poles.iter().enumerate() {
-            let gain = (s * (s - pole)).inv();
-            driven.clear();
-            add_scaled(
-                driven.part_mut(0, p, 0),
-                parts(gain),
-                self.force.part(0, p, k),
-            );
-            rows.add_product(|i| self.read.at(i, k), driven.part(0, p, 0));
+            let gain = parts((s * (s - pole)).inv());
+            add_scaled((&mut re, &mut im), gain, self.residues.part(0, count, k));
         }
-        rows.transposed()
+        (re, im)
     }
 }
 

@@ -1,6 +1,7 @@
 //! A closed loop at one line.
 
-use super::matrix2::Matrix2;
+use super::matrix2::{Matrix2, ONE, closed, product, times};
+use super::responses::LoopResponse;
 use crate::linalg::c64;
 
 /// The loop of one rotor and direction at a line.
@@ -10,8 +11,31 @@ pub(super) struct LoopState {
     pub determinant: c64,
     /// S = (I − G K)⁻¹.
     pub s: Matrix2,
-    /// S_u = (I − K G)⁻¹.
-    pub su: Matrix2,
+    /// R = K S, A/m.
+    pub r: Matrix2,
     /// Compliance of the tool, m/N.
     pub compliance: c64,
+}
+
+impl LoopState {
+    /// The loop of `g` with the controller K = `gain`, of which `free` leaves out the integrators.
+    pub(super) fn new(g: &LoopResponse, gain: &Matrix2, free: c64) -> Self {
+        let (determinant, s) = closed(&product(&g.loops, gain));
+        let r = product(gain, &s);
+        let u = times(&r, &g.read);
+        Self {
+            determinant: determinant * free,
+            s,
+            r,
+            compliance: g.tool + g.drive[0] * u[0] + g.drive[1] * u[1],
+        }
+    }
+
+    /// S_u = (I − K G)⁻¹ = I + R G with the loop G that this is the state of.
+    pub(super) fn input_sensitivity(&self, g: &Matrix2) -> Matrix2 {
+        let mut su = product(&self.r, g);
+        su[0][0] += ONE;
+        su[1][1] += ONE;
+        su
+    }
 }

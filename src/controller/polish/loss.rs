@@ -9,7 +9,7 @@
 
 use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAKEST};
 use super::loop_state::LoopState;
-use super::matrix2::{Matrix2, ZERO, closed, outer, product, times};
+use super::matrix2::{Matrix2, ZERO, outer, times};
 use super::responses::{Role, Rotor, SpecificationLine};
 use super::specification_bound::{Bound, best_scales, bound};
 use super::structure::{Fixed, Line, Structure};
@@ -207,25 +207,13 @@ impl Loss {
             .rotors
             .iter()
             .flat_map(|r| &r.directions)
-            .map(|d| {
-                let g = &d[k];
-                let (determinant, s) = closed(&product(&g.loops, &gain));
-                let (_, su) = closed(&product(&gain, &g.loops));
-                let u = times(&gain, &times(&s, &g.read));
-                LoopState {
-                    determinant: determinant * free,
-                    s,
-                    su,
-                    compliance: g.tool + g.drive[0] * u[0] + g.drive[1] * u[1],
-                }
-            })
+            .map(|d| LoopState::new(&d[k], &gain, free))
             .collect();
         let specified = self.specification.iter().flat_map(|s| &s.loops);
         let specification = specified
             .map(|part| {
-                let state = &loops[part.side];
-                let r = product(&gain, &state.s);
-                bound(&part.lines[k], &part.scales[k], (state, &r), floor)
+                let own = (&loops[part.side], loop_of(&self.rotors, part.side, k));
+                bound(&part.lines[k], &part.scales[k], own, floor)
             })
             .collect();
         LineState {
@@ -249,14 +237,15 @@ impl Loss {
                 bound.sigma >= NEAR * limit && bound.slope > FLAT
             })
             .collect();
+        let rotors = &self.rotors;
         let renewed: Vec<(usize, usize, Vec<f64>, Bound)> = near
             .into_par_iter()
             .map(|(k, p)| {
                 let (part, state) = (&spec.loops[p], &found.lines[k]);
                 let own = &state.loops[part.side];
-                let r = product(&state.gain, &own.s);
-                let scales = best_scales(&part.lines[k], &r, &spec.blocks);
-                let bound = bound(&part.lines[k], &scales, (own, &r), 0.0);
+                let scales = best_scales(&part.lines[k], &own.r, &spec.blocks);
+                let own = (own, loop_of(rotors, part.side, k));
+                let bound = bound(&part.lines[k], &scales, own, 0.0);
                 (k, p, scales, bound)
             })
             .collect();
@@ -332,9 +321,8 @@ impl Loss {
             }
             if nominal {
                 for l in loops {
-                    let r = product(&state.gain, &l.s);
                     for i in 0..2 {
-                        let square = r[i][0].norm_sqr() + r[i][1].norm_sqr();
+                        let square = l.r[i][0].norm_sqr() + l.r[i][1].norm_sqr();
                         noise[i] += share * self.share[line] * square;
                     }
                 }
@@ -425,4 +413,12 @@ fn gathered(lines: &[LineState], side: usize) -> f64 {
     // Minus zero counts as zero above.
     let phase = |line: Option<&LineState>| line.map_or(0.0, |l| (at(l).im + 0.0).atan2(at(l).re));
     TAU * f64::from(turns) + phase(lines.last()) - phase(lines.first())
+}
+
+/// G of the loop with a flat index at a line.
+fn loop_of(rotors: &[Rotor], side: usize, line: usize) -> &Matrix2 {
+    let mut directions = rotors.iter().flat_map(|r| &r.directions);
+    directions
+        .nth(side)
+        .map_or(&[[ZERO; 2]; 2], |d| &d[line].loops)
 }

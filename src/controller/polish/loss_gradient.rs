@@ -43,7 +43,7 @@ impl Loss {
                         mean += share * l.compliance;
                         outer(
                             &times(&l.s, &g.read),
-                            &row_times(&g.drive, &l.su),
+                            &row_times(&g.drive, &l.input_sensitivity(&g.loops)),
                             share.into(),
                         )
                     } else {
@@ -72,19 +72,21 @@ impl Loss {
     ) {
         let i = value.entry.0;
         let sides = self.sides(value.rotor);
+        let responses = &self.rotors[value.rotor].directions;
         let mut total = 0.0;
         let matrices: Vec<Matrix2> = found
             .lines
             .iter()
             .zip(&self.share)
-            .map(|(state, share)| {
+            .enumerate()
+            .map(|(line, (state, share))| {
                 let mut q = [[ZERO; 2]; 2];
-                for l in &state.loops[sides.clone()] {
-                    let r = product(&state.gain, &l.s);
+                for (l, g) in state.loops[sides.clone()].iter().zip(responses) {
+                    let su = l.input_sensitivity(&g[line].loops);
                     for j in 0..2 {
-                        total += share * r[i][j].norm_sqr();
+                        total += share * l.r[i][j].norm_sqr();
                         let column = [l.s[0][j], l.s[1][j]];
-                        add(&mut q, &outer(&column, &l.su[i], r[i][j].conj() * *share));
+                        add(&mut q, &outer(&column, &su[i], l.r[i][j].conj() * *share));
                     }
                 }
                 q
@@ -127,10 +129,11 @@ impl Loss {
                         rows.push(row);
                     }
                 };
-                for a in 0..2 {
+                let su = l.input_sensitivity(&g.loops);
+                for (a, row) in su.iter().enumerate() {
                     for b in 0..2 {
                         let column = [g.loops[0][b], g.loops[1][b]];
-                        push(&outer(&column, &l.su[a], 1.0.into()));
+                        push(&outer(&column, row, 1.0.into()));
                         let mut q = [[ZERO; 2]; 2];
                         q[b][a] = (own / size.max(f64::MIN_POSITIVE)).into();
                         push(&q);

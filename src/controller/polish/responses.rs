@@ -17,6 +17,8 @@ use crate::linalg::{Mat, c64};
 use crate::lti::held::hold_magnitude;
 use crate::lti::{Continuous, Response, StateSpace};
 use crate::spindle::plant::CHANNELS;
+use crate::spindle::plant_loop::PlantLoop;
+use crate::spindle::response::SIDE;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -198,6 +200,7 @@ impl Plants {
                 } else {
                     2
                 };
+                let plant = PlantLoop::new(plant);
                 let both: Vec<[LoopResponse; 2]> = lines
                     .par_iter()
                     .zip(&same)
@@ -206,7 +209,7 @@ impl Plants {
                             let of = &known.list[number].directions;
                             [of[0][*k], of[sides - 1][*k]]
                         }
-                        None => whirl(plant, line.omega_rad_s, self.period_s),
+                        None => whirl(&plant, line.omega_rad_s, self.period_s),
                     })
                     .collect();
                 Rotor {
@@ -314,7 +317,7 @@ pub(crate) fn shifts(relative: &[f64]) -> Vec<Vec<f64>> {
 }
 
 /// Forward and backward responses of a plant at a line.
-fn whirl(plant: &Plant, omega: f64, period_s: f64) -> [LoopResponse; 2] {
+fn whirl(plant: &PlantLoop, omega: f64, period_s: f64) -> [LoopResponse; 2] {
     let empty = LoopResponse {
         loops: [[ZERO; 2]; 2],
         read: [ZERO; 2],
@@ -324,11 +327,15 @@ fn whirl(plant: &Plant, omega: f64, period_s: f64) -> [LoopResponse; 2] {
     let mut both = [empty; 2];
     for k in -FOLDED..=FOLDED {
         let w = omega + f64::from(k) * TAU / period_s;
-        let h = plant.at(w);
+        let h = if k == 0 {
+            plant.at(w)
+        } else {
+            plant.axes_at(w)
+        };
         let gain = hold_magnitude(w, period_s);
         for (side, sign) in [(0, 1.0), (1, -1.0)] {
             let at = |row: usize, column: usize| {
-                h[(row, column)] + c64::new(0.0, sign) * h[(row + 1, column)]
+                h[row * SIDE + column] + c64::new(0.0, sign) * h[(row + 1) * SIDE + column]
             };
             let response = &mut both[side];
             for i in 0..LOOPS {

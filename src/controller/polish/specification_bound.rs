@@ -40,12 +40,11 @@ pub(super) fn best_scales(
     settled(&closed(line, r), structure).d
 }
 
-/// The bound at a line with these scales of the modal channels; S = (I − G K)⁻¹, S_u = (I − K G)⁻¹ of the loop, R = K
-/// S. Where a norm that is cheaper shows that σ is below `floor`, that norm stands in its place, without a derivative.
+/// The bound at a line with these scales of the modal channels, of a loop with its G. Where a norm that is cheaper shows that σ is below `floor`, that norm stands in its place, without a derivative.
 pub(super) fn bound(
     line: &SpecificationLine,
     scales: &[f64],
-    (state, r): (&LoopState, &Matrix2),
+    (state, g): (&LoopState, &Matrix2),
     floor: f64,
 ) -> Bound {
     let modal = scales.len().saturating_sub(1);
@@ -63,7 +62,7 @@ pub(super) fn bound(
     let mut m = Vec::with_capacity(rows * columns);
     let mut sum = 0.0;
     for j in 0..columns {
-        let inner = times(r, &[line.read[(0, j)], line.read[(1, j)]]);
+        let inner = times(&state.r, &[line.read[(0, j)], line.read[(1, j)]]);
         for i in 0..rows {
             let (e, f) = (line.drive[(i, 0)], line.drive[(i, 1)]);
             let entry = line.direct[(i, j)] + e * inner[0] + f * inner[1];
@@ -104,7 +103,7 @@ pub(super) fn bound(
         sigma,
         q: outer(
             &times(&state.s, &b),
-            &row_times(&a, &state.su),
+            &row_times(&a, &state.input_sensitivity(g)),
             c64::new(1.0 / sigma, 0.0),
         ),
         // The modal channels come first, one each.
@@ -197,7 +196,7 @@ mod tests {
         let state = LoopState {
             determinant: ONE,
             s: r,
-            su: r,
+            r,
             compliance: ZERO,
         };
         let line = line(7, 6);

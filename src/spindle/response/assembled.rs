@@ -7,6 +7,7 @@ use super::channels::{IN, ON_HOUSING, OUT, Square, ZERO};
 use super::damping::ModalDamping;
 use super::feedback::{Feedback, PlaneSpring, close};
 use super::gyroscopic::Gyroscopic;
+use super::pairs::{over_coordinates, pairs};
 use super::strain::Strain;
 use crate::linalg::c64;
 use crate::spindle::Effective;
@@ -63,18 +64,6 @@ impl Planar {
         let (row, column) = if b < self.driven { (a, b) } else { (b, a) };
         self.closed[row * self.driven + column]
     }
-}
-
-/// The pairs of ports that a symmetric response needs; the second is one of the first `driven`.
-fn pairs(ports: usize, driven: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..ports).flat_map(move |i| (0..driven.min(i + 1)).map(move |j| (i, j)))
-}
-
-/// Amplitudes of each coordinate at two ports multiplied, in the order of [`pairs`]; `ports` are ports × coordinates.
-pub(super) fn products(ports: &[Vec<f64>], driven: usize) -> Vec<f64> {
-    let coordinates = 0..ports.first().map_or(0, Vec::len);
-    let own = |k: usize| pairs(ports.len(), driven).map(move |(i, j)| ports[i][k] * ports[j][k]);
-    coordinates.flat_map(own).collect()
 }
 
 impl Assembled {
@@ -162,14 +151,8 @@ impl Assembled {
         // Coordinates that are not coupled.
         let alone = if self.gyroscopic.is_some() { d } else { 0 };
         let count = pairs(ports, p).count();
-        let (mut re, mut im) = (vec![0.0; count], vec![0.0; count]);
-        let own = inverses.0.iter().zip(&inverses.1);
-        for (products, (own_re, own_im)) in self.products.chunks(count).zip(own).skip(alone) {
-            for ((re, im), product) in re.iter_mut().zip(&mut im).zip(products) {
-                *re += own_re * product;
-                *im += own_im * product;
-            }
-        }
+        let own = inverses.0.into_iter().zip(inverses.1).skip(alone);
+        let (re, im) = over_coordinates(&self.products[alone * count..], own, count);
         let parts = re.into_iter().zip(im);
         for ((i, j), (re, im)) in pairs(ports, p).zip(parts) {
             h[i * p + j] += c64::new(re, im);

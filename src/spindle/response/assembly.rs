@@ -6,11 +6,12 @@
 //! part is a constant receptance and whose rest is a change of coordinates: with T = (1 + sKC)⁻¹ the stiffness is TK,
 //! ports are T b, and s bᵀCTb is added.
 
-use super::assembled::{Assembled, products};
+use super::assembled::Assembled;
 use super::damping::ModalDamping;
 use super::feedback::{Feedback, Law, PlaneSpring, attached, springs_in_one_plane};
 use super::gyroscopic::Gyroscopic;
 use super::moved_shaft::{Move, MovedShaft};
+use super::pairs::products;
 use super::probe::Probe;
 use super::reduced::ReducedMachine;
 use super::ritz::ReducedShaft;

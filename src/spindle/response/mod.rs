@@ -24,6 +24,7 @@ pub(crate) mod line;
 mod line_in_planes;
 mod mesh_correction;
 mod moved_shaft;
+pub(crate) mod pairs;
 pub(crate) mod parameters;
 pub(crate) mod ported;
 pub(crate) mod probe;
