@@ -95,21 +95,24 @@ impl Fixed for FixedPid<'_> {
         [[front, ZERO], [ZERO, rear]]
     }
 
-    fn add_gradient(&self, line: &Line, q: &Matrix2, out: &mut [f64]) {
+    fn add_gradients(&self, line: &Line, parts: &mut [(Matrix2, Vec<f64>)]) {
+        // ∂K_jj/∂ ln p.
         let slopes = [0, 1].map(|axis: usize| {
-            let mut slopes = [0.0; PER_AXIS];
-            if let Some(p) = &self.axes[axis] {
-                let factor = -p.response(line.s) * q[axis][axis];
-                for (k, slope) in log_slopes(p, line.s).iter().enumerate() {
-                    if self.moves[axis][k] {
-                        slopes[k] = (factor * slope).re;
-                    }
-                }
+            let Some(p) = &self.axes[axis] else {
+                return [ZERO; PER_AXIS];
+            };
+            let gain = -p.response(line.s);
+            let mut slopes = log_slopes(p, line.s);
+            for (slope, moves) in slopes.iter_mut().zip(self.moves[axis]) {
+                *slope = if moves { *slope * gain } else { ZERO };
             }
             slopes
         });
-        for (out, k) in out.iter_mut().zip(self.free) {
-            *out += slopes[k / PER_AXIS][k % PER_AXIS];
+        for (q, out) in parts {
+            for (out, k) in out.iter_mut().zip(self.free) {
+                let axis = k / PER_AXIS;
+                *out += (q[axis][axis] * slopes[axis][k % PER_AXIS]).re;
+            }
         }
     }
 }

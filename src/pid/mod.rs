@@ -2,6 +2,7 @@
 //! machine, and its certificate.
 
 pub mod certificate;
+mod descents;
 mod law;
 pub mod parameters;
 mod search;

@@ -1,15 +1,16 @@
 //! Search of a PID: starts are drawn from the machine and screened by the argument principle. The best are descended
 //! with exact derivatives by the method of the polish ([`crate::controller::polish`]): a few steps each, the best of
-//! what these lead to further, to convergence unless the first rounds leave them far behind. Which of them ends best is
-//! not seen before.
+//! what these lead to further, fewer and fewer of them ([`super::descents`]). Which of them ends best is not seen
+//! before.
 
+use super::descents::{Descent, Judged, best_end, is_nominal, judged, order};
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
 use super::start::{Start, StartRule, screen, starts};
 use crate::augment::plane::x_plane;
 use crate::controller::polish::LoopLimits;
-use crate::controller::polish::descent::{Effort, Memory, PENALTY, descend};
-use crate::controller::polish::lines::lines;
+use crate::controller::polish::descent::{Effort, Memory, descend};
+use crate::controller::polish::lines::{lines, sharp_lines};
 use crate::controller::polish::loop_poles::{SampledPlants, oscillating};
 use crate::controller::polish::loss::Loss;
 use crate::controller::polish::responses::{Known, Plants, Role, Rotor, shifts};
@@ -19,7 +20,7 @@ use crate::controller::{ControlLaw, ControllerError, in_step};
 use crate::linalg::c64;
 use crate::spindle::Machine;
 use rayon::prelude::*;
-use std::cmp::Ordering;
+use std::f64::consts::TAU;
 
 /// What a search is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,9 +33,9 @@ pub(super) struct PidSearch {
     pub starts: usize,
     /// Seed of the starts.
     pub seed: u64,
-    /// Basins descended.
+    /// Basins: [`TRIED`] starts are tried for each.
     pub basins: usize,
-    /// Steps of a round of the last descent at most; a basin gets a sixth in all.
+    /// Steps of a round at most; a start that is tried gets a sixth in all.
     pub steps: usize,
     /// Rounds of it at most.
     pub rounds: usize,
@@ -59,24 +60,19 @@ const APART: f64 = 2e-3;
 const OVERSPEED: f64 = 1.2;
 /// Starts looked at on all rotors.
 const SHORTLIST: usize = 24;
-/// Starts that a few steps are tried from for each that is descended: a start says little of where it leads.
-const RIVALS: usize = 4;
+/// Starts that a few steps are tried from for each that is descended to its end: a start says little of where it leads.
+const TRIED: usize = 6;
+/// Of these, starts that a round is descended from.
+const BEGUN: usize = 2;
 /// Relative gain of a step below which the first descent of a start ends.
 const FIRST: f64 = 2e-3;
 /// The same of a round: a rival that is not tuned to its end would flatter the comparison.
 const LAST: f64 = 1e-4;
-/// Relative gain of a round, on renewed lines and with its curvature learnt afresh, that pays for another one.
-const ROUND_GAIN: f64 = 5e-3;
-/// Rounds in a row without that gain that end a descent: a peak that one lets grow between its lines is on those of the
-/// next.
-const IDLE: usize = 2;
-/// Rounds after which starts are compared.
-const FIRST_ROUNDS: usize = 2;
-/// What a start may be behind the best of them then to go on, in the logarithm of the stiffness.
-const BEHIND: f64 = 0.3;
 
-/// The best PID that the search finds; `given` starts come before those drawn, `shape` puts each start into the form
-/// searched for (or drops it), `free` lists the parameters that move.
+/// Puts a start into the form searched for, or drops it.
+type Shape<'a> = dyn Fn(PidParameters) -> Option<PidParameters> + Sync + 'a;
+
+/// The best PID that the search finds; `given` starts come before those drawn, `free` lists the parameters that move.
 ///
 /// # Errors
 /// [`ControllerError::Infeasible`] when no start levitates the machine at rest and top speed; failures of plants.
@@ -84,52 +80,13 @@ pub(super) fn search(
     machine: &Machine,
     asked: &PidSearch,
     given: &[PidParameters],
-    shape: &(dyn Fn(PidParameters) -> Option<PidParameters> + Sync),
+    shape: &Shape,
     free: &[usize],
 ) -> Result<FoundPid, VerificationError> {
-    let plants = Plants::new(
-        machine,
-        OVERSPEED,
-        &shifts(&[asked.mode_shift; SHIFTED_MODES]),
-    )?;
-    let nyquist = std::f64::consts::PI / plants.period_s();
-    let modes = plants.at_rest().flexible_rad_s();
-    let bending = modes.first().copied().unwrap_or(0.1 * nyquist);
-    let plain = lines(&plants, FROM_HZ, &[], APART);
-    let rotors = plants.on(&plain, &Known::NOTHING);
-    let nominal: Vec<_> = rotors.iter().filter(|rotor| is_nominal(rotor)).collect();
-    let unstable_poles = unstable_poles(&plants)?;
-    let rule = StartRule::new(machine, bending)?;
-    let mut all: Vec<Start> = given
-        .iter()
-        .filter_map(|p| shape(*p))
-        .map(|p| screen(p, &plain, &nominal, unstable_poles))
-        .collect();
-    let drawn = (asked.starts, asked.seed);
-    all.extend(starts(
-        &rule,
-        drawn,
-        (&plain, &nominal),
-        unstable_poles,
-        shape,
-    ));
-    let fewest = all.iter().map(|s| s.unstable).min().unwrap_or(i64::MAX);
-    if fewest > 0 {
-        return Err(infeasible(all.len(), fewest).into());
-    }
-    all.retain(|s| s.unstable == 0);
-    all.sort_by(|a, b| a.sensitivity.total_cmp(&b.sensitivity));
-    all.truncate(SHORTLIST);
-    let make = |lines: Vec<Line>, known: &Known<'_, &Rotor>| {
-        let rotors = plants.on(&lines, known);
-        Loss::new(lines, rotors, None, asked.limits, plants.period_s())
-    };
-    let list: Vec<&Rotor> = rotors.iter().collect();
-    let known = Known {
-        lines: &plain,
-        list: &list,
-    };
-    let mut ranked: Vec<Ranked> = all
+    let ground = Ground::new(machine, asked)?;
+    let basins = asked.basins.max(1);
+    let shortlist = ground.shortlist(machine, given, shape)?;
+    let mut ranked: Vec<Ranked> = shortlist
         .par_iter()
         .map(|start| {
             let base = start.parameters.to_log();
@@ -137,57 +94,148 @@ pub(super) fn search(
             let law = PidLaw {
                 base,
                 free: free.to_vec(),
-                nyquist_rad_s: nyquist,
+                nyquist_rad_s: ground.nyquist_rad_s(),
             };
-            let mut loss = make(plain.clone(), &known);
-            activate(&mut loss, &law, &x, unstable_poles);
+            let mut loss = ground.loss(ground.plain.clone());
+            activate(&mut loss, &law, &x, ground.unstable_poles);
             (judged(&loss, &law, &x), law, x)
         })
         .collect();
     ranked.sort_by(|a, b| order(&a.0, &b.0));
-    ranked.truncate(RIVALS * asked.basins.max(1));
-    let mut evaluations = asked.starts + given.len();
+    ranked.truncate(TRIED * basins);
     let first = ranked.into_par_iter().map(|(_, law, x)| {
-        let loss = make(plain.clone(), &known);
-        first_descent(loss, (law, x), asked.steps / 12, unstable_poles)
+        let loss = ground.loss(ground.plain.clone());
+        first_descent(loss, (law, x), asked.steps / 12, ground.unstable_poles)
     });
     let first: Result<Vec<_>, VerificationError> = first.collect();
     let (tried, mut ranked): (Vec<usize>, Vec<_>) = first?.into_iter().unzip();
-    evaluations += tried.iter().sum::<usize>();
     ranked.sort_by(|a, b| order(&a.0, &b.0));
-    ranked.truncate(asked.basins.max(1));
-    let last = Effort {
-        steps: asked.steps,
-        tolerance: LAST,
-    };
-    let sampled = SampledPlants::of(&plants, &[Role::Rest, Role::TopSpeed])?;
-    let fresh = |law: &PidLaw, x: &[f64]| -> Result<Loss, VerificationError> {
-        let LoopPoles { poles, stable } = loop_poles(&sampled, law, x)?;
-        let mut loss = make(lines(&plants, FROM_HZ, &poles, APART), &known);
-        activate(&mut loss, law, x, unstable_poles);
-        // Turns on lines can miss a sharp pole; eigenvalues do not.
-        for (rotor, active) in loss.rotors.iter().zip(&mut loss.active) {
-            let found = stable.iter().find(|(role, _)| *role == rotor.role);
-            *active &= found.is_none_or(|(_, stable)| *stable);
-        }
-        Ok(loss)
-    };
-    let starts: Result<Vec<Descent>, VerificationError> = ranked
+    ranked.truncate(BEGUN * basins);
+    let fresh = |law: &PidLaw, x: &[f64], met: &mut Vec<c64>| ground.fresh(law, x, met);
+    let begun: Result<Vec<Descent>, VerificationError> = ranked
         .into_par_iter()
         .map(|(_, law, x)| Descent::new(law, x, &fresh))
         .collect();
-    let (best, steps) = best_end(starts?, (&last, asked.rounds), &fresh)?;
-    evaluations += steps;
-    let Some(Descent { law, best, .. }) = best else {
-        return Err(infeasible(0, 0).into());
+    let effort = Effort {
+        steps: asked.steps,
+        tolerance: LAST,
     };
-    let parameters = law
-        .parameters_of(&best.1)
-        .ok_or_else(|| infeasible(evaluations, 0))?;
+    let (best, steps) = best_end(begun?, (&effort, asked.rounds), &fresh)?;
+    let evaluations = asked.starts + given.len() + tried.iter().sum::<usize>() + steps;
+    let parameters = best.and_then(|end| end.law.parameters_of(&end.best.1));
     Ok(FoundPid {
-        parameters,
+        parameters: parameters.ok_or_else(|| infeasible(evaluations, 0))?,
         evaluations,
     })
+}
+
+/// What a PID is searched on: the rotors, on plain lines and on those of a loop.
+struct Ground<'a> {
+    asked: &'a PidSearch,
+    plants: Plants,
+    plain: Vec<Line>,
+    /// On the plain lines.
+    rotors: Vec<Rotor>,
+    /// Of one plane of the plant at rest.
+    unstable_poles: i64,
+    /// The plants whose loops have to be stable by their eigenvalues.
+    sampled: SampledPlants,
+}
+
+impl<'a> Ground<'a> {
+    fn new(machine: &Machine, asked: &'a PidSearch) -> Result<Self, VerificationError> {
+        let plants = Plants::new(machine, OVERSPEED, &patterns(asked.mode_shift))?;
+        let plain = lines(&plants, FROM_HZ, &[], APART);
+        let is_shifted = |(number, (role, _))| (role == Role::Shifted).then_some(number);
+        let shifted: Vec<usize> = plants.all().enumerate().filter_map(is_shifted).collect();
+        // All raised and all lowered: the others have the turns on their lines.
+        let ends = [shifted.first(), shifted.last()];
+        let sampled = SampledPlants::of(&plants, |number, role| {
+            matches!(role, Role::Rest | Role::TopSpeed) || ends.contains(&Some(&number))
+        })?;
+        Ok(Self {
+            rotors: plants.on(&plain, &Known::NOTHING),
+            unstable_poles: unstable_poles(&plants)?,
+            asked,
+            plants,
+            plain,
+            sampled,
+        })
+    }
+
+    fn nyquist_rad_s(&self) -> f64 {
+        std::f64::consts::PI / self.plants.period_s()
+    }
+
+    /// The starts with the smallest sensitivity of those that levitate the machine at rest and top speed.
+    fn shortlist(
+        &self,
+        machine: &Machine,
+        given: &[PidParameters],
+        shape: &Shape,
+    ) -> Result<Vec<Start>, VerificationError> {
+        let modes = self.plants.at_rest().flexible_rad_s();
+        let bending = modes.first().copied().unwrap_or(0.1 * self.nyquist_rad_s());
+        let rule = StartRule::new(machine, bending)?;
+        let nominal: Vec<_> = self
+            .rotors
+            .iter()
+            .filter(|rotor| is_nominal(rotor))
+            .collect();
+        let on = (self.plain.as_slice(), nominal.as_slice());
+        let mut all: Vec<Start> = given
+            .iter()
+            .filter_map(|p| shape(*p))
+            .map(|p| screen(p, on.0, on.1, self.unstable_poles))
+            .collect();
+        let drawn = (self.asked.starts, self.asked.seed);
+        all.extend(starts(&rule, drawn, on, self.unstable_poles, shape));
+        let fewest = all.iter().map(|s| s.unstable).min().unwrap_or(i64::MAX);
+        if fewest > 0 {
+            return Err(infeasible(all.len(), fewest).into());
+        }
+        all.retain(|s| s.unstable == 0);
+        all.sort_by(|a, b| a.sensitivity.total_cmp(&b.sensitivity));
+        all.truncate(SHORTLIST);
+        Ok(all)
+    }
+
+    /// The loss on some lines.
+    fn loss(&self, lines: Vec<Line>) -> Loss {
+        let list: Vec<&Rotor> = self.rotors.iter().collect();
+        let known = Known {
+            lines: &self.plain,
+            list: &list,
+        };
+        let rotors = self.plants.on(&lines, &known);
+        Loss::new(
+            lines,
+            rotors,
+            None,
+            self.asked.limits,
+            self.plants.period_s(),
+        )
+    }
+
+    /// The loss on lines round the poles met and those of the loops of a law, which are met by that.
+    fn fresh(
+        &self,
+        law: &PidLaw,
+        x: &[f64],
+        met: &mut Vec<c64>,
+    ) -> Result<Loss, VerificationError> {
+        let LoopPoles { poles, stable } = loop_poles(&self.sampled, law, x)?;
+        met.extend(poles);
+        // From here on the gain counts, and often it is the largest there.
+        let edge = [self.asked.limits.high_frequency_hz * TAU];
+        let mut loss = self.loss(sharp_lines(&self.plants, FROM_HZ, (met, &edge), APART));
+        activate(&mut loss, law, x, self.unstable_poles);
+        // Turns on lines can miss a sharp pole; eigenvalues do not.
+        for (number, stable) in stable {
+            loss.active[number] &= stable;
+        }
+        Ok(loss)
+    }
 }
 
 /// A law with its parameters, and what a loss makes of them.
@@ -216,119 +264,14 @@ fn first_descent(
     Ok((tried, (judged(&loss, &law, &x), law, x)))
 }
 
-/// The loss on lines renewed for a law with these parameters.
-type FreshLoss<'a> = dyn Fn(&PidLaw, &[f64]) -> Result<Loss, VerificationError> + Sync + 'a;
-
-/// What a loss makes of parameters: rotors with an unstable loop, the machine as it is before those with shifted
-/// modes, then the merit.
-type Judged = ([usize; 2], f64);
-
-/// The machine as it is, at rest and at top speed.
-fn is_nominal(rotor: &Rotor) -> bool {
-    matches!(rotor.role, Role::Rest | Role::TopSpeed)
-}
-
-/// The better first.
-fn order(a: &Judged, b: &Judged) -> Ordering {
-    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-}
-
-/// A start on its way to its end.
-struct Descent {
-    law: PidLaw,
-    /// Where the descent stands, and the loss on lines renewed for that.
-    x: Vec<f64>,
-    loss: Loss,
-    /// The best parameters met at the end of a round, judged on lines renewed for them: a descent finds the gaps
-    /// between its own.
-    best: (Judged, Vec<f64>),
-    evaluations: usize,
-}
-
-impl Descent {
-    fn new(law: PidLaw, x: Vec<f64>, fresh: &FreshLoss) -> Result<Self, VerificationError> {
-        let loss = fresh(&law, &x)?;
-        Ok(Self {
-            best: (judged(&loss, &law, &x), x.clone()),
-            law,
-            x,
-            loss,
-            evaluations: 0,
-        })
+/// Factors on the natural frequencies of rotors with shifted modes. The first and the last pattern are those of the
+/// certificate: all raised, all lowered.
+fn patterns(shift: f64) -> Vec<Vec<f64>> {
+    let mut patterns = shifts(&[shift; SHIFTED_MODES]);
+    if let Some(last) = patterns.last_mut() {
+        last.fill(1.0 - shift);
     }
-
-    /// Descends once and renews the lines; true when that pays for another round.
-    fn round(&mut self, effort: &Effort, fresh: &FreshLoss) -> Result<bool, VerificationError> {
-        // A descent that stands still on the curvature learnt on its way goes on without it.
-        let how = (effort, &mut Memory::default());
-        self.evaluations += descend(&mut self.loss, &self.law, &mut self.x, how)?;
-        self.loss = fresh(&self.law, &self.x)?;
-        let found = judged(&self.loss, &self.law, &self.x);
-        let before = self.best.0;
-        if order(&found, &before).is_lt() {
-            self.best = (found, self.x.clone());
-        }
-        // The merit is logarithmic.
-        Ok(order(&(found.0, found.1 + ROUND_GAIN), &before).is_lt())
-    }
-
-    /// Rounds, until as many as [`IDLE`] in a row bring nothing.
-    fn rounds(
-        &mut self,
-        most: usize,
-        effort: &Effort,
-        fresh: &FreshLoss,
-    ) -> Result<(), VerificationError> {
-        let mut idle = 0;
-        for _ in 0..most {
-            idle = match self.round(effort, fresh)? {
-                true => 0,
-                false => idle + 1,
-            };
-            if idle == IDLE {
-                break;
-            }
-        }
-        Ok(())
-    }
-}
-
-fn judged(loss: &Loss, law: &PidLaw, x: &[f64]) -> Judged {
-    let mut lost = [0; 2];
-    for (rotor, active) in loss.rotors.iter().zip(&loss.active) {
-        let shifted = usize::from(!is_nominal(rotor));
-        lost[shifted] += usize::from(!active);
-    }
-    (lost, loss.evaluate(law, x).merit(PENALTY))
-}
-
-/// The start that ends best; those that the first rounds leave far behind go no further. The controllers judged come
-/// with it.
-fn best_end(
-    mut descents: Vec<Descent>,
-    (effort, rounds): (&Effort, usize),
-    fresh: &FreshLoss,
-) -> Result<(Option<Descent>, usize), VerificationError> {
-    let first_rounds = FIRST_ROUNDS.min(rounds);
-    descents
-        .par_iter_mut()
-        .try_for_each(|d| d.rounds(first_rounds, effort, fresh))?;
-    let Some(best) = descents.iter().map(|d| d.best.0).min_by(order) else {
-        return Ok((None, 0));
-    };
-    let may_win = |d: &Descent| {
-        let (lost, merit) = d.best.0;
-        order(&(lost, merit - BEHIND), &best).is_lt()
-    };
-    descents
-        .par_iter_mut()
-        .filter(|d| may_win(d))
-        .try_for_each(|d| d.rounds(rounds - first_rounds, effort, fresh))?;
-    let evaluations = descents.iter().map(|d| d.evaluations).sum();
-    let winner = descents
-        .into_iter()
-        .min_by(|a, b| order(&a.best.0, &b.best.0));
-    Ok((winner, evaluations))
+    patterns
 }
 
 /// Lets the rotors count whose loop is stable.
@@ -353,7 +296,7 @@ struct LoopPoles {
     /// With those of the PID itself, as continuous ones, upper half plane, rad/s.
     poles: Vec<c64>,
     /// Stability of each loop.
-    stable: Vec<(Role, bool)>,
+    stable: Vec<(usize, bool)>,
 }
 
 fn loop_poles(
@@ -371,8 +314,8 @@ fn loop_poles(
     let numeric = in_step("poles of the PID loop");
     let mut poles = x_plane(&own).poles().map_err(&numeric)?;
     let mut stable = vec![];
-    for (role, found) in sampled.loop_poles(&own).map_err(&numeric)? {
-        stable.push((role, found.iter().all(|z| z.norm() < 1.0)));
+    for (number, found) in sampled.loop_poles(&own).map_err(&numeric)? {
+        stable.push((number, found.iter().all(|z| z.norm() < 1.0)));
         poles.extend(found);
     }
     Ok(LoopPoles {

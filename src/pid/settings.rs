@@ -15,8 +15,8 @@ pub struct TuneSettings {
     pub high_frequency_gain_a_per_m: f64,
     /// Starts drawn from the machine's own dynamics and screened.
     pub starts: usize,
-    /// Starts descended, of four times as many that a few steps are tried from; those far behind the best after two
-    /// rounds go no further.
+    /// A few steps are tried from six times as many starts, a round is descended from twice as many, and after every
+    /// few rounds the worse half of them ends.
     pub basins: usize,
     /// Steps of a round of such a descent at most.
     pub steps: usize,

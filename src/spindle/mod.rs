@@ -9,7 +9,7 @@ pub mod mesh_quality;
 pub(crate) mod model_detail;
 pub(crate) mod open_receptance;
 pub mod plant;
-pub(crate) mod plant_loop;
+pub mod plant_loop;
 pub(crate) mod realise;
 pub mod response;
 mod rule;
@@ -22,6 +22,7 @@ pub use effects::{Bearings, Effect, EffectKind, Location, Plane};
 pub use machine::{Bearing, Electronics, Machine, Planes, Side, Spindle, Tool};
 pub use model_detail::ModelDetail;
 pub use plant::Plant;
+pub use plant_loop::PlantLoop;
 
 use crate::linalg::NumericError;
 use crate::rotor::RotorError;

@@ -11,7 +11,7 @@ use crate::spindle::Effective;
 
 /// A plant at the ports of its loop.
 #[derive(Clone, Debug)]
-pub(crate) struct PlantLoop {
+pub struct PlantLoop {
     /// At [`AXES`] and the tool.
     with_tool: Mechanics,
     /// At [`AXES`].
@@ -32,7 +32,7 @@ const ENTRIES: [[usize; 3]; 2] = [[2, 3, 4], [0, 1, 4]];
 
 impl PlantLoop {
     /// The loop of a plant.
-    pub(crate) fn new(plant: &Plant) -> Self {
+    pub fn new(plant: &Plant) -> Self {
         let [a, b, c, d] = AXES;
         Self {
             with_tool: plant.mechanics.at_ports(&[a, b, c, d, Port::Tool as usize]),
@@ -42,12 +42,12 @@ impl PlantLoop {
     }
 
     /// Signals and displacement of the tool from currents and a force at the tool.
-    pub(crate) fn at(&self, omega_rad_s: f64) -> Square {
+    pub fn at(&self, omega_rad_s: f64) -> Square {
         self.of(&self.with_tool, 3, omega_rad_s)
     }
 
     /// The same without the tool, whose rows and columns are zero.
-    pub(crate) fn axes_at(&self, omega_rad_s: f64) -> Square {
+    pub fn axes_at(&self, omega_rad_s: f64) -> Square {
         self.of(&self.without_tool, 2, omega_rad_s)
     }
 

@@ -2,7 +2,7 @@
  *
  * Controller: mu
  * Machine:    reference with paper-tool
- * SHA-256 of the controller JSON: 974fdf4146902eb8958dca5359a9108789be63595436bf00dbeee25bce67d412
+ * SHA-256 of the controller JSON: dec6622b644ae9775c9976859321e3287ca8b30549275a759306f954cbeb0adb
  * Stability:  verified, closed loop proven stable at every speed from 0 to 50000 rpm and computed at 11 speeds from 0 to 50000 rpm (full finite-element plant, exact delay, sampled; coefficients rounded to float32); slowest decay 29.33 1/s; peak of mu 0.9681
  *
  * Form: real modal form; 38 states, 0 signals, 4 inputs, 4 outputs.
@@ -51,7 +51,7 @@ extern "C" {
 #define PAPER_TOOL_OUTPUT_LIMIT_A 3e0
 /* 1: the closed loop is proven stable at every speed of the range; 0: it is not, see above. */
 #define PAPER_TOOL_VERIFIED 1
-#define PAPER_TOOL_INPUT_SHA256 "974fdf4146902eb8958dca5359a9108789be63595436bf00dbeee25bce67d412"
+#define PAPER_TOOL_INPUT_SHA256 "dec6622b644ae9775c9976859321e3287ca8b30549275a759306f954cbeb0adb"
 
 #ifndef MUSPIN_NO_F32
 typedef struct {

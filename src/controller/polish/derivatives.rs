@@ -34,7 +34,7 @@ pub fn derivative_errors(
         let largest =
             of_group.max_by(|a, b| found.values[*a].value.total_cmp(&found.values[*b].value));
         let Some(k) = largest else { continue };
-        let slopes = loss.gradient(&*law.with(&x), &found, &found.values[k]);
+        let slopes = &loss.gradients(&*law.with(&x), &found, &[found.values[k]])[0];
         let mut difference = 0.0f64;
         let mut size = 0.0f64;
         for (p, natural) in natural.iter().enumerate() {

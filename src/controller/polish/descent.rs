@@ -15,7 +15,6 @@ use crate::linalg::{Mat, symmetric_eigen};
 use crate::robust::minimax::curvature::Curvature;
 use crate::robust::minimax::proximal::{HEAVIEST, after_refusal, after_step, is_accepted};
 use crate::robust::minimax::step::{LinearValue, MinimaxStep, StepRule, curved_step};
-use rayon::prelude::*;
 
 /// Effort of a descent.
 #[derive(Clone, Copy, Debug)]
@@ -199,18 +198,18 @@ fn slope_change(
     binding: &[(usize, f64)],
 ) -> Vec<f64> {
     let fixed = law.with(trial);
-    let parts: Vec<Vec<f64>> = binding
-        .par_iter()
-        .map(|(k, weight)| {
-            let before = &participants[*k];
-            let after = loss.gradient(&*fixed, next, &before.value);
-            let pairs = after.iter().zip(&before.slope);
-            pairs.map(|(a, b)| weight * (a - b)).collect()
-        })
+    let values: Vec<Value> = binding
+        .iter()
+        .map(|(k, _)| participants[*k].value)
         .collect();
-    (0..law.parameters())
-        .map(|i| parts.iter().map(|part| part[i]).sum())
-        .collect()
+    let after = loss.gradients(&*fixed, next, &values);
+    let change = |i: usize| {
+        let parts = binding.iter().zip(&after);
+        parts
+            .map(|((k, weight), after)| weight * (after[i] - participants[*k].slope[i]))
+            .sum()
+    };
+    (0..law.parameters()).map(change).collect()
 }
 
 /// Coordinates p of a step δx = M^{-1/2} p.
@@ -268,12 +267,10 @@ fn participants_of(
     found: &Evaluation,
 ) -> Vec<Participant> {
     let fixed = law.with(x);
-    near_largest(found)
-        .into_par_iter()
-        .map(|value| Participant {
-            value,
-            slope: loss.gradient(&*fixed, found, &value),
-        })
+    let values = near_largest(found);
+    let slopes = loss.gradients(&*fixed, found, &values);
+    let both = values.into_iter().zip(slopes);
+    both.map(|(value, slope)| Participant { value, slope })
         .collect()
 }
 

@@ -7,34 +7,42 @@ use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Plant;
 use rayon::prelude::*;
 
-/// The first plant of some roles, with what it is when sampled.
-pub(crate) struct SampledPlants(Vec<(Role, Plant, StateSpace<Discrete>)>);
+/// Some plants of a search with their numbers, and what they are when sampled.
+pub(crate) struct SampledPlants(Vec<(usize, Plant, StateSpace<Discrete>)>);
 
 impl SampledPlants {
-    /// Those of the roles that `plants` has.
+    /// Those that `chosen` takes by their number and role.
     ///
     /// # Errors
     /// [`VerificationError`] when a plant cannot be sampled.
-    pub(crate) fn of(plants: &Plants, roles: &[Role]) -> Result<Self, VerificationError> {
-        let found: Result<Vec<_>, VerificationError> = roles
-            .par_iter()
-            .filter_map(|role| Some((*role, plants.of(*role).next()?)))
-            .map(|(role, plant)| Ok((role, plant.clone(), plant.sampled()?)))
+    pub(crate) fn of(
+        plants: &Plants,
+        chosen: impl Fn(usize, Role) -> bool,
+    ) -> Result<Self, VerificationError> {
+        let all: Vec<(usize, &Plant)> = plants
+            .all()
+            .enumerate()
+            .filter(|(number, (role, _))| chosen(*number, *role))
+            .map(|(number, (_, plant))| (number, plant))
+            .collect();
+        let found: Result<Vec<_>, VerificationError> = all
+            .into_par_iter()
+            .map(|(number, plant)| Ok((number, plant.clone(), plant.sampled()?)))
             .collect();
         Ok(Self(found?))
     }
 
-    /// Role of each, and the poles of its loop with a law of four axes, in the z plane.
+    /// Number of each, and the poles of its loop with a law of four axes, in the z plane.
     ///
     /// # Errors
     /// As [`Plant::loop_poles`].
     pub(crate) fn loop_poles(
         &self,
         law: &StateSpace<Discrete>,
-    ) -> Result<Vec<(Role, Vec<c64>)>, NumericError> {
+    ) -> Result<Vec<(usize, Vec<c64>)>, NumericError> {
         self.0
             .par_iter()
-            .map(|(role, plant, sampled)| Ok((*role, plant.loop_poles(sampled, law)?)))
+            .map(|(number, plant, sampled)| Ok((*number, plant.loop_poles(sampled, law)?)))
             .collect()
     }
 }

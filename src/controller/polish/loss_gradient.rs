@@ -8,16 +8,33 @@ use crate::linalg::c64;
 use rayon::prelude::*;
 
 impl Loss {
-    /// Derivative of a value by the parameters.
-    pub(crate) fn gradient(&self, law: &dyn Fixed, found: &Evaluation, value: &Value) -> Vec<f64> {
-        let mut out = vec![0.0; law.parameters()];
-        if value.group == Group::NoiseCurrent {
-            self.add_noise_gradient(law, found, value, &mut out);
-        } else {
-            let q = self.line_derivative(found, value);
-            law.add_gradient(&self.lines[value.line], &q, &mut out);
-        }
-        out
+    /// Derivatives of some values by the parameters.
+    pub(crate) fn gradients(
+        &self,
+        law: &dyn Fixed,
+        found: &Evaluation,
+        values: &[Value],
+    ) -> Vec<Vec<f64>> {
+        let is_noise = |value: &&Value| value.group == Group::NoiseCurrent;
+        let noise: Vec<&Value> = values.iter().filter(is_noise).collect();
+        let mut of_noise = self.noise_gradients(law, found, &noise).into_iter();
+        let of_lines: Vec<Vec<f64>> = values
+            .par_iter()
+            .filter(|value| !is_noise(value))
+            .map(|value| {
+                let q = self.line_derivative(found, value);
+                let mut own = [(q, vec![0.0; law.parameters()])];
+                law.add_gradients(&self.lines[value.line], &mut own);
+                let [(_, gradient)] = own;
+                gradient
+            })
+            .collect();
+        let mut of_lines = of_lines.into_iter();
+        let next = |value: &Value| match value.group {
+            Group::NoiseCurrent => of_noise.next(),
+            _ => of_lines.next(),
+        };
+        values.iter().filter_map(next).collect()
     }
 
     /// Q of a value that belongs to one line.
@@ -63,39 +80,59 @@ impl Loss {
         q
     }
 
-    fn add_noise_gradient(
+    /// Derivatives of noise currents, each a sum over all lines.
+    fn noise_gradients(
         &self,
         law: &dyn Fixed,
         found: &Evaluation,
-        value: &Value,
-        out: &mut [f64],
-    ) {
-        let i = value.entry.0;
-        let sides = self.sides(value.rotor);
-        let responses = &self.rotors[value.rotor].directions;
-        let mut total = 0.0;
-        let matrices: Vec<Matrix2> = found
-            .lines
-            .iter()
-            .zip(&self.share)
-            .enumerate()
-            .map(|(line, (state, share))| {
-                let mut q = [[ZERO; 2]; 2];
-                for (l, g) in state.loops[sides.clone()].iter().zip(responses) {
-                    let su = l.input_sensitivity(&g[line].loops);
-                    for j in 0..2 {
-                        total += share * l.r[i][j].norm_sqr();
-                        let column = [l.s[0][j], l.s[1][j]];
-                        add(&mut q, &outer(&column, &su[i], l.r[i][j].conj() * *share));
+        values: &[&Value],
+    ) -> Vec<Vec<f64>> {
+        if values.is_empty() {
+            return vec![];
+        }
+        let sums = || vec![([[ZERO; 2]; 2], vec![0.0; law.parameters()]); values.len()];
+        let shares: Vec<(usize, f64)> = self.share.iter().copied().enumerate().collect();
+        // Of each value its square and the derivative of that, over a part of the lines. Parts have the same lines
+        // whatever the number of threads.
+        let parts: Vec<(Vec<f64>, Vec<(Matrix2, Vec<f64>)>)> = shares
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let (mut squares, mut slopes) = (vec![0.0; values.len()], sums());
+                for (line, share) in chunk {
+                    for ((value, square), (q, _)) in
+                        values.iter().zip(&mut squares).zip(&mut slopes)
+                    {
+                        let (own, added) = self.noise_derivative(found, value, *line);
+                        *q = own.map(|row| row.map(|v| v * *share));
+                        *square += share * added;
                     }
+                    law.add_gradients(&self.lines[*line], &mut slopes);
                 }
-                q
+                (squares, slopes)
             })
             .collect();
-        for (line, q) in self.lines.iter().zip(&matrices) {
-            let scaled = q.map(|row| row.map(|v| v / total));
-            law.add_gradient(line, &scaled, out);
+        let of = |k: usize| {
+            let total: f64 = parts.iter().map(|(squares, _)| squares[k]).sum();
+            let sum = |p: usize| parts.iter().map(|(_, slopes)| slopes[k].1[p]).sum::<f64>();
+            (0..law.parameters()).map(|p| sum(p) / total).collect()
+        };
+        (0..values.len()).map(of).collect()
+    }
+
+    /// Q of the square of a noise current at one line, and that square.
+    fn noise_derivative(&self, found: &Evaluation, value: &Value, line: usize) -> (Matrix2, f64) {
+        let i = value.entry.0;
+        let loops = &found.lines[line].loops[self.sides(value.rotor)];
+        let (mut q, mut square) = ([[ZERO; 2]; 2], 0.0);
+        for (l, responses) in loops.iter().zip(&self.rotors[value.rotor].directions) {
+            let su = l.input_sensitivity(&responses[line].loops);
+            for j in 0..2 {
+                square += l.r[i][j].norm_sqr();
+                let column = [l.s[0][j], l.s[1][j]];
+                add(&mut q, &outer(&column, &su[i], l.r[i][j].conj()));
+            }
         }
+        (q, square)
     }
 
     /// Rows whose squares sum to [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest,
@@ -123,10 +160,8 @@ impl Loss {
                 let mut rows = vec![];
                 let mut push = |q: &Matrix2| {
                     for turn in [c64::new(share, 0.0), c64::new(0.0, -share)] {
-                        let mut row = vec![0.0; law.parameters()];
                         let q = q.map(|r| r.map(|v| v * turn));
-                        law.add_gradient(&self.lines[*k], &q, &mut row);
-                        rows.push(row);
+                        rows.push((q, vec![0.0; law.parameters()]));
                     }
                 };
                 let su = l.input_sensitivity(&g.loops);
@@ -139,13 +174,16 @@ impl Loss {
                         push(&q);
                     }
                 }
-                rows
+                law.add_gradients(&self.lines[*k], &mut rows);
+                rows.into_iter().map(|(_, row)| row).collect()
             })
             .collect();
         rows.into_iter().flatten().collect()
     }
 }
 
+/// Lines whose noise one task sums.
+const CHUNK: usize = 64;
 /// Lines over which a change is taken to be spread.
 const METRIC_LINES: f64 = 20.0;
 

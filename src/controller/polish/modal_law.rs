@@ -192,50 +192,30 @@ impl Fixed for FixedModal {
         k
     }
 
-    fn add_gradient(&self, line: &Line, q: &Matrix2, out: &mut [f64]) {
-        let q = q.map(|row| row.map(|v| v / SIGNAL_SCALE_M));
-        let (out_pairs, out_rest) = out.split_at_mut(self.pairs.len() * PAIR);
-        let (out_reals, out_direct) = out_rest.split_at_mut(self.reals.len() * REAL);
-        for (p, out) in self.pairs.iter().zip(out_pairs.chunks_exact_mut(PAIR)) {
+    fn add_gradients(&self, line: &Line, parts: &mut [(Matrix2, Vec<f64>)]) {
+        for (q, _) in parts.iter_mut() {
+            *q = q.map(|row| row.map(|v| v / SIGNAL_SCALE_M));
+        }
+        for (k, p) in self.pairs.iter().enumerate() {
             let (g, h) = p.resolvents(line.z);
-            // tr(Q c bᵀ) = bᵀ Q c.
-            let qc = [0, 1].map(|j| q[j][0] * p.c[0] + q[j][1] * p.c[1]);
-            let qcc = [0, 1].map(|j| q[j][0] * p.c[0].conj() + q[j][1] * p.c[1].conj());
-            let qb = [0, 1].map(|i| q[0][i] * p.b[0] + q[1][i] * p.b[1]);
-            let qbc = [0, 1].map(|i| q[0][i] * p.b[0].conj() + q[1][i] * p.b[1].conj());
-            let along = (p.b[0] * qc[0] + p.b[1] * qc[1]) * g * g;
-            let across = (p.b[0].conj() * qcc[0] + p.b[1].conj() * qcc[1]) * h * h;
-            out[0] += -p.decay * (along * p.pole + across * p.pole.conj()).re;
-            // j λ along, −j λ̄ across.
-            out[1] += -(along * p.pole).im + (across * p.pole.conj()).im;
-            for i in 0..2 {
-                let (one, two) = (qb[i] * g, qbc[i] * h);
-                out[2 + i] += (one + two).re;
-                out[4 + i] += -(one - two).im;
-                let (one, two) = (qc[i] * g, qcc[i] * h);
-                out[6 + i] += (one + two).re;
-                out[8 + i] += -(one - two).im;
+            for (q, out) in parts.iter_mut() {
+                p.add_gradient((g, h), q, &mut out[k * PAIR..(k + 1) * PAIR]);
             }
         }
-        for (p, out) in self.reals.iter().zip(out_reals.chunks_exact_mut(REAL)) {
+        let first = self.pairs.len() * PAIR;
+        for (k, p) in self.reals.iter().enumerate() {
             let g = (line.z - p.pole).inv();
-            let (mut whole, mut c, mut b) = (ZERO, [ZERO; 2], [ZERO; 2]);
+            for (q, out) in parts.iter_mut() {
+                let own = first + k * REAL..first + (k + 1) * REAL;
+                p.add_gradient(g, q, &mut out[own]);
+            }
+        }
+        let direct = first + self.reals.len() * REAL;
+        for (q, out) in parts {
             for i in 0..2 {
                 for j in 0..2 {
-                    whole += q[j][i] * (p.c[i] * p.b[j]);
-                    c[i] += q[j][i] * p.b[j];
-                    b[j] += q[j][i] * p.c[i];
+                    out[direct + 2 * i + j] += q[j][i].re;
                 }
-            }
-            out[0] += (whole * g * g).re * (1.0 - p.pole * p.pole);
-            for i in 0..2 {
-                out[1 + i] += (c[i] * g).re;
-                out[3 + i] += (b[i] * g).re;
-            }
-        }
-        for i in 0..2 {
-            for j in 0..2 {
-                out_direct[2 * i + j] += q[j][i].re;
             }
         }
     }
@@ -249,6 +229,23 @@ struct Real {
 }
 
 impl Real {
+    /// Adds the derivatives by its parameters, g = (z − λ)⁻¹.
+    fn add_gradient(&self, g: c64, q: &Matrix2, out: &mut [f64]) {
+        let (mut whole, mut c, mut b) = (ZERO, [ZERO; 2], [ZERO; 2]);
+        for i in 0..2 {
+            for j in 0..2 {
+                whole += q[j][i] * (self.c[i] * self.b[j]);
+                c[i] += q[j][i] * self.b[j];
+                b[j] += q[j][i] * self.c[i];
+            }
+        }
+        out[0] += (whole * g * g).re * (1.0 - self.pole * self.pole);
+        for i in 0..2 {
+            out[1 + i] += (c[i] * g).re;
+            out[3 + i] += (b[i] * g).re;
+        }
+    }
+
     fn read(x: &[f64]) -> Self {
         Self {
             pole: x[0].tanh(),
@@ -270,6 +267,29 @@ struct Pair {
 }
 
 impl Pair {
+    /// Adds the derivatives by its parameters, g = (z − λ)⁻¹ and h = (z − λ̄)⁻¹.
+    fn add_gradient(&self, (g, h): (c64, c64), q: &Matrix2, out: &mut [f64]) {
+        let (b, c) = (&self.b, &self.c);
+        // tr(Q c bᵀ) = bᵀ Q c.
+        let qc = [0, 1].map(|j| q[j][0] * c[0] + q[j][1] * c[1]);
+        let qcc = [0, 1].map(|j| q[j][0] * c[0].conj() + q[j][1] * c[1].conj());
+        let qb = [0, 1].map(|i| q[0][i] * b[0] + q[1][i] * b[1]);
+        let qbc = [0, 1].map(|i| q[0][i] * b[0].conj() + q[1][i] * b[1].conj());
+        let along = (b[0] * qc[0] + b[1] * qc[1]) * g * g;
+        let across = (b[0].conj() * qcc[0] + b[1].conj() * qcc[1]) * h * h;
+        out[0] += -self.decay * (along * self.pole + across * self.pole.conj()).re;
+        // j λ along, −j λ̄ across.
+        out[1] += -(along * self.pole).im + (across * self.pole.conj()).im;
+        for i in 0..2 {
+            let (one, two) = (qb[i] * g, qbc[i] * h);
+            out[2 + i] += (one + two).re;
+            out[4 + i] += -(one - two).im;
+            let (one, two) = (qc[i] * g, qcc[i] * h);
+            out[6 + i] += (one + two).re;
+            out[8 + i] += -(one - two).im;
+        }
+    }
+
     fn read(x: &[f64]) -> Self {
         let z = |re: usize, im: usize| c64::new(x[re], x[im]);
         let (c, b) = ([z(2, 4), z(3, 5)], [z(6, 8), z(7, 9)]);

@@ -17,9 +17,8 @@ use crate::linalg::{Mat, c64};
 use crate::lti::held::hold_magnitude;
 use crate::lti::{Continuous, Response, StateSpace};
 use crate::spindle::plant::CHANNELS;
-use crate::spindle::plant_loop::PlantLoop;
 use crate::spindle::response::SIDE;
-use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
+use crate::spindle::{Machine, ModelDetail, Plant, PlantLoop, SpindleError};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -174,12 +173,9 @@ impl Plants {
         &self.list[0].1
     }
 
-    /// Plants of a role.
-    pub(crate) fn of(&self, role: Role) -> impl Iterator<Item = &Plant> {
-        self.list
-            .iter()
-            .filter(move |(r, _)| *r == role)
-            .map(|(_, p)| p)
+    /// All of them with their roles, in the order of the rotors of [`Self::on`].
+    pub(crate) fn all(&self) -> impl Iterator<Item = (Role, &Plant)> {
+        self.list.iter().map(|(role, plant)| (*role, plant))
     }
 
     /// Sample period, s.

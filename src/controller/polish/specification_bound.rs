@@ -40,7 +40,8 @@ pub(super) fn best_scales(
     settled(&closed(line, r), structure).d
 }
 
-/// The bound at a line with these scales of the modal channels, of a loop with its G. Where a norm that is cheaper shows that σ is below `floor`, that norm stands in its place, without a derivative.
+/// The bound at a line with these scales of the modal channels, of a loop with its G. Where a norm that is cheaper
+/// shows that σ is below `floor`, that norm stands in its place, without a derivative.
 pub(super) fn bound(
     line: &SpecificationLine,
     scales: &[f64],

@@ -132,7 +132,7 @@ impl<'a> Polisher<'a> {
             plants = plants.with_speeds(machine, &SPEEDS_BETWEEN)?;
         }
         let roles = [Role::Rest, Role::TopSpeed, Role::Overspeed];
-        let sampled = SampledPlants::of(&plants, &roles)?;
+        let sampled = SampledPlants::of(&plants, |_, role| roles.contains(&role))?;
         let period_s = plants.period_s();
         let open = StateSpace::gain(Mat::zeros(AXES, AXES), Discrete { period_s });
         let found = sampled.loop_poles(&open).map_err(in_step(LOOP))?;
@@ -358,7 +358,7 @@ impl<'a> Polisher<'a> {
 const LOOP: &str = "poles of the polished loop";
 
 /// The poles of all loops.
-fn all(loops: &[(Role, Vec<c64>)]) -> Vec<c64> {
+fn all(loops: &[(usize, Vec<c64>)]) -> Vec<c64> {
     loops.iter().flat_map(|(_, poles)| poles).copied().collect()
 }
 

@@ -47,6 +47,6 @@ pub(crate) trait Fixed: Sync {
     }
     /// K at a line, A/m.
     fn gain(&self, line: &Line) -> Matrix2;
-    /// Adds Re tr(Q ∂K/∂xₚ) to `out[p]`, for every parameter.
-    fn add_gradient(&self, line: &Line, q: &Matrix2, out: &mut [f64]);
+    /// Adds Re tr(Q ∂K/∂xₚ) at a line, for every parameter p, to the derivatives beside each Q.
+    fn add_gradients(&self, line: &Line, parts: &mut [(Matrix2, Vec<f64>)]);
 }

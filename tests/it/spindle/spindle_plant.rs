@@ -6,7 +6,10 @@ use muspin::linalg::{Mat, c64};
 use muspin::lti::delay::sample_with_delay;
 use muspin::lti::{Continuous, Response, StateSpace};
 use muspin::rotor::{Damping, PlanarModes, Support};
-use muspin::spindle::{Effect, EffectKind, Location, Machine, ModelDetail, Plane, Plant};
+use muspin::spindle::response::{SIDE, Square};
+use muspin::spindle::{
+    Effect, EffectKind, Location, Machine, ModelDetail, Plane, Plant, PlantLoop,
+};
 use std::f64::consts::TAU;
 
 pub fn reference() -> Machine {
@@ -237,6 +240,38 @@ pub fn catalogue() -> Vec<Effect> {
 fn the_catalogue_of_this_test_is_complete() {
     let kinds: Vec<_> = catalogue().iter().map(|e| e.kind).collect();
     assert_eq!(kinds, EffectKind::all().collect::<Vec<_>>());
+}
+
+#[test]
+fn the_loop_of_a_plant_is_the_plant_at_its_ports() {
+    let others = ["s04-noncollocated", "s09-four-modes", "s12-big-discs"].map(|name| {
+        let root = env!("CARGO_MANIFEST_DIR");
+        load_machine(
+            &format!("{root}/tests/data/spindles/{name}.yaml"),
+            "paper-tool",
+        )
+        .unwrap()
+    });
+    let nominal: Vec<Machine> = others.into_iter().chain([reference()]).collect();
+    let changed = catalogue().into_iter().map(|e| nominal[3].with_effect(e));
+    for machine in changed.chain(nominal.iter().cloned()) {
+        for speed in [0.0, krpm(30.0)] {
+            let plant = Plant::design_model(&machine, speed).unwrap();
+            let loops = PlantLoop::new(&plant);
+            for hz in [2.0, 180.0, 1150.0, 3900.0] {
+                // Signals and tool stand before the actuators, as currents and force at the tool do.
+                let whole = plant.at(TAU * hz);
+                let expected = whole.submatrix(0, 0, SIDE, SIDE);
+                let of = |found: Square| Mat::from_fn(SIDE, SIDE, |i, j| found[i * SIDE + j]);
+                // Sums in another order.
+                let error = block_error(&of(loops.at(TAU * hz)), &expected.to_owned());
+                assert!(error < 1e-10, "{speed} rad/s, {hz} Hz: {error:.1e}");
+                let axes = of(loops.axes_at(TAU * hz)).submatrix(0, 0, 4, 4).to_owned();
+                let error = block_error(&axes, &expected.submatrix(0, 0, 4, 4).to_owned());
+                assert!(error < 1e-10, "axes, {speed} rad/s, {hz} Hz: {error:.1e}");
+            }
+        }
+    }
 }
 
 #[test]
