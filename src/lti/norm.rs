@@ -155,7 +155,11 @@ pub(crate) fn places(poles: &[c64], value: &dyn Fn(f64) -> f64) -> Vec<(f64, f64
     list.map(|omega| (omega, value(omega))).collect()
 }
 
-fn linf_norm_with(
+/// L∞ norm of a system with these poles, none of them on the imaginary axis.
+///
+/// # Errors
+/// As [`linf_norm`].
+pub(crate) fn linf_norm_with(
     system: &StateSpace<Continuous>,
     poles: &[c64],
     rel_tol: f64,

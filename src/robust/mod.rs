@@ -12,5 +12,5 @@ pub mod prescale;
 pub mod structure;
 
 pub use error::{Condition, SynthesisError};
-pub use hinf::{HinfSettings, HinfSolution, synthesise};
+pub use hinf::{HinfSettings, HinfSolution, Limit, synthesise};
 pub use structure::MuError;

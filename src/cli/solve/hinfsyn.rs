@@ -2,7 +2,7 @@
 
 use super::answer::system;
 use super::{Answer, Failure, Problem};
-use crate::robust::{HinfSettings, SynthesisError, synthesise};
+use crate::robust::{HinfSettings, Limit, SynthesisError, synthesise};
 
 /// Solves the problem of the file; `gamma` in the file asks for the central controller at that level.
 pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
@@ -13,11 +13,20 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
     }
     let found = synthesise(&plant, &settings)?;
     let c = &found.certificate;
-    let certificate = Answer::new()
-        .with_number("control_level", c.control_level)
-        .with_number("control_omega_rad_s", c.control_omega_rad_s)
-        .with_number("filter_level", c.filter_level)
-        .with_number("filter_omega_rad_s", c.filter_omega_rad_s)
+    let mut certificate = Answer::new();
+    if let Some(limit) = c.limit {
+        let (name, frequency) = match limit {
+            Limit::Coupling => ("coupling", None),
+            Limit::ControlSide { omega_rad_s } => ("control side", Some(omega_rad_s)),
+            Limit::FilterSide { omega_rad_s } => ("filter side", Some(omega_rad_s)),
+            Limit::Rounding => ("rounding", None),
+        };
+        certificate = certificate.with("limit", name);
+        if let Some(omega_rad_s) = frequency {
+            certificate = certificate.with_number("limit_omega_rad_s", omega_rad_s);
+        }
+    }
+    let certificate = certificate
         .with_number("x_residual", c.x_residual)
         .with_number("y_residual", c.y_residual)
         .with_number("x_min_relative", c.x_min)

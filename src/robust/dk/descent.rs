@@ -1,7 +1,7 @@
 //! Descent on γ itself: the optimal H∞ level of D P D⁻¹ as a function of the poles, zeros and gains of D(s).
 //!
 //! D-K alternation creeps along a valley and its fits lose part of each step. γ_opt(D) bounds μ of the next loop and is
-//! the largest of a few levels, one for each eigenvalue of XY and each side ([`crate::robust::hinf::slope`]), which
+//! the largest of a few levels, one for each eigenvalue of XY and each side ([`crate::robust::hinf::couplings`]), which
 //! are smooth in the logarithms of the parameters. A prox-linear step on all of them follows the edge where two of them
 //! meet, where a method that sees only the largest one stops. A step to scales whose synthesis fails is refused.
 
@@ -33,11 +33,15 @@ pub(crate) struct Course {
     /// Their ln γ_opt.
     pub ln_level: f64,
     levels: Vec<LinearValue>,
+    /// What the levels were at steps refused since the last one accepted, as seen from where it ended.
+    cuts: Vec<LinearValue>,
     curvature: Curvature,
     /// Proximal weight.
     weight: f64,
     /// ln γ_opt after each accepted step.
     history: Vec<f64>,
+    /// Whether the curvature was forgotten without a gain since.
+    fresh: bool,
     /// Another step gains nothing.
     pub ended: bool,
 }
@@ -47,8 +51,10 @@ pub(crate) struct Course {
 const DIFFERENCE: f64 = 1e-5;
 /// γ is found to this: a hundredth of what a step gains at the end.
 const TOLERANCE: f64 = 1e-7;
+/// A step that promises less ends a descent: it is not told from rounding.
+const PROMISE: f64 = 2.0 * TOLERANCE;
 /// A descent ends when so many accepted steps together lower ln γ by less than this.
-const PATIENCE: (usize, f64) = (6, 1e-4);
+const PATIENCE: (usize, f64) = (6, 5e-5);
 /// Frequencies of the metric.
 const POINTS: usize = 60;
 /// Weight of a parameter itself in the metric, beside its effect on |d|: a pole on its zero has none.
@@ -77,9 +83,11 @@ impl Descent<'_> {
             scales,
             ln_level,
             levels,
+            cuts: vec![],
             curvature: Curvature::default(),
             weight: 1.0,
             history: vec![ln_level],
+            fresh: true,
             ended: false,
         })
     }
@@ -90,7 +98,15 @@ impl Descent<'_> {
             if course.ended || course.ln_level.exp() < enough {
                 return;
             }
-            course.ended = !self.step(course);
+            if self.step(course) {
+                continue;
+            }
+            // Curvature learnt on the way can hold steps short: once more without it.
+            course.ended = course.fresh;
+            course.fresh = true;
+            course.curvature = Curvature::default();
+            course.weight = 1.0;
+            course.history = vec![course.ln_level];
         }
     }
 
@@ -106,7 +122,8 @@ impl Descent<'_> {
             penalty: 0.0,
             proximal: course.weight,
         };
-        let found = curved_step(&course.levels, &[], (&whiten, &course.curvature), &rule);
+        let seen: Vec<LinearValue> = [course.levels.as_slice(), &course.cuts].concat();
+        let found = curved_step(&seen, &[], (&whiten, &course.curvature), &rule);
         let trial = found.and_then(|step| {
             let pairs = before.iter().zip(&step.step);
             let x: Vec<f64> = pairs.map(|(x, s)| x + s).collect();
@@ -119,21 +136,29 @@ impl Descent<'_> {
         };
         let promised = course.ln_level - step.predicted - course.curvature.half_along(&step.step);
         let kept = course.ln_level - ln_level;
-        let change = slope_change(&step, &course.levels, &levels);
+        let change = slope_change(&step, &seen, &levels);
         course.curvature.learn(&step.step, &change, || metric);
-        if promised <= 0.0 {
+        if promised <= PROMISE {
             return false;
         }
         if !is_accepted(kept, promised) {
             course.weight = after_refusal(course.weight, kept > -promised);
+            let top = course.ln_level;
+            let cuts = levels.into_iter().map(|level| back(level, &step.step, top));
+            course.cuts.extend(cuts);
             return course.weight < HEAVIEST;
         }
         course.weight = after_step(course.weight, kept, promised);
+        course.cuts.clear();
         course.scales = course.scales.with_parameters(&x, &self.limits);
         (course.ln_level, course.levels) = (ln_level, levels);
         course.history.push(ln_level);
         let past = course.history.len().checked_sub(1 + PATIENCE.0);
-        past.is_none_or(|k| course.history[k] - ln_level >= PATIENCE.1)
+        let gains = past.map(|k| course.history[k] - ln_level >= PATIENCE.1);
+        if gains == Some(true) {
+            course.fresh = false;
+        }
+        gains.unwrap_or(true)
     }
 
     /// ln γ_opt of scales of the same kinds with parameters `x`, and the levels that bind there with their derivatives.
@@ -201,6 +226,16 @@ impl Descent<'_> {
         let (values, vectors) = symmetric_eigen(&metric).ok()?;
         let whiten = Mat::from_fn(n, n, |i, k| vectors[(i, k)] / values[k].sqrt());
         Some((whiten, metric))
+    }
+}
+
+/// A level found after a step as a linear function from before it, which is at most `top` there: a level that bends
+/// downwards would forbid the place where it was not found.
+fn back(level: LinearValue, step: &[f64], top: f64) -> LinearValue {
+    let along: f64 = level.gradient.iter().zip(step).map(|(g, s)| g * s).sum();
+    LinearValue {
+        value: (level.value - along).min(top),
+        ..level
     }
 }
 

@@ -254,35 +254,34 @@ impl Run<'_> {
         if steps == 0 || self.reached(best) {
             return;
         }
-        // γ has several valleys: the first stage goes down each, the rest the deepest.
+        // γ has several valleys, and which is the deepest shows late.
         let enough = self.settings.target_mu.unwrap_or(0.0);
-        let stage = steps.min(DESCENT_STAGE);
         let starts = self.descent_starts(&descent, best);
-        let courses = starts.into_par_iter().filter_map(|start| {
-            let mut course = descent.begin(start)?;
-            descent.run(&mut course, stage, enough);
-            Some(course)
-        });
-        let deepest = courses
-            .collect::<Vec<Course>>()
-            .into_iter()
-            .min_by(|a, b| a.ln_level.total_cmp(&b.ln_level));
-        let Some(mut course) = deepest else {
-            return;
-        };
-        loop {
-            if let Ok(current) = log.enter(&course.scales, self.attempt(&course.scales))
+        let begun = starts
+            .into_par_iter()
+            .filter_map(|start| descent.begin(start));
+        let mut courses: Vec<Course> = begun.collect();
+        let mut entered = f64::INFINITY;
+        while steps > 0 {
+            let stage = steps.min(DESCENT_STAGE);
+            steps -= stage;
+            courses.par_iter_mut().for_each(|course| {
+                let before = course.ln_level;
+                descent.run(course, stage, enough);
+                course.ended |= before - course.ln_level < WORTH_A_STAGE;
+            });
+            let levels = courses.iter().map(|c| c.ln_level);
+            let deepest = levels.fold(f64::INFINITY, f64::min);
+            courses.retain(|course| course.ln_level <= deepest + BEHIND);
+            if let Some(course) = courses.iter().find(|c| c.ln_level == deepest)
+                && deepest < entered
+                && let Ok(current) = log.enter(&course.scales, self.attempt(&course.scales))
                 && current.mu_peak < best.mu_peak
             {
                 *best = current;
             }
-            steps = steps.saturating_sub(stage);
-            if steps == 0 || self.reached(best) || course.ended {
-                return;
-            }
-            let before = course.ln_level;
-            descent.run(&mut course, steps.min(DESCENT_STAGE), enough);
-            if before - course.ln_level < WORTH_A_STAGE {
+            entered = deepest;
+            if self.reached(best) || courses.iter().all(|course| course.ended) {
                 return;
             }
         }
@@ -461,11 +460,13 @@ impl Run<'_> {
 }
 
 /// Relative fall of γ in a stage below which the descent ends.
-const WORTH_A_STAGE: f64 = 3e-4;
+const WORTH_A_STAGE: f64 = 1e-4;
+/// Relative distance in γ from the deepest valley at which another one is left.
+const BEHIND: f64 = 0.01;
 /// D may be off its pointwise optimum by this, if it is smoother there; the better of the two is used.
 const SMOOTH_SLACKS: [f64; 2] = [1e-3, 3e-2];
 /// Steps between two controllers of the descent.
-const DESCENT_STAGE: usize = 20;
+const DESCENT_STAGE: usize = 30;
 /// Sharper corners of D than ζ = 0.05 follow the grid, not the loop; ζ = 30 separates two real corners by 3.5 decades.
 const LN_DAMPING: (f64, f64) = (-3.0, 3.4);
 

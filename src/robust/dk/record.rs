@@ -72,7 +72,7 @@ impl Default for DkSettings {
             certificate_slack: 2e-4,
             fit_range_rad_s: None,
             least_gap: 0.0,
-            descent_steps: 60,
+            descent_steps: 90,
         }
     }
 }

@@ -7,6 +7,8 @@
 
 pub(crate) mod assumptions;
 pub(crate) mod controller;
+mod coupling_root;
+pub(crate) mod couplings;
 mod feedthrough;
 pub(crate) mod matrix_slope;
 mod near;
@@ -21,27 +23,24 @@ pub(crate) mod slope;
 use crate::augment::GeneralizedPlant;
 use crate::linalg::riccati::Effort;
 use crate::lti::connect::lower_lft;
-use crate::lti::norm::{NormError, hinf_norm};
+use crate::lti::norm::linf_norm_with;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::error::{Condition, SynthesisError};
 use controller::central;
+use couplings::BindingLevel;
 use feedthrough::blamed;
 use near::near_level;
-use search::{LEVEL_TOL, Search};
+pub use search::Limit;
+use search::{LEVEL_TOL, Optimum, Search};
 pub use settings::HinfSettings;
-use slope::{BindingLevel, binding_levels};
+use slope::binding_levels;
+use std::cell::Cell;
 
 /// Margins and residuals at the level of the delivered controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certificate {
-    /// Smallest level that the control Hamiltonian and D11 allow.
-    pub control_level: f64,
-    /// Its frequency, rad/s.
-    pub control_omega_rad_s: f64,
-    /// Smallest level that the filter Hamiltonian and D11 allow.
-    pub filter_level: f64,
-    /// Its frequency, rad/s.
-    pub filter_omega_rad_s: f64,
+    /// What keeps the optimal level from falling; none where the level was given.
+    pub limit: Option<Limit>,
     /// Relative residual of X.
     pub x_residual: f64,
     /// Relative residual of Y.
@@ -84,7 +83,7 @@ pub(crate) fn optimal_level(
     settings: &HinfSettings,
 ) -> Result<f64, SynthesisError> {
     Search::new(plant)
-        .and_then(|search| search.optimum(settings, &mut 0))
+        .and_then(|search| Ok(search.optimum(settings, &Cell::new(0))?.gamma))
         .map_err(|error| blamed(plant, error))
 }
 
@@ -103,9 +102,21 @@ pub(crate) fn optimal_level_with_slopes(
         return Ok(found);
     }
     let found = || {
-        let search = Search::new(plant)?;
-        let level = search.optimum(settings, &mut 0)?;
-        Ok((level.ln(), binding_levels(&search, level)?))
+        let (search, pairs) = (Search::new(plant)?, Cell::new(0));
+        let optimum = match settings.hint {
+            // What leads nowhere from the hint leads nowhere from below it.
+            Some(_) => search.above_bounds(settings, &pairs)?,
+            None => search.optimum(settings, &pairs)?,
+        };
+        let ln = optimum.gamma.ln();
+        let levels = binding_levels(&search, optimum.gamma)?;
+        // The optimum is the feasible end of its tolerance; the level that binds is what the slopes belong to.
+        let top = levels
+            .iter()
+            .map(|level| level.ln_level)
+            .max_by(f64::total_cmp);
+        let same = top.filter(|top| (top - ln).abs() <= 2.0 * settings.rel_tol);
+        Ok((same.unwrap_or(ln), levels))
     };
     found().map_err(|error| blamed(plant, error))
 }
@@ -136,15 +147,16 @@ fn attempt(
     settings: &HinfSettings,
 ) -> Result<HinfSolution, SynthesisError> {
     let search = Search::new(plant)?;
-    let mut pairs = 0;
+    let pairs = Cell::new(0);
     if let Some(gamma) = settings.gamma {
-        let found = search.deliver(plant, gamma, gamma, &mut pairs)?;
+        let found = search.deliver(plant, None, gamma, &pairs)?;
         return match found.closed_loop_norm > gamma * (1.0 + 2.0 * LEVEL_TOL) {
             true => Err(refuted(gamma, &found)),
             false => Ok(found),
         };
     }
-    let gamma_opt = search.optimum(settings, &mut pairs)?;
+    let optimum = search.optimum(settings, &pairs)?;
+    let gamma_opt = optimum.gamma;
     let mut failure = SynthesisError::NoLevel {
         gamma: gamma_opt,
         condition: Condition::Unsolved,
@@ -152,7 +164,7 @@ fn attempt(
     let asked = std::iter::once(settings.slack);
     for slack in asked.chain(LADDER.into_iter().filter(|s| *s > settings.slack)) {
         let gamma = gamma_opt * (1.0 + slack);
-        match search.deliver(plant, gamma_opt, gamma, &mut pairs) {
+        match search.deliver(plant, Some(optimum), gamma, &pairs) {
             // Rounding in a nearly singular problem can leave the loop above its level: the level is then the norm.
             Ok(found) if found.gamma <= gamma_opt * (1.0 + slack.max(CLOSE)) => return Ok(found),
             Ok(found) => failure = refuted(gamma, &found),
@@ -181,26 +193,26 @@ impl Search {
     fn deliver(
         &self,
         plant: &GeneralizedPlant,
-        gamma_opt: f64,
+        optimum: Option<Optimum>,
         gamma: f64,
-        pairs: &mut usize,
+        pairs: &Cell<usize>,
     ) -> Result<HinfSolution, SynthesisError> {
         if !(gamma.is_finite() && gamma > 0.0) {
             return Err(SynthesisError::Partition(format!(
                 "gamma must be a positive number, found {gamma}"
             )));
         }
-        if let Some(condition) = self.below_level(gamma) {
-            return Err(SynthesisError::Infeasible { gamma, condition });
-        }
         // X and Y exact to the last bit are needed for few plants, and cost more than all the rest.
-        let fast = self.deliver_with(plant, gamma_opt, gamma, Effort::Fast, pairs);
+        let fast = self.deliver_with(plant, optimum, gamma, Effort::Fast, pairs);
         if fast.as_ref().is_ok_and(|f| f.gamma <= gamma) {
             return fast;
         }
+        if let Some(condition) = self.below_level(gamma)? {
+            return Err(SynthesisError::Infeasible { gamma, condition });
+        }
         match (
             fast,
-            self.deliver_with(plant, gamma_opt, gamma, Effort::Full, pairs),
+            self.deliver_with(plant, optimum, gamma, Effort::Full, pairs),
         ) {
             (Ok(f), Ok(g)) => Ok(if f.gamma < g.gamma { f } else { g }),
             (Ok(found), Err(_)) | (_, Ok(found)) => Ok(found),
@@ -211,12 +223,12 @@ impl Search {
     fn deliver_with(
         &self,
         plant: &GeneralizedPlant,
-        gamma_opt: f64,
+        optimum: Option<Optimum>,
         gamma: f64,
         effort: Effort,
-        pairs: &mut usize,
+        pairs: &Cell<usize>,
     ) -> Result<HinfSolution, SynthesisError> {
-        *pairs += 1;
+        pairs.set(pairs.get() + 1);
         let pair = self.pair(gamma, effort)?;
         if let Some(condition) = pair.failed {
             return Err(SynthesisError::Infeasible { gamma, condition });
@@ -231,38 +243,33 @@ impl Search {
         )?;
         let controller = self.normal.original_controller(&k)?;
         let closed = lower_lft(&plant.system, &controller)?;
-        let norm = match hinf_norm(&closed, LEVEL_TOL) {
-            Ok(norm) => norm,
-            Err(NormError::Unstable { growth_rate }) => {
-                return Err(SynthesisError::Refuted {
-                    gamma,
-                    norm: f64::INFINITY,
-                    growth_rate,
-                });
-            }
-            Err(other) => return Err(other.into()),
-        };
-        let growth_rate = closed.growth_rate()?;
+        let poles = closed.poles()?;
+        let growth_rate = poles.iter().map(|p| p.re).fold(f64::NEG_INFINITY, f64::max);
+        if growth_rate >= 0.0 {
+            return Err(SynthesisError::Refuted {
+                gamma,
+                norm: f64::INFINITY,
+                growth_rate,
+            });
+        }
+        let norm = linf_norm_with(&closed, &poles, LEVEL_TOL)?;
         // The two bounds of the norm lie 2·LEVEL_TOL apart.
         let above = norm.norm > gamma * (1.0 + 2.0 * LEVEL_TOL);
         Ok(HinfSolution {
             controller,
             gamma: if above { norm.upper } else { gamma },
-            gamma_opt,
+            gamma_opt: optimum.map_or(gamma, |o| o.gamma),
             closed_loop_norm: norm.norm,
             closed_loop_peak_rad_s: norm.peak_omega_rad_s,
             certificate: Certificate {
-                control_level: self.control_level.lower,
-                control_omega_rad_s: self.control_level.omega_rad_s,
-                filter_level: self.filter_level.lower,
-                filter_omega_rad_s: self.filter_level.omega_rad_s,
+                limit: optimum.map(|o| o.limit),
                 x_residual: pair.x_residual,
                 y_residual: pair.y_residual,
                 x_min: pair.x_min,
                 y_min: pair.y_min,
                 coupling: pair.coupling,
                 growth_rate,
-                pairs: *pairs,
+                pairs: pairs.get(),
             },
         })
     }

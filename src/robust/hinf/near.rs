@@ -1,24 +1,13 @@
-//! The optimal level of a problem near one whose level is known, by Newton's method on ρ(XY) = γ².
-//!
-//! γ²/ρ(XY) − 1 is nearly linear in ln γ, and its derivative costs a Lyapunov equation a side ([`super::slope`]): three
-//! pairs of Riccati equations, and neither brackets nor the peaks of the sides. Where X and Y exist and are positive at
-//! a root, it is the optimum, for both fall with γ.
+//! The optimal level of a problem near one whose level is known, with its slopes: neither brackets nor the peaks of the
+//! sides are computed.
 
+use super::coupling_root::{Asked, coupling_root};
+use super::couplings::BindingLevel;
 use super::normal::NormalForm;
-use super::riccati_pair::solved;
 use super::side::{control_side, filter_side};
-use super::slope::{BindingLevel, Couplings};
 use crate::augment::GeneralizedPlant;
-use crate::linalg::riccati::Effort;
 use crate::robust::error::SynthesisError;
-
-/// Steps at most: quadratic convergence needs three or four; a problem that needs more is not near.
-const STEPS: usize = 6;
-/// Share of the tolerance that the square of the last step may be: the curvature of the measure beside its slope is of
-/// the order of one, and larger near a singularity of X or Y.
-const SQUARE: f64 = 0.1;
-/// Largest step in ln γ.
-const LONGEST: f64 = 0.3;
+use std::cell::Cell;
 
 /// ln γ to `tolerance`, and the couplings that bind there, from the level `hint`; `None` where the way leads to levels
 /// at which X or Y does not exist or is indefinite.
@@ -32,28 +21,14 @@ pub(super) fn near_level(
 ) -> Result<Option<(f64, Vec<BindingLevel>)>, SynthesisError> {
     let normal = NormalForm::new(plant)?;
     let (control, filter) = (control_side(&normal), filter_side(&normal));
-    let least = control.level_at_infinity().max(filter.level_at_infinity());
-    let mut ln = hint.ln();
-    for _ in 0..STEPS {
-        let gamma = ln.exp();
-        if gamma <= least || !gamma.is_finite() {
-            return Ok(None);
-        }
-        let found = solved(&control, &filter, gamma, Effort::Fast)?;
-        let Some(found) = found.filter(|found| found.coupling.is_definite()) else {
-            return Ok(None);
-        };
-        let found = Couplings::new(&control, &filter, &found, gamma)?;
-        let Some(step) = found.newton() else {
-            return Ok(None);
-        };
-        // What is left after a step is about its square.
-        if step * step <= SQUARE * tolerance {
-            return Ok(Some((ln + step, found.levels(&normal))));
-        }
-        ln += step.clamp(-LONGEST, LONGEST);
-    }
-    Ok(None)
+    let found = coupling_root(
+        &control,
+        &filter,
+        (hint, tolerance),
+        Asked::Slopes,
+        &Cell::new(0),
+    )?;
+    Ok(found.map(|(ln, couplings)| (ln, couplings.levels(&normal))))
 }
 
 #[cfg(test)]
@@ -64,7 +39,7 @@ mod tests {
     use crate::lti::connect::append;
     use crate::lti::{Continuous, StateSpace};
     use crate::robust::hinf::settings::HinfSettings;
-    use crate::robust::hinf::{optimal_level, optimal_level_with_slopes};
+    use crate::robust::hinf::{is_feasible, optimal_level, optimal_level_with_slopes};
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -172,6 +147,100 @@ mod tests {
         }
         // Where a side binds there is no root.
         assert!(direct >= 4, "{direct}");
+        Ok(())
+    }
+
+    /// Two plants side by side, the levels of which differ by the share `apart`, that act on each other a little: two
+    /// eigenvalues of XY that nearly meet, and grow differently.
+    fn neighbours(seed: u64, apart: f64) -> Result<GeneralizedPlant, SynthesisError> {
+        let settings = HinfSettings {
+            rel_tol: 1e-10,
+            ..HinfSettings::default()
+        };
+        let mut pair = Vec::new();
+        for (one, level) in [(seed, 1.0), (seed + 1, 1.0 + apart)] {
+            let mut one = plant(one, false);
+            let share = level / optimal_level(&one, &settings)?;
+            let errors = one.system.outputs() - MEASUREMENTS;
+            one.system = one.system.scale_outputs(&Mat::from_fn(
+                errors + MEASUREMENTS,
+                errors + MEASUREMENTS,
+                |i, j| match (i == j, i < errors) {
+                    (false, _) => 0.0,
+                    (true, true) => share,
+                    (true, false) => 1.0,
+                },
+            ));
+            pair.push(one.system);
+        }
+        let both = append(&pair[0], &pair[1]);
+        let [p1, m1] = [
+            pair[0].outputs() - MEASUREMENTS,
+            pair[0].inputs() - CONTROLS,
+        ];
+        // Errors of both before measurements of both, disturbances of both before controls of both.
+        let order = |first: usize, second: usize| -> Vec<usize> {
+            let of = |copy: usize| copy * (first + second);
+            let kind = |from: usize, many: usize| {
+                (0..2).flat_map(move |c| (0..many).map(move |k| of(c) + from + k))
+            };
+            kind(0, first).chain(kind(first, second)).collect()
+        };
+        let (rows, columns) = (order(p1, MEASUREMENTS), order(m1, CONTROLS));
+        let n = both.order();
+        let mut from = ChaCha8Rng::seed_from_u64(seed + 1000);
+        let across = random(n, n, &mut from) * (0.1 * apart);
+        let system = StateSpace {
+            a: &both.a + across,
+            b: Mat::from_fn(n, columns.len(), |i, j| both.b[(i, columns[j])]),
+            c: Mat::from_fn(rows.len(), n, |i, j| both.c[(rows[i], j)]),
+            d: Mat::from_fn(rows.len(), columns.len(), |i, j| {
+                both.d[(rows[i], columns[j])]
+            }),
+            time: Continuous,
+        };
+        Ok(GeneralizedPlant {
+            system,
+            controls: 2 * CONTROLS,
+            measurements: 2 * MEASUREMENTS,
+            blocks: vec![],
+        })
+    }
+
+    #[test]
+    fn a_level_where_two_couplings_nearly_meet_is_that_of_a_bisection() -> Result<(), SynthesisError>
+    {
+        let mut direct = 0;
+        for seed in 0..6 {
+            for apart in [1e-5, 1e-4, 1e-3] {
+                let plant = neighbours(seed, apart)?;
+                let start = optimal_level(&plant, &HinfSettings::default())?;
+                let (mut lo, mut hi) = (start * (1.0 - 1e-3), start * (1.0 + 1e-3));
+                while hi / lo > 1.0 + 1e-9 {
+                    let middle = (lo * hi).sqrt();
+                    match is_feasible(&plant, middle)? {
+                        true => hi = middle,
+                        false => lo = middle,
+                    }
+                }
+                assert!(
+                    (start / hi - 1.0).abs() < 2e-7,
+                    "{seed} {apart}: {start} {hi}"
+                );
+                for off in [-1e-4, -1e-5, 1e-5, 1e-4, 1e-2] {
+                    let Some((ln, _)) = near_level(&plant, hi * (1.0 + off), 1e-7)? else {
+                        continue;
+                    };
+                    direct += 1;
+                    assert!(
+                        (ln - hi.ln()).abs() < 1e-7,
+                        "{seed} {apart} {off}: {}",
+                        ln - hi.ln()
+                    );
+                }
+            }
+        }
+        assert!(direct >= 40, "{direct}");
         Ok(())
     }
 

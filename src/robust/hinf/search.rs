@@ -1,21 +1,57 @@
 //! Search of the smallest feasible level of an H∞ problem.
-//! Lower bounds come first: the peaks of both sides over frequency (`side`), and √ρ(X₂Y₂) of the γ = ∞ solutions,
-//! since X and Y fall with γ. If the rest holds just above the largest bound, that is the optimum; otherwise the root
-//! of the measure of `riccati_pair` is bracketed and interpolated: about eight Riccati pairs to 1e-7.
+//! √ρ(X₂Y₂) of the γ = ∞ solutions is a lower bound, since X and Y fall with γ. From there the root of ρ(XY) = γ² is
+//! sought by derivatives (`coupling_root`). Where that leads nowhere, a side binds, or nearly: the peaks of both sides
+//! over frequency (`side`) are further lower bounds. If the rest holds just above the largest one, that is the
+//! optimum; otherwise the root of the measure of `riccati_pair` is bracketed and interpolated: about eight pairs of
+//! Riccati equations to 1e-7.
 
 use super::assumptions::explain;
+use super::coupling_root::{Asked, SHARE, coupling_root};
 use super::normal::NormalForm;
 use super::riccati_pair::{DEFINITE, Pair, Solved, coupling, solved};
 use super::settings::HinfSettings;
 use super::side::{Regulator, Side, control_side, filter_side};
 use crate::augment::GeneralizedPlant;
-use crate::linalg::Mat;
 use crate::linalg::riccati::Effort;
+use crate::linalg::{Mat, NumericError};
 use crate::lti::level_set::Peak;
 use crate::robust::error::{Condition, SynthesisError};
+use std::cell::Cell;
+use std::sync::OnceLock;
 
 /// Relative tolerance of the level peaks and of the verified norm.
 pub(super) const LEVEL_TOL: f64 = 1e-9;
+
+/// Closest tolerance of a level: where Riccati equations are solved in f64, rounding is not far below.
+const LEAST_TOL: f64 = 1e-9;
+/// Factor on the lower bound from which the root of the coupling is sought where it is above.
+const BEYOND: f64 = 1.25;
+
+/// What keeps the optimal level from falling.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// ρ(XY) = γ²: what is known of the states and what is done to them together.
+    Coupling,
+    /// The control side, at this frequency (rad/s): no control does better there, whatever it knows.
+    ControlSide {
+        /// Infinite where the feedthrough binds.
+        omega_rad_s: f64,
+    },
+    /// The filter side, at this frequency (rad/s): no estimate is better there.
+    FilterSide {
+        /// Infinite where the feedthrough binds.
+        omega_rad_s: f64,
+    },
+    /// Nothing: the level was lowered to rounding.
+    Rounding,
+}
+
+/// The smallest feasible level.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Optimum {
+    pub gamma: f64,
+    pub limit: Limit,
+}
 
 /// A problem in normal form with its lower bounds.
 pub(super) struct Search {
@@ -25,8 +61,8 @@ pub(super) struct Search {
     /// Each side at γ = ∞.
     pub control_regulator: Regulator,
     pub filter_regulator: Regulator,
-    pub control_level: Peak,
-    pub filter_level: Peak,
+    /// Smallest level of each side, once asked for.
+    levels: OnceLock<Result<[Peak; 2], NumericError>>,
     /// √ρ(X₂Y₂).
     coupling_level: f64,
     /// Largest eigenvalues of X₂ and Y₂, the scale of X and Y far from their singularities.
@@ -53,13 +89,8 @@ impl Search {
             explain(&control, &filter)?;
         }
         let regulators = coupling(&k.x, &f.x)?;
-        let (control_level, filter_level) = rayon::join(
-            || control.smallest_level(&k, LEVEL_TOL),
-            || filter.smallest_level(&f, LEVEL_TOL),
-        );
         Ok(Self {
-            control_level: control_level?,
-            filter_level: filter_level?,
+            levels: OnceLock::new(),
             coupling_level: regulators.ratio.max(0.0).sqrt(),
             sizes: regulators.extremes,
             control_regulator: k,
@@ -84,27 +115,38 @@ impl Search {
         }))
     }
 
-    fn lower_bound(&self) -> f64 {
-        self.control_level
-            .lower
-            .max(self.filter_level.lower)
-            .max(self.coupling_level)
+    /// Smallest levels that the control side and the filter side allow, with their frequencies.
+    pub(super) fn levels(&self) -> Result<[Peak; 2], NumericError> {
+        let found = self.levels.get_or_init(|| {
+            let (control, filter) = rayon::join(
+                || {
+                    self.control
+                        .smallest_level(&self.control_regulator, LEVEL_TOL)
+                },
+                || {
+                    self.filter
+                        .smallest_level(&self.filter_regulator, LEVEL_TOL)
+                },
+            );
+            Ok([control?, filter?])
+        });
+        found.clone()
     }
 
     /// Conditions that need no Riccati equation.
-    pub(super) fn below_level(&self, gamma: f64) -> Option<Condition> {
-        for (level, control) in [(self.control_level, true), (self.filter_level, false)] {
+    pub(super) fn below_level(&self, gamma: f64) -> Result<Option<Condition>, NumericError> {
+        for (level, control) in self.levels()?.into_iter().zip([true, false]) {
             if gamma > level.lower {
                 continue;
             }
             let (bound, omega_rad_s) = (level.lower, level.omega_rad_s);
-            return Some(match (omega_rad_s.is_infinite(), control) {
+            return Ok(Some(match (omega_rad_s.is_infinite(), control) {
                 (true, _) => Condition::Feedthrough { bound },
                 (false, true) => Condition::ControlAxis { bound, omega_rad_s },
                 (false, false) => Condition::FilterAxis { bound, omega_rad_s },
-            });
+            }));
         }
-        None
+        Ok(None)
     }
 
     pub(super) fn pair(&self, gamma: f64, effort: Effort) -> Result<Pair, SynthesisError> {
@@ -142,7 +184,7 @@ impl Search {
             y_min: c.y_min,
             coupling: ratio,
             measure: c.measure(gamma, self.sizes),
-            failed: failed.or_else(|| self.below_level(gamma)),
+            failed,
         })
     }
 
@@ -150,17 +192,58 @@ impl Search {
     pub(super) fn optimum(
         &self,
         settings: &HinfSettings,
-        pairs: &mut usize,
-    ) -> Result<f64, SynthesisError> {
-        let tol = settings.rel_tol.max(1e-9);
-        let lower = self.lower_bound();
+        pairs: &Cell<usize>,
+    ) -> Result<Optimum, SynthesisError> {
+        let start = settings.hint.unwrap_or(self.coupling_level);
+        match self.coupled_from(start, settings, pairs)? {
+            Some(found) => Ok(found),
+            None => self.above_bounds(settings, pairs),
+        }
+    }
+
+    /// The root of ρ(XY) = γ² from a level.
+    fn coupled_from(
+        &self,
+        start: f64,
+        settings: &HinfSettings,
+        pairs: &Cell<usize>,
+    ) -> Result<Option<Optimum>, SynthesisError> {
+        let tol = settings.rel_tol.max(LEAST_TOL);
+        let asked = (start, tol);
+        let found = coupling_root(&self.control, &self.filter, asked, Asked::Level, pairs)?;
+        Ok(found.map(|(ln, _)| Optimum {
+            // The feasible end of what is left.
+            gamma: ln.exp() * (1.0 + SHARE * tol),
+            limit: Limit::Coupling,
+        }))
+    }
+
+    /// Smallest feasible level where the coupling has no root that derivatives lead to from afar: just above the lower
+    /// bounds, or bracketed.
+    pub(super) fn above_bounds(
+        &self,
+        settings: &HinfSettings,
+        pairs: &Cell<usize>,
+    ) -> Result<Optimum, SynthesisError> {
+        let tol = settings.rel_tol.max(LEAST_TOL);
+        let Optimum {
+            gamma: lower,
+            limit,
+        } = self.lower_bound()?;
         let mut test = |gamma: f64| -> Result<(f64, Option<Condition>), SynthesisError> {
-            *pairs += 1;
+            pairs.set(pairs.get() + 1);
             let pair = self.pair(gamma, Effort::Fast)?;
-            Ok((pair.measure, pair.failed))
+            let failed = match pair.failed {
+                None => self.below_level(gamma)?,
+                failed => failed,
+            };
+            Ok((pair.measure, failed))
         };
         if lower == 0.0 {
-            return self.lowered_to_zero(&mut test);
+            return Ok(Optimum {
+                gamma: self.lowered_to_zero(&mut test)?,
+                limit: Limit::Rounding,
+            });
         }
         // Just above the axis conditions, as close as a Riccati equation can be solved in f64.
         let mut lo = (lower, -1.0);
@@ -172,7 +255,10 @@ impl Search {
             let (value, failed) = test(gamma)?;
             match failed {
                 // The conditions hold here, and none holds below `lower`.
-                None => return Ok(lower * (1.0 + tol)),
+                None => {
+                    let gamma = lower * (1.0 + tol);
+                    return Ok(Optimum { gamma, limit });
+                }
                 Some(Condition::Unsolved) => {}
                 Some(_) => {
                     lo = (gamma, value);
@@ -180,8 +266,43 @@ impl Search {
                 }
             }
         }
+        if let Some(found) = self.coupled_from(lower * BEYOND, settings, pairs)? {
+            return Ok(found);
+        }
         let (lo, hi) = self.bracket(lo, settings.hint, &mut test)?;
-        narrow(lo, hi, tol, &mut test)
+        Ok(Optimum {
+            gamma: narrow(lo, hi, tol, &mut test)?,
+            limit: Limit::Coupling,
+        })
+    }
+
+    /// The largest of the bounds that need no Riccati equation at a level.
+    fn lower_bound(&self) -> Result<Optimum, NumericError> {
+        let [control, filter] = self.levels()?;
+        let sides = [
+            (
+                control.lower,
+                Limit::ControlSide {
+                    omega_rad_s: control.omega_rad_s,
+                },
+            ),
+            (
+                filter.lower,
+                Limit::FilterSide {
+                    omega_rad_s: filter.omega_rad_s,
+                },
+            ),
+        ];
+        let first = Optimum {
+            gamma: self.coupling_level,
+            limit: Limit::Coupling,
+        };
+        Ok(sides.into_iter().fold(first, |largest, (gamma, limit)| {
+            match gamma > largest.gamma {
+                true => Optimum { gamma, limit },
+                false => largest,
+            }
+        }))
     }
 
     /// An infimum of zero is not attained: the level is lowered as long as the conditions hold, to a floor.
@@ -215,6 +336,7 @@ impl Search {
         hint: Option<f64>,
         test: &mut dyn FnMut(f64) -> Result<(f64, Option<Condition>), SynthesisError>,
     ) -> Result<((f64, f64), (f64, f64)), SynthesisError> {
+        let lowest = lo.0;
         let mut ratio = 1.5f64;
         let mut gamma = match hint {
             Some(g) if g > lo.0 * 1.0001 && g < 1e3 * lo.0 => g * 1.001,
@@ -233,7 +355,7 @@ impl Search {
             }
             ratio = (ratio * ratio).min(100.0);
             gamma *= ratio;
-            if !gamma.is_finite() || gamma > 1e14 * self.lower_bound() {
+            if !gamma.is_finite() || gamma > 1e14 * lowest {
                 break;
             }
         }
