@@ -38,6 +38,28 @@ impl Factor {
             }
         }
     }
+
+    /// Second derivatives of L: by ln ω₀ twice, by both, by ln ζ twice.
+    fn second_derivatives(&self, omega_rad_s: f64) -> [f64; 3] {
+        let u2 = (omega_rad_s * (-self.ln_omega).exp()).powi(2);
+        match self.ln_damping {
+            None => [2.0 * u2 / (1.0 + u2).powi(2), 0.0, 0.0],
+            Some(ln_damping) => {
+                let z2 = (2.0 * ln_damping).exp();
+                let damped = 4.0 * z2 * u2;
+                let q = (1.0 - u2).powi(2) + damped;
+                // u² ∂q/∂u² and u² times its derivative by u².
+                let along = damped - 2.0 * u2 * (1.0 - u2);
+                let bent = along + 2.0 * u2 * u2;
+                let square = 2.0 / (q * q);
+                [
+                    square * (bent * q - along * along),
+                    -square * damped * (q - along),
+                    square * damped * (q - damped),
+                ]
+            }
+        }
+    }
 }
 
 /// Ranges of the parameters of a fit.
@@ -111,6 +133,23 @@ impl Factors {
             }
         }
         (value, gradient)
+    }
+
+    /// Adds `weight` times the second derivatives of ln|d(jω)| to a matrix in the order of [`Self::parameters`].
+    pub(crate) fn add_second_derivatives(&self, omega_rad_s: f64, weight: f64, sum: &mut Mat<f64>) {
+        let mut k = 1;
+        for (list, sign) in [(&self.zeros, weight), (&self.poles, -weight)] {
+            for factor in list {
+                let [own, mixed, damping] = factor.second_derivatives(omega_rad_s);
+                sum[(k, k)] += sign * own;
+                if factor.ln_damping.is_some() {
+                    sum[(k, k + 1)] += sign * mixed;
+                    sum[(k + 1, k)] += sign * mixed;
+                    sum[(k + 1, k + 1)] += sign * damping;
+                }
+                k += factor.degree();
+            }
+        }
     }
 
     /// g, then ln ω₀ (and ln ζ) of every zero, then of every pole.
@@ -219,6 +258,47 @@ fn section(zero: &Factor, pole: &Factor) -> Result<StateSpace<Continuous>, Numer
                 one(k),
                 Continuous,
             )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn second_derivatives_are_differences_of_the_gradient() {
+        let factor = |ln_omega: f64, ln_damping: Option<f64>| Factor {
+            ln_omega,
+            ln_damping,
+        };
+        let function = Factors {
+            ln_gain: 0.3,
+            zeros: vec![factor(0.2, Some(-0.7)), factor(-0.4, None)],
+            poles: vec![factor(-0.1, Some(0.9)), factor(0.5, None)],
+        };
+        let limits = Limits {
+            ln_omega: (-9.0, 9.0),
+            ln_damping: (-9.0, 9.0),
+        };
+        let x = function.parameters();
+        let step = 1e-5;
+        for omega in [0.05, 0.8, 1.3, 20.0] {
+            let mut found = Mat::zeros(x.len(), x.len());
+            function.add_second_derivatives(omega, 1.5, &mut found);
+            for k in 0..x.len() {
+                let gradient = |by: f64| {
+                    let mut moved = x.clone();
+                    moved[k] += by;
+                    let moved = function.with_parameters(&moved, &limits);
+                    moved.ln_magnitude_with_gradient(omega).1
+                };
+                let (up, down) = (gradient(step), gradient(-step));
+                for i in 0..x.len() {
+                    let expected = 1.5 * (up[i] - down[i]) / (2.0 * step);
+                    assert!((found[(i, k)] - expected).abs() < 1e-8, "{omega} {i} {k}");
+                }
+            }
         }
     }
 }

@@ -1,9 +1,11 @@
-//! Rational minimax fit of |d|² by linear programmes: the differential correction of Cheney and Loeb for the ratio
-//! error.
+//! Rational minimax fit of |d|² by linear programmes: differential correction (Cheney and Loeb) for the ratio error.
 //!
 //!   |d|² = N(x)/M(x), x = ω²,   minimise E with  N ≤ E m² M,  m² M ≤ E N  on the data,  N, M ≥ 0 everywhere
 //!
-//! The problem is quasi-convex: each programme lowers E from the present N, M, and the limit is the global optimum.
+//! A programme says whether a level E can be reached, and by how much; levels are aimed at between those that can and
+//! those that cannot. Where rounding leaves that open, one on the present level comes next: it always lowers it.
+//! The problem is quasi-convex, so what remains is near the global optimum.
+//!
 //! Basis: 1 and 1/(1 + x/pⱼ) with pⱼ spread evenly in log frequency, which stays well conditioned over many decades
 //! (powers of x, and Chebyshev polynomials in a bilinear variable, do not). Positivity between and beyond the data is
 //! asked on a finer grid; the factors taken from the roots are positive by construction.
@@ -11,97 +13,304 @@
 use super::exchange::{Chosen, Exchange};
 use super::factors::{Factor, Factors, joined};
 use super::magnitudes::Magnitudes;
+use crate::linalg::svd::svd;
 use crate::linalg::{Mat, c64, eigenvalues};
 use crate::robust::mu::lmi::Row;
 
-/// Programmes at most; the convergence is superlinear.
-const MAX_ROUNDS: usize = 12;
+/// What the programmes measure N and M in at first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Units {
+    /// The poles and zeros of the start.
+    Start,
+    /// M = 1: programmes of starts with poles far away fail of rounding.
+    Flat,
+}
 
-/// Fit of a given order that starts from the values of another fit; `None` when a programme breaks down at once.
-pub(crate) fn fit(data: &Magnitudes, order: usize, start: &Factors) -> Option<Factors> {
-    let positive = |w: &&f64| **w > 0.0;
-    let lo = data.omega_rad_s.iter().find(positive)?.ln();
-    let hi = data.omega_rad_s.iter().rev().find(positive)?.ln();
-    // Half a step inside the ends: every basis function bends within the data.
-    let step = (hi - lo) / order as f64;
-    let corners: Vec<f64> = (0..order)
-        .map(|k| (2.0 * (lo + (k as f64 + 0.5) * step)).exp())
-        .collect();
-    let basis = |omega: f64| -> Vec<f64> {
-        let x = omega * omega;
-        std::iter::once(1.0)
-            .chain(corners.iter().map(|p| 1.0 / (1.0 + x / p)))
-            .collect()
-    };
-    let at_data: Vec<Vec<f64>> = data.omega_rad_s.iter().map(|w| basis(*w)).collect();
-    let squared: Vec<f64> = data.magnitude.iter().map(|m| m * m).collect();
-    let fine: Vec<Vec<f64>> = positivity_grid(lo, hi, 3 * data.omega_rad_s.len())
-        .into_iter()
-        .map(basis)
-        .collect();
-    // The start as values of N with M = 1; only ratios enter.
-    let mut n: Vec<f64> = data
-        .omega_rad_s
-        .iter()
-        .map(|w| (2.0 * start.ln_magnitude(*w)).exp())
-        .collect();
-    let mut m = vec![1.0; n.len()];
-    let worst = |n: &[f64], m: &[f64]| {
-        let ratios = n.iter().zip(m).zip(&squared);
-        ratios
-            .map(|((n, m), s)| {
-                let r = n / (m * s);
-                if *n > 0.0 && *m > 0.0 {
-                    r.max(1.0 / r)
-                } else {
-                    f64::INFINITY
-                }
-            })
-            .fold(1.0, f64::max)
-    };
-    let mut level = worst(&n, &m);
-    let mut best = None;
-    let mut binding: Chosen = vec![];
-    for _ in 0..MAX_ROUNDS {
-        let programme = correction(&at_data, &fine, &squared, (&n, &m), level, order);
-        let Ok((end, next_binding)) = programme.solve(&binding) else {
-            break;
-        };
-        binding = next_binding;
-        let (a, b) = end.x[..2 * order + 2].split_at(order + 1);
-        let value = |c: &[f64]| -> Vec<f64> {
-            at_data
-                .iter()
-                .map(|row| row.iter().zip(c).map(|(r, c)| r * c).sum())
-                .collect()
-        };
-        let (next_n, next_m) = (value(a), value(b));
-        let next = worst(&next_n, &next_m);
-        if next.is_nan() || next >= level {
+/// Programmes at most: six are usual.
+const PROGRAMMES: usize = 24;
+/// Where between a level out of reach and one reached the next is sought, in the logarithm: one that is out of reach
+/// costs no more than one that is not, and its N and M are better units too.
+const AIM: f64 = 0.4;
+/// A polish follows: levels that differ by this share are close.
+const CLOSE: f64 = 0.1;
+/// The same where no programme has lowered the level of the start yet.
+const CLOSEST: f64 = 0.01;
+/// A programme misses its level by more than this, relative to its rows, if it cannot be reached: a hundred times what
+/// the interior-point method leaves.
+const MISSED: f64 = 1e-6;
+/// Rounds of least squares.
+const LEAST_SQUARES: usize = 5;
+/// Smallest unit of M relative to the largest.
+const FLOOR: f64 = 1e-6;
+
+/// Fit of a given order that starts from another one of this order; `None` when no programme improves on it.
+pub(crate) fn fit(data: &Magnitudes, start: &Factors, units: Units) -> Option<Factors> {
+    let problem = Problem::new(data, start.order())?;
+    let mut state = State::new(problem.values_of(data, start, units), &problem.squared);
+    for (a, b) in problem.least_squares(&state.m) {
+        state.take(&problem, &a, &b);
+    }
+    let (mut below, mut share) = (0.0, AIM);
+    let mut likely: Chosen = vec![];
+    for _ in 0..PROGRAMMES {
+        let gap = (state.above - below) / state.above;
+        if gap <= CLOSE && (state.best.is_some() || gap <= CLOSEST) {
             break;
         }
-        let settled = level - next < 1e-5 * (level - 1.0);
-        best = Some((a.to_vec(), b.to_vec()));
-        (n, m, level) = (next_n, next_m, next);
-        if settled {
+        let aim = below + share * (state.above - below);
+        let programme = problem.correction(&state, aim.exp(), share == 1.0);
+        let Ok((end, next, settled)) = programme.solve(&likely) else {
             break;
+        };
+        likely = next;
+        let (a, rest) = end.x.split_at(problem.size());
+        let (b, rest) = rest.split_at(problem.size());
+        let missed = end.is_accurate && rest[0] > MISSED;
+        if missed {
+            below = aim;
+        }
+        if state.take(&problem, a, b) {
+            share = AIM;
+        } else if !missed && settled {
+            if share == 1.0 {
+                break;
+            }
+            share = 1.0;
         }
     }
-    let (a, b) = best?;
-    let mut found = Factors {
-        ln_gain: 0.0,
-        zeros: factors(&a, &corners)?,
-        poles: factors(&b, &corners)?,
-    };
-    // The gain that centres the log error.
-    let errors = data.omega_rad_s.iter().zip(&data.magnitude);
-    let (low, high) = errors
-        .map(|(w, m)| found.ln_magnitude(*w) - m.ln())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| {
-            (l.min(e), h.max(e))
-        });
-    found.ln_gain = -0.5 * (low + high);
-    found.ln_gain.is_finite().then_some(found)
+    let (a, b) = state.best?;
+    problem.factors(data, &a, &b)
+}
+
+/// The data on the basis.
+struct Problem {
+    /// pⱼ.
+    corners: Vec<f64>,
+    /// Basis at the data.
+    at_data: Vec<Vec<f64>>,
+    /// Basis where positivity is asked.
+    fine: Vec<Vec<f64>>,
+    /// m².
+    squared: Vec<f64>,
+}
+
+/// The best N and M so far.
+struct State {
+    /// Values on the data.
+    n: Vec<f64>,
+    m: Vec<f64>,
+    /// ln E.
+    above: f64,
+    /// Coefficients, where they are not those of the start.
+    best: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+impl State {
+    fn new((n, m): (Vec<f64>, Vec<f64>), squared: &[f64]) -> Self {
+        Self {
+            above: ln_level(&n, &m, squared),
+            n,
+            m,
+            best: None,
+        }
+    }
+
+    /// Takes coefficients of a lower level; false for others.
+    fn take(&mut self, problem: &Problem, a: &[f64], b: &[f64]) -> bool {
+        let (n, m) = (values(&problem.at_data, a), values(&problem.at_data, b));
+        let level = ln_level(&n, &m, &problem.squared);
+        let lower = level < self.above;
+        if lower {
+            *self = Self {
+                n,
+                m,
+                above: level,
+                best: Some((a.to_vec(), b.to_vec())),
+            };
+        }
+        lower
+    }
+}
+
+impl Problem {
+    /// `None` without a positive frequency.
+    fn new(data: &Magnitudes, order: usize) -> Option<Self> {
+        let positive = |w: &&f64| **w > 0.0;
+        let lo = data.omega_rad_s.iter().find(positive)?.ln();
+        let hi = data.omega_rad_s.iter().rev().find(positive)?.ln();
+        // Half a step inside the ends: every basis function bends within the data.
+        let step = (hi - lo) / order as f64;
+        let corners: Vec<f64> = (0..order)
+            .map(|k| (2.0 * (lo + (k as f64 + 0.5) * step)).exp())
+            .collect();
+        let basis = |omega: f64| -> Vec<f64> {
+            let x = omega * omega;
+            std::iter::once(1.0)
+                .chain(corners.iter().map(|p| 1.0 / (1.0 + x / p)))
+                .collect()
+        };
+        let fine = positivity_grid(lo, hi, 3 * data.omega_rad_s.len());
+        Some(Self {
+            at_data: data.omega_rad_s.iter().map(|w| basis(*w)).collect(),
+            fine: fine.into_iter().map(basis).collect(),
+            squared: data.magnitude.iter().map(|m| m * m).collect(),
+            corners,
+        })
+    }
+
+    /// Number of coefficients of N, and of M.
+    fn size(&self) -> usize {
+        self.corners.len() + 1
+    }
+
+    /// N and M of a fit on the data, over the denominator of the basis.
+    fn values_of(&self, data: &Magnitudes, fit: &Factors, units: Units) -> (Vec<f64>, Vec<f64>) {
+        let poles = Factors {
+            ln_gain: 0.0,
+            zeros: fit.poles.clone(),
+            poles: vec![],
+        };
+        let basis = |w: f64| {
+            self.corners
+                .iter()
+                .map(|p| (w * w / p).ln_1p())
+                .sum::<f64>()
+        };
+        let unit = |w: &f64| match units {
+            Units::Flat => 1.0,
+            Units::Start => (2.0 * poles.ln_magnitude(*w) - basis(*w)).exp(),
+        };
+        let m: Vec<f64> = data.omega_rad_s.iter().map(unit).collect();
+        let floor = FLOOR * m.iter().copied().fold(0.0, f64::max);
+        let m: Vec<f64> = m.into_iter().map(|m| m.max(floor)).collect();
+        let pairs = data.omega_rad_s.iter().zip(&m);
+        let n = pairs.map(|(w, m)| m * (2.0 * fit.ln_magnitude(*w)).exp());
+        (n.collect(), m)
+    }
+
+    /// Coefficients of N and M by least squares, minimise Σ ((N − m²M)/(m²M₀))² with M₀ from the round before
+    /// (Sanathanan and Koerner 1963): data of a rational function are met exactly. Neither need be positive.
+    fn least_squares(&self, first: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let size = self.size();
+        let mut before = first.to_vec();
+        let mut found = vec![];
+        for _ in 0..LEAST_SQUARES {
+            let entry = |i: usize, j: usize| match j < size {
+                true => self.at_data[i][j] / (self.squared[i] * before[i]),
+                false => -self.at_data[i][j - size] / before[i],
+            };
+            let rows = self.squared.len();
+            let Ok(parts) = svd(&Mat::from_fn(rows, 2 * size, entry)) else {
+                break;
+            };
+            let last: Vec<f64> = (0..2 * size).map(|j| parts.v[(j, 2 * size - 1)]).collect();
+            let sign = last[size..].iter().sum::<f64>().signum();
+            let signed: Vec<f64> = last.iter().map(|v| sign * v).collect();
+            let (a, b) = signed.split_at(size);
+            before = values(&self.at_data, b).iter().map(|m| m.abs()).collect();
+            found.push((a.to_vec(), b.to_vec()));
+            if before.contains(&0.0) {
+                break;
+            }
+        }
+        found
+    }
+
+    /// minimise t: N − E m²M ≤ t m²M₀ and m²M − E N ≤ t N₀ on the data, with M of the size of M₀ in the mean. On the
+    /// `present` level t is not above zero, and coefficients of M between −1 and 1 allow it to fall further.
+    fn correction(&self, now: &State, level: f64, present: bool) -> Exchange {
+        let size = self.size();
+        let t = 2 * size;
+        let row = |phi: &[f64], fn_: f64, fm: f64, ft: f64| -> Row {
+            let numerator = phi.iter().enumerate().map(|(j, p)| (j, fn_ * p));
+            let denominator = phi.iter().enumerate().map(|(j, p)| (size + j, fm * p));
+            let mut terms: Vec<(usize, f64)> = numerator.chain(denominator).collect();
+            terms.retain(|(_, v)| *v != 0.0);
+            if ft != 0.0 {
+                terms.push((t, ft));
+            }
+            Row { terms, bound: 0.0 }
+        };
+        let [mut above, mut below, mut of_n, mut of_m] = [const { vec![] }; 4];
+        let present_values = now.n.iter().zip(&now.m);
+        for ((phi, s), (n, m)) in self.at_data.iter().zip(&self.squared).zip(present_values) {
+            // Rows are divided by the present denominators, so that t means the same everywhere.
+            above.push(row(phi, 1.0 / (s * m), -level / m, -1.0));
+            below.push(row(phi, -level / n, s / n, -1.0));
+        }
+        for phi in &self.fine {
+            of_n.push(row(phi, -1.0, 0.0, 0.0));
+            of_m.push(row(phi, 0.0, -1.0, 0.0));
+        }
+        let mut objective = vec![0.0; t + 1];
+        objective[t] = 1.0;
+        Exchange {
+            objective,
+            always: match present {
+                true => (0..size)
+                    .flat_map(|j| between(&[(size + j, 1.0)], -1.0))
+                    .collect(),
+                false => between(&self.mean(&now.m), 0.5).into(),
+            },
+            curves: vec![above, below, of_n, of_m],
+        }
+    }
+
+    /// The mean of M/M₀ over the data as terms of M.
+    fn mean(&self, m0: &[f64]) -> Vec<(usize, f64)> {
+        let size = self.size();
+        let count = self.at_data.len() as f64;
+        let of = |j: usize| {
+            let shares = self.at_data.iter().zip(m0).map(|(phi, m)| phi[j] / m);
+            (size + j, shares.sum::<f64>() / count)
+        };
+        (0..size).map(of).collect()
+    }
+
+    /// Poles and zeros of N/M with the gain that centres the log error.
+    fn factors(&self, data: &Magnitudes, a: &[f64], b: &[f64]) -> Option<Factors> {
+        let mut found = Factors {
+            ln_gain: 0.0,
+            zeros: factors(a, &self.corners)?,
+            poles: factors(b, &self.corners)?,
+        };
+        let errors = data.omega_rad_s.iter().zip(&data.magnitude);
+        let (low, high) = errors
+            .map(|(w, m)| found.ln_magnitude(*w) - m.ln())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| {
+                (l.min(e), h.max(e))
+            });
+        found.ln_gain = -0.5 * (low + high);
+        found.ln_gain.is_finite().then_some(found)
+    }
+}
+
+/// `least` ≤ aᵀx ≤ 1.
+fn between(terms: &[(usize, f64)], least: f64) -> [Row; 2] {
+    [(1.0, 1.0), (-1.0, -least)].map(|(sign, bound)| Row {
+        terms: terms.iter().map(|(k, v)| (*k, sign * v)).collect(),
+        bound,
+    })
+}
+
+/// Values of a function on the data.
+fn values(at_data: &[Vec<f64>], coefficients: &[f64]) -> Vec<f64> {
+    let value = |row: &Vec<f64>| row.iter().zip(coefficients).map(|(r, c)| r * c).sum();
+    at_data.iter().map(value).collect()
+}
+
+/// Largest |ln(N/(m²M))|, infinite where one of them is not positive.
+fn ln_level(n: &[f64], m: &[f64], squared: &[f64]) -> f64 {
+    let ratios = n.iter().zip(m).zip(squared);
+    ratios
+        .map(|((n, m), s)| match *n > 0.0 && *m > 0.0 {
+            true => (n / (m * s)).ln().abs(),
+            false => f64::INFINITY,
+        })
+        .fold(
+            0.0,
+            |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) },
+        )
 }
 
 /// Zero, points between and three decades beyond the data.
@@ -110,55 +319,6 @@ fn positivity_grid(lo: f64, hi: f64, points: usize) -> Vec<f64> {
     let step = (hi - lo) / points as f64;
     let inner = (0..=points).map(|k| (lo + k as f64 * step).exp());
     std::iter::once(0.0).chain(inner).collect()
-}
-
-/// minimise t: N − E m²M ≤ t m²M₀ and m²M − E N ≤ t N₀ on the data; |coefficients of M| ≤ 1.
-fn correction(
-    at_data: &[Vec<f64>],
-    fine: &[Vec<f64>],
-    squared: &[f64],
-    (n0, m0): (&[f64], &[f64]),
-    level: f64,
-    order: usize,
-) -> Exchange {
-    let size = order + 1;
-    let t = 2 * size;
-    let row = |phi: &[f64], fn_: f64, fm: f64, ft: f64| -> Row {
-        let numerator = phi.iter().enumerate().map(|(j, p)| (j, fn_ * p));
-        let denominator = phi.iter().enumerate().map(|(j, p)| (size + j, fm * p));
-        let mut terms: Vec<(usize, f64)> = numerator.chain(denominator).collect();
-        terms.retain(|(_, v)| *v != 0.0);
-        if ft != 0.0 {
-            terms.push((t, ft));
-        }
-        Row { terms, bound: 0.0 }
-    };
-    let [mut above, mut below, mut of_n, mut of_m] = [const { vec![] }; 4];
-    for (((phi, s), n), m) in at_data.iter().zip(squared).zip(n0).zip(m0) {
-        // Rows are divided by the present denominators, so that t means the same everywhere.
-        above.push(row(phi, 1.0 / (s * m), -level / m, -1.0));
-        below.push(row(phi, -level / n, s / n, -1.0));
-    }
-    for phi in fine {
-        of_n.push(row(phi, -1.0, 0.0, 0.0));
-        of_m.push(row(phi, 0.0, -1.0, 0.0));
-    }
-    let mut always = vec![];
-    for j in 0..size {
-        for sign in [1.0, -1.0] {
-            always.push(Row {
-                terms: vec![(size + j, sign)],
-                bound: 1.0,
-            });
-        }
-    }
-    let mut objective = vec![0.0; t + 1];
-    objective[t] = 1.0;
-    Exchange {
-        objective,
-        always,
-        curves: vec![above, below, of_n, of_m],
-    }
 }
 
 /// Stable factors of a positive a₀ + Σ aⱼ/(1 + x/pⱼ) over its own denominator, from its roots in x.

@@ -14,6 +14,7 @@ pub(crate) mod polish;
 
 use crate::lti::{Continuous, StateSpace};
 use factors::Factors;
+use linear::Units;
 use magnitudes::corner_range;
 pub use magnitudes::{DfitError, Magnitudes};
 use polish::{polish, weighted_error};
@@ -43,7 +44,7 @@ pub fn fit_up_to(data: &Magnitudes, highest: usize) -> Result<Vec<DFit>, DfitErr
         let mut error = weighted_error(data, &best);
         // Below this the lower order is exact already.
         if error > 1e-9 {
-            for start in starts(data, order, &lower) {
+            for start in starts(data, &best, &lower) {
                 let trial = polish(data, start, 60);
                 let next = weighted_error(data, &trial);
                 if next < error {
@@ -66,7 +67,8 @@ pub fn fit_quick(data: &Magnitudes, order: usize) -> Factors {
     for _ in 0..order {
         best = embedded(data, &best);
     }
-    match linear::fit(data, order, &constant) {
+    let start = linear::fit(data, &best, Units::Flat);
+    match start.or_else(|| linear::fit(data, &best, Units::Start)) {
         Some(start) => {
             let trial = polish(data, start, 40);
             if weighted_error(data, &trial) < weighted_error(data, &best) {
@@ -87,9 +89,11 @@ fn embedded(data: &Magnitudes, lower: &Factors) -> Factors {
 }
 
 /// The optimum of the linear programmes, and the lower order with a pole and a zero set apart at several places.
-fn starts(data: &Magnitudes, order: usize, lower: &Factors) -> Vec<Factors> {
+fn starts(data: &Magnitudes, embedded: &Factors, lower: &Factors) -> Vec<Factors> {
     let mut list = vec![];
-    list.extend(linear::fit(data, order, lower));
+    for units in [Units::Start, Units::Flat] {
+        list.extend(linear::fit(data, embedded, units));
+    }
     let (lo, hi) = corner_range(&data.omega_rad_s);
     for k in 0..3 {
         let place = lo + (hi - lo) * (f64::from(k) + 0.5) / 3.0;

@@ -16,6 +16,11 @@ pub(crate) struct Curvature(Option<Mat<f64>>);
 const DAMPED: f64 = 0.2;
 
 impl Curvature {
+    /// A known positive semidefinite B.
+    pub(crate) fn of(b: Mat<f64>) -> Self {
+        Self(Some(b))
+    }
+
     /// Wᵀ B W + λI for coordinates p with δx = W p.
     pub(crate) fn seen_in(&self, whiten: &Mat<f64>, weight: f64) -> Mat<f64> {
         let n = whiten.ncols();

@@ -163,6 +163,8 @@ impl QuadraticProgramme {
 pub(crate) struct Optimum {
     /// The variables.
     pub x: Vec<f64>,
+    /// Whether the solver reached its full accuracy.
+    pub is_accurate: bool,
 }
 
 /// Iterations after which a solve is given up; problems of this crate need 10 to 40.
@@ -197,9 +199,10 @@ impl Programme {
             SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => {
                 Err(ProgrammeError::Unbounded)
             }
-            _ if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 => {
-                Ok(Optimum { x: end.x.clone() })
-            }
+            _ if end.x.iter().all(|v| v.is_finite()) && end.iterations > 0 => Ok(Optimum {
+                x: end.x.clone(),
+                is_accurate: end.status == SolverStatus::Solved,
+            }),
             status => Err(stopped(&status, end.iterations)),
         }
     }

@@ -1,8 +1,9 @@
 //! D-scale fits against the reference's best error per order.
 
 use crate::robust::control_cases::{Case, number_list};
+use muspin::linalg::c64;
 use muspin::lti::connect::block2;
-use muspin::robust::dfit::{Magnitudes, fit_up_to};
+use muspin::robust::dfit::{Magnitudes, fit_quick, fit_up_to};
 
 #[test]
 fn every_order_is_at_least_as_good_as_the_references() {
@@ -39,6 +40,33 @@ fn every_order_is_at_least_as_good_as_the_references() {
             previous = fit.max_abs_ln_error;
             assert_eq!(fit.system.order(), order);
             stable_with_stable_inverse(&fit.system);
+        }
+    }
+}
+
+#[test]
+fn a_quick_fit_is_as_good_as_the_careful_one() {
+    for case in Case::all("dfit") {
+        let (omega, magnitude) = (
+            number_list(&case.data["omega"]),
+            number_list(&case.data["magnitude"]),
+        );
+        let ones = vec![1.0; omega.len()];
+        let data = Magnitudes::new(omega, magnitude, ones).unwrap();
+        let error = |d: &dyn Fn(f64) -> f64| {
+            let points = data.points().map(|(w, m, _)| (d(w) / m).ln().abs());
+            points.fold(0.0, f64::max)
+        };
+        for (order, careful) in fit_up_to(&data, 5).unwrap().into_iter().enumerate() {
+            let quick = fit_quick(&data, order).state_space().unwrap();
+            let gain = |w: f64| quick.transfer(c64::new(0.0, w))[(0, 0)].norm();
+            let (found, best) = (error(&gain), careful.max_abs_ln_error);
+            assert!(
+                // A millionth is less than a D-scale is known to.
+                found <= 1.01 * best + 1e-6,
+                "{} order {order}: {found} for {best}",
+                case.id
+            );
         }
     }
 }
