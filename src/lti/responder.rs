@@ -80,32 +80,43 @@ impl<T: TimeBase> FrequencyResponder<T> {
         let (n, p, m) = (self.n, self.d.nrows(), self.d.ncols());
         let mut rows = Rows::new(n, n + m);
         self.reduced(point, &mut rows);
-        // Back substitution, all right-hand sides at once.
+        let blocks = m.div_ceil(LANES);
+        // Back substitution, a few right-hand sides at once: those of block c in rows c·n to (c + 1)·n.
+        let mut x = vec![([0.0; LANES], [0.0; LANES]); n * blocks];
         for k in (0..n).rev() {
             let (re, im) = rows.at(k, k);
             let pivot = c64::new(1.0, 0.0) / c64::new(re, im);
-            for l in k + 1..n {
-                let (re, im) = rows.at(k, l);
-                let (own, below) = rows.pair(k, l, n);
-                add_scaled(own, (-re, -im), below);
+            let (res, ims) = rows.part(k, k + 1, n);
+            for c in 0..blocks {
+                let mut own = rows.block(k, n + c * LANES);
+                let below = &x[c * n + k + 1..(c + 1) * n];
+                for ((re, im), x) in res.iter().zip(ims).zip(below) {
+                    subtract(&mut own, (*re, *im), x);
+                }
+                x[c * n + k] = times(&own, pivot);
             }
-            rows.scale(k, n, pivot);
         }
-        let mut sum = Rows::new(p, m);
+        let mut sum = Mat::zeros(p, m);
         for i in 0..p {
-            for j in 0..m {
-                sum.re[i * m + j] = self.d[(i, j)];
-            }
-            for k in 0..n {
-                let own = i * m..(i + 1) * m;
-                let own = (&mut sum.re[own.clone()], &mut sum.im[own]);
-                add_scaled(own, (self.c[(i, k)], 0.0), rows.part(k, n));
+            for j in (0..m).step_by(LANES) {
+                let mut own = [[0.0; LANES]; 2];
+                for (k, v) in own[0].iter_mut().enumerate().take(m - j) {
+                    *v = self.d[(i, j + k)];
+                }
+                let first = j / LANES * n;
+                for (k, (re, im)) in x[first..first + n].iter().enumerate() {
+                    let c = self.c[(i, k)];
+                    for lane in 0..LANES {
+                        own[0][lane] += c * re[lane];
+                        own[1][lane] += c * im[lane];
+                    }
+                }
+                for k in 0..LANES.min(m - j) {
+                    sum[(i, j + k)] = c64::new(own[0][k], own[1][k]);
+                }
             }
         }
-        Mat::from_fn(p, m, |i, j| {
-            let (re, im) = sum.at(i, j);
-            c64::new(re, im)
-        })
+        sum
     }
 
     /// Rows of [ζI − H | B], reduced to an upper triangle with row exchanges.
@@ -159,6 +170,29 @@ impl<T: TimeBase> Response for FrequencyResponder<T> {
     }
 }
 
+/// Right-hand sides at once: as many as a register of 512 bits holds.
+const LANES: usize = 8;
+/// Real and imaginary parts of a few entries of a row.
+type Block = ([f64; LANES], [f64; LANES]);
+
+/// own ← own − a·x.
+#[inline]
+fn subtract(own: &mut Block, a: (f64, f64), x: &Block) {
+    for k in 0..LANES {
+        own.0[k] -= a.0 * x.0[k] - a.1 * x.1[k];
+        own.1[k] -= a.0 * x.1[k] + a.1 * x.0[k];
+    }
+}
+
+fn times(block: &Block, factor: c64) -> Block {
+    let mut product = *block;
+    for k in 0..LANES {
+        let entry = c64::new(block.0[k], block.1[k]) * factor;
+        (product.0[k], product.1[k]) = (entry.re, entry.im);
+    }
+    product
+}
+
 /// Complex rows in two arrays, real and imaginary parts, row after row.
 struct Rows {
     width: usize,
@@ -180,22 +214,19 @@ impl Rows {
         (self.re[k], self.im[k])
     }
 
-    /// Row `i` from column `from` on.
-    fn part(&self, i: usize, from: usize) -> Part<'_> {
-        let span = i * self.width + from..(i + 1) * self.width;
+    /// Columns `from` to `to` of row `i`.
+    fn part(&self, i: usize, from: usize, to: usize) -> Part<'_> {
+        let span = i * self.width + from..i * self.width + to;
         (&self.re[span.clone()], &self.im[span])
     }
 
-    /// Row `k` for writing and row `l` below it, both from column `from` on.
-    fn pair(&mut self, k: usize, l: usize, from: usize) -> (PartMut<'_>, Part<'_>) {
-        let (w, cut) = (self.width, (k + 1) * self.width);
-        let (above_re, below_re) = self.re.split_at_mut(cut);
-        let (above_im, below_im) = self.im.split_at_mut(cut);
-        let (own, other) = (k * w + from..cut, l * w + from - cut..(l + 1) * w - cut);
-        (
-            (&mut above_re[own.clone()], &mut above_im[own]),
-            (&below_re[other.clone()], &below_im[other]),
-        )
+    /// Columns of row `i` from `from` on, as many as there are, then zeros.
+    fn block(&self, i: usize, from: usize) -> Block {
+        let (re, im) = self.part(i, from, self.width.min(from + LANES));
+        let mut block = ([0.0; LANES], [0.0; LANES]);
+        block.0[..re.len()].copy_from_slice(re);
+        block.1[..im.len()].copy_from_slice(im);
+        block
     }
 
     /// Row `k` and the next one for writing, from column `from` on.
@@ -216,14 +247,6 @@ impl Rows {
         for array in [&mut self.re, &mut self.im] {
             let (above, below) = array.split_at_mut(l * w);
             above[k * w + from..(k + 1) * w].swap_with_slice(&mut below[from..w]);
-        }
-    }
-
-    /// Multiplies row `k` from column `from` on.
-    fn scale(&mut self, k: usize, from: usize, factor: c64) {
-        for j in k * self.width + from..(k + 1) * self.width {
-            let product = c64::new(self.re[j], self.im[j]) * factor;
-            (self.re[j], self.im[j]) = (product.re, product.im);
         }
     }
 }
