@@ -91,13 +91,15 @@ impl Smooth {
         let changed: Vec<Mat<f64>> = {
             let (residual, blocks) = (&*residual, &*blocks);
             let of = |g: &Group| {
-                let x = Mat::from_fn(g.rows.len(), width + 1, |k, c| match c {
-                    0 => residual[g.rows[k]],
-                    _ => {
-                        let (b, row) = place[g.rows[k]];
-                        blocks[b][(row, c - 1)]
+                // Row by row: a row lies in one block, a column in all of them.
+                let mut x = Mat::zeros(g.rows.len(), width + 1);
+                for (k, row) in g.rows.iter().enumerate() {
+                    x[(k, 0)] = residual[*row];
+                    if width > 0 {
+                        let (b, own) = place[*row];
+                        (0..width).for_each(|c| x[(k, c + 1)] = blocks[b][(own, c)]);
                     }
-                });
+                }
                 let mut w = g.u.transpose() * &x;
                 for (k, s2) in g.s2.iter().enumerate() {
                     let root = |a: f64| (1.0 + a * a * s2).sqrt();
