@@ -1,11 +1,11 @@
 //! The command-line program: parse, run, exit with the documented code.
 
-/// What a user of an older processor reads instead of a signal.
+/// Message in the place of an illegal instruction.
 const TOO_OLD: &str = "error: this program was built for processors with AVX2, FMA and BMI2, which this one lacks\n\n\
     hint: build it with RUSTFLAGS=\"-C target-cpu=x86-64\" in the environment";
 
 fn main() -> std::process::ExitCode {
-    if !has_what_it_was_built_for() {
+    if !processor_suffices() {
         eprintln!("{TOO_OLD}");
         return std::process::ExitCode::from(2);
     }
@@ -16,7 +16,7 @@ fn main() -> std::process::ExitCode {
 /// program is built with for granted, so the processor itself is asked (Intel 64 manual, volume 2A, CPUID).
 #[inline(never)]
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
-fn has_what_it_was_built_for() -> bool {
+fn processor_suffices() -> bool {
     use std::arch::x86_64::__cpuid_count;
     const LAST_LEAF: u32 = 7;
     const FMA: u32 = 1 << 12;
@@ -30,6 +30,6 @@ fn has_what_it_was_built_for() -> bool {
 }
 
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
-fn has_what_it_was_built_for() -> bool {
+fn processor_suffices() -> bool {
     true
 }

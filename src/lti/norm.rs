@@ -46,12 +46,23 @@ pub struct HinfNorm {
 /// # Errors
 /// [`NormError::Unstable`] when a pole is not in the open left half plane.
 pub fn hinf_norm(system: &StateSpace<Continuous>, rel_tol: f64) -> Result<HinfNorm, NormError> {
+    Ok(hinf_norm_and_growth(system, rel_tol)?.0)
+}
+
+/// H∞ norm of a stable continuous system, and its growth rate (1/s): both from one computation of the poles.
+///
+/// # Errors
+/// As [`hinf_norm`].
+pub(crate) fn hinf_norm_and_growth(
+    system: &StateSpace<Continuous>,
+    rel_tol: f64,
+) -> Result<(HinfNorm, f64), NormError> {
     let poles = system.poles()?;
     let growth_rate = poles.iter().map(|p| p.re).fold(f64::NEG_INFINITY, f64::max);
     if growth_rate >= 0.0 {
         return Err(NormError::Unstable { growth_rate });
     }
-    Ok(linf_norm_with(system, &poles, rel_tol)?)
+    Ok((linf_norm_with(system, &poles, rel_tol)?, growth_rate))
 }
 
 /// L∞ norm over the imaginary axis of a system without poles on it, stable or not.
@@ -155,11 +166,7 @@ pub(crate) fn places(poles: &[c64], value: &dyn Fn(f64) -> f64) -> Vec<(f64, f64
     list.map(|omega| (omega, value(omega))).collect()
 }
 
-/// L∞ norm of a system with these poles, none of them on the imaginary axis.
-///
-/// # Errors
-/// As [`linf_norm`].
-pub(crate) fn linf_norm_with(
+fn linf_norm_with(
     system: &StateSpace<Continuous>,
     poles: &[c64],
     rel_tol: f64,

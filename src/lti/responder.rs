@@ -81,7 +81,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
         let mut rows = Rows::new(n, n + m);
         self.reduced(point, &mut rows);
         let blocks = m.div_ceil(LANES);
-        // Back substitution, a few right-hand sides at once: those of block c in rows c·n to (c + 1)·n.
+        // Back substitution, a few right-hand sides at once: block c of row k is x[c·n + k].
         let mut x = vec![([0.0; LANES], [0.0; LANES]); n * blocks];
         for k in (0..n).rev() {
             let (re, im) = rows.at(k, k);
@@ -99,20 +99,20 @@ impl<T: TimeBase> FrequencyResponder<T> {
         let mut sum = Mat::zeros(p, m);
         for i in 0..p {
             for j in (0..m).step_by(LANES) {
-                let mut own = [[0.0; LANES]; 2];
-                for (k, v) in own[0].iter_mut().enumerate().take(m - j) {
+                let mut own: Block = ([0.0; LANES], [0.0; LANES]);
+                for (k, v) in own.0.iter_mut().enumerate().take(m - j) {
                     *v = self.d[(i, j + k)];
                 }
                 let first = j / LANES * n;
                 for (k, (re, im)) in x[first..first + n].iter().enumerate() {
                     let c = self.c[(i, k)];
                     for lane in 0..LANES {
-                        own[0][lane] += c * re[lane];
-                        own[1][lane] += c * im[lane];
+                        own.0[lane] += c * re[lane];
+                        own.1[lane] += c * im[lane];
                     }
                 }
                 for k in 0..LANES.min(m - j) {
-                    sum[(i, j + k)] = c64::new(own[0][k], own[1][k]);
+                    sum[(i, j + k)] = c64::new(own.0[k], own.1[k]);
                 }
             }
         }
@@ -170,7 +170,7 @@ impl<T: TimeBase> Response for FrequencyResponder<T> {
     }
 }
 
-/// Right-hand sides at once: as many as a register of 512 bits holds.
+/// Right-hand sides at once: they stay in registers while a row is eliminated.
 const LANES: usize = 8;
 /// Real and imaginary parts of a few entries of a row.
 type Block = ([f64; LANES], [f64; LANES]);

@@ -12,6 +12,7 @@ use crate::robust::mu::lmi::{Optimum, Programme, ProgrammeError, Row};
 const BROKEN: f64 = 1e-8;
 /// A row with less slack than this, on the same scale, is likely to bind in the next programme too.
 const NEARLY: f64 = 1e-2;
+
 /// minimise cᵀx subject to rows that always count and curves of rows.
 pub(super) struct Exchange {
     /// c.

@@ -3,8 +3,8 @@
 //!   |d|² = N(x)/M(x), x = ω²,   minimise E with  N ≤ E m² M,  m² M ≤ E N  on the data,  N, M ≥ 0 everywhere
 //!
 //! A programme says whether a level E can be reached, and by how much; levels are aimed at between those that can and
-//! those that cannot. Where rounding leaves that open, one on the present level comes next: it always lowers it.
-//! The problem is quasi-convex, so what remains is near the global optimum.
+//! those that cannot. Where rounding leaves that open, a programme on the present level follows, which always lowers
+//! it. The problem is quasi-convex, so the level ends near the global optimum.
 //!
 //! Basis: 1 and 1/(1 + x/pⱼ) with pⱼ spread evenly in log frequency, which stays well conditioned over many decades
 //! (powers of x, and Chebyshev polynomials in a bilinear variable, do not). Positivity between and beyond the data is
@@ -17,12 +17,12 @@ use crate::linalg::svd::svd;
 use crate::linalg::{Mat, c64, eigenvalues};
 use crate::robust::mu::lmi::Row;
 
-/// What the programmes measure N and M in at first.
+/// N₀ and M₀ of the first programme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Units {
-    /// The poles and zeros of the start.
+    /// Those of the start.
     Start,
-    /// M = 1: programmes of starts with poles far away fail of rounding.
+    /// M₀ = 1, for a start with poles far from the data: its own M₀ spans so many decades that rounding decides.
     Flat,
 }
 
@@ -40,7 +40,7 @@ const CLOSEST: f64 = 0.01;
 const MISSED: f64 = 1e-6;
 /// Rounds of least squares.
 const LEAST_SQUARES: usize = 5;
-/// Smallest unit of M relative to the largest.
+/// Smallest M₀ relative to the largest: rows are divided by it, and the interior-point method leaves 1e-8.
 const FLOOR: f64 = 1e-6;
 
 /// Fit of a given order that starts from another one of this order; `None` when no programme improves on it.
@@ -79,7 +79,7 @@ pub(crate) fn fit(data: &Magnitudes, start: &Factors, units: Units) -> Option<Fa
         }
     }
     let (a, b) = state.best?;
-    problem.factors(data, &a, &b)
+    problem.realised(data, &a, &b)
 }
 
 /// The data on the basis.
@@ -268,7 +268,7 @@ impl Problem {
     }
 
     /// Poles and zeros of N/M with the gain that centres the log error.
-    fn factors(&self, data: &Magnitudes, a: &[f64], b: &[f64]) -> Option<Factors> {
+    fn realised(&self, data: &Magnitudes, a: &[f64], b: &[f64]) -> Option<Factors> {
         let mut found = Factors {
             ln_gain: 0.0,
             zeros: factors(a, &self.corners)?,

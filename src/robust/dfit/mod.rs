@@ -2,7 +2,7 @@
 //!
 //!   minimise  max over the data of  weight · |ln(|d(jω)| / magnitude)|
 //!
-//! `linear` finds the global optimum of the unweighted problem in the coefficients of |d|², `polish` removes
+//! `linear` comes near the global optimum of the unweighted problem in the coefficients of |d|², `polish` removes
 //! what the linear programmes leave and takes the weights in. Orders are fitted upwards: a higher order also starts
 //! from the lower one with a pole and a zero added, so its error is never larger.
 
@@ -10,6 +10,7 @@ pub(crate) mod exchange;
 pub mod factors;
 pub(crate) mod linear;
 pub(crate) mod magnitudes;
+pub(crate) mod metric;
 pub(crate) mod polish;
 
 use crate::lti::{Continuous, StateSpace};
@@ -88,7 +89,7 @@ fn embedded(data: &Magnitudes, lower: &Factors) -> Factors {
     lower.extended(middle, middle)
 }
 
-/// The optimum of the linear programmes, and the lower order with a pole and a zero set apart at several places.
+/// What the linear programmes find, and the lower order with a pole and a zero set apart at several places.
 fn starts(data: &Magnitudes, embedded: &Factors, lower: &Factors) -> Vec<Factors> {
     let mut list = vec![];
     for units in [Units::Start, Units::Flat] {

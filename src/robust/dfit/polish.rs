@@ -1,12 +1,14 @@
-//! Nonlinear minimax polish of a magnitude fit: prox-linear steps on the largest error, with the curvature that they
-//! teach.
+//! Nonlinear minimax polish of a magnitude fit: prox-linear steps on the largest error, with the second derivatives of
+//! the errors that bind.
 //!
 //!   minimise over the parameters   max over the data of  weight · |ln|d| − ln m|
 //!
-//! Fewer errors than parameters may bind at a fit, so that curvature decides how far a step goes along the rest.
+//! Where fewer errors bind than there are parameters, second derivatives decide how far a step goes along the rest. A
+//! step that is refused is corrected once for the errors found at its end (Fletcher 1982).
 
 use super::factors::Factors;
 use super::magnitudes::Magnitudes;
+use super::metric::Metric;
 use crate::linalg::dense::dot;
 use crate::linalg::{Mat, symmetric_eigen};
 use crate::robust::minimax::curvature::Curvature;
@@ -26,13 +28,12 @@ pub(crate) fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
 /// A step that promises less than this share of the error ends a polish: what is left is far below what the shape of a
 /// D-scale is known to.
 const SETTLED: f64 = 1e-5;
-/// Above this proximal weight it is the weight that keeps a promise small, and a lighter one follows.
+/// Above this proximal weight, it may be the weight that keeps a promise small: it is lowered once.
 const LIGHT: f64 = 1e-2;
+/// Factor by which it is lowered.
 const LIGHTER: f64 = 0.1;
 /// Errors below this are smaller than anything a D-scale can show.
 const EXACT: f64 = 1e-10;
-/// Weight of a parameter itself in the metric, beside its effect on |d|: a pole on its zero has none.
-const OWN: f64 = 0.03;
 
 /// Improves a fit by at most `steps` steps; the result keeps the limits and is never worse than the start moved into
 /// them.
@@ -40,6 +41,7 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
     let mut best = start.with_parameters(&start.parameters(), &data.limits);
     let mut error = weighted_error(data, &best);
     let mut rows = errors(data, &best);
+    let mut metric = metric_of(data, &best);
     let mut binding: Vec<(usize, f64)> = vec![];
     let mut weight = 1.0;
     let mut lightened = false;
@@ -47,9 +49,13 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         if error < EXACT || weight > HEAVIEST {
             break;
         }
-        let Some((whiten, curvature)) = coordinates(data, &best, &binding) else {
+        let Some(measure) = &metric else {
             break;
         };
+        let Some(curvature) = curvature(data, &best, &binding, measure) else {
+            break;
+        };
+        let whiten = measure.whitening();
         let found = scaled_step(&rows, error, &binding, (&whiten, &curvature), weight);
         let Some((step, predicted)) = found else {
             weight = after_refusal(weight, false);
@@ -64,7 +70,6 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         let mut next = weighted_error(data, &trial);
         let promised = error - predicted - curvature.half_along(&step.step);
         if !is_accepted(error - next, promised) {
-            // The errors as the step found them, on slopes from before it: what the slopes did not show bends them.
             let seen = corrected(&rows, &errors(data, &trial), &step.step);
             let again = scaled_step(&seen, error, &binding, (&whiten, &curvature), weight);
             if let Some((again, _)) = again {
@@ -82,14 +87,16 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         binding = step.binding;
         let kept = error - next;
         lightened = held || (lightened && kept < SETTLED * error);
-        weight = match is_accepted(kept, promised) {
+        let accepted = is_accepted(kept, promised);
+        weight = match accepted {
             _ if held => LIGHTER * weight,
             true => after_step(weight, kept, promised),
             false => after_refusal(weight, kept > -promised),
         };
-        if is_accepted(kept, promised) {
+        if accepted {
             (best, error) = (trial, next);
             rows = errors(data, &best);
+            metric = metric_of(data, &best);
         }
     }
     best
@@ -148,38 +155,34 @@ fn corrected(before: &[LinearValue], after: &[LinearValue], step: &[f64]) -> Vec
     pairs.map(one).collect()
 }
 
-/// Coordinates p, δx = W p, in which |p|² is the mean square change of ln|d| over the data, and the curvature of the
-/// Lagrangian of the errors that bound at the step before, without its negative part. `None` when eigenvalues fail.
-fn coordinates(
+/// Metric of the parameters over the data.
+fn metric_of(data: &Magnitudes, fit: &Factors) -> Option<Metric> {
+    Metric::new(std::slice::from_ref(fit), &data.omega_rad_s)
+}
+
+/// Curvature of the Lagrangian of the errors that bound at the step before, without its negative part; none before the
+/// first step. `None` when eigenvalues fail.
+fn curvature(
     data: &Magnitudes,
     fit: &Factors,
     binding: &[(usize, f64)],
-) -> Option<(Mat<f64>, Curvature)> {
-    let n = fit.parameters().len();
-    let count = data.omega_rad_s.len() as f64;
-    let mut metric = Mat::from_fn(n, n, |i, j| if i == j { OWN * OWN } else { 0.0 });
-    for w in &data.omega_rad_s {
-        let (_, g) = fit.ln_magnitude_with_gradient(*w);
-        for i in 0..n {
-            for j in 0..n {
-                metric[(i, j)] += g[i] * g[j] / count;
-            }
-        }
-    }
-    let (values, vectors) = symmetric_eigen(&metric).ok()?;
-    let whiten = Mat::from_fn(n, n, |i, k| vectors[(i, k)] / values[k].sqrt());
+    metric: &Metric,
+) -> Option<Curvature> {
     if binding.is_empty() {
-        return Some((whiten, Curvature::default()));
+        return Some(Curvature::default());
     }
+    let n = metric.values.len();
     let mut hessian = Mat::zeros(n, n);
     for (k, share) in binding {
         let (point, sign) = (k / 2, if k % 2 == 0 { 1.0 } else { -1.0 });
         let weight = sign * share * data.weight[point];
         fit.add_second_derivatives(data.omega_rad_s[point], weight, &mut hessian);
     }
+    let whiten = metric.whitening();
     let (bends, turns) = symmetric_eigen(&(whiten.transpose() * hessian * &whiten)).ok()?;
     // With Z = W⁻ᵀU the matrix is Z diag(bends) Zᵀ.
-    let back = Mat::from_fn(n, n, |i, k| vectors[(i, k)] * values[k].sqrt()) * turns;
+    let root = |k: usize| metric.values[k].sqrt();
+    let back = Mat::from_fn(n, n, |i, k| metric.vectors[(i, k)] * root(k)) * turns;
     let curved = Mat::from_fn(n, n, |i, k| back[(i, k)] * bends[k].max(0.0)) * back.transpose();
-    Some((whiten, Curvature::of(curved)))
+    Some(Curvature::of(curved))
 }

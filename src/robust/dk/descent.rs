@@ -7,8 +7,10 @@
 
 use super::scale::DScales;
 use crate::augment::GeneralizedPlant;
-use crate::linalg::{Mat, symmetric_eigen};
+use crate::linalg::Mat;
+use crate::linalg::dense::dot;
 use crate::robust::dfit::factors::Limits;
+use crate::robust::dfit::metric::Metric;
 use crate::robust::hinf::{HinfSettings, optimal_level_with_slopes};
 use crate::robust::minimax::curvature::Curvature;
 use crate::robust::minimax::proximal::{HEAVIEST, after_refusal, after_step, is_accepted};
@@ -57,8 +59,6 @@ const PROMISE: f64 = 2.0 * TOLERANCE;
 const PATIENCE: (usize, f64) = (6, 5e-5);
 /// Frequencies of the metric.
 const POINTS: usize = 60;
-/// Weight of a parameter itself in the metric, beside its effect on |d|: a pole on its zero has none.
-const OWN: f64 = 0.03;
 
 impl Descent<'_> {
     /// ln γ_opt, near enough to tell scales apart; infinite when the synthesis fails.
@@ -113,10 +113,13 @@ impl Descent<'_> {
     /// Tries a step; false when no further one pays.
     fn step(&self, course: &mut Course) -> bool {
         let before = course.scales.parameters();
-        let Some((whiten, metric)) = self.metric(&course.scales).filter(|_| !before.is_empty())
-        else {
+        if before.is_empty() {
+            return false;
+        }
+        let Some(metric) = self.metric(&course.scales) else {
             return false;
         };
+        let whiten = metric.whitening();
         let rule = StepRule {
             limits: 0,
             penalty: 0.0,
@@ -137,7 +140,9 @@ impl Descent<'_> {
         let promised = course.ln_level - step.predicted - course.curvature.half_along(&step.step);
         let kept = course.ln_level - ln_level;
         let change = slope_change(&step, &seen, &levels);
-        course.curvature.learn(&step.step, &change, || metric);
+        course
+            .curvature
+            .learn(&step.step, &change, || metric.matrix);
         if promised <= PROMISE {
             return false;
         }
@@ -203,38 +208,20 @@ impl Descent<'_> {
         Some((ln_level, values.collect()))
     }
 
-    /// M^{-1/2} and M: δxᵀMδx is the mean square change of ln|d(jω)| over the range, summed over the scales.
-    /// `None` when its eigenvalues fail.
-    fn metric(&self, scales: &DScales) -> Option<(Mat<f64>, Mat<f64>)> {
+    /// Metric of the parameters over the range; `None` when its eigenvalues fail.
+    fn metric(&self, scales: &DScales) -> Option<Metric> {
         let (lo, hi) = self.limits.ln_omega;
-        let own = scales.free();
-        let n = own.iter().map(|f| f.parameters().len()).sum();
-        let mut metric = Mat::from_fn(n, n, |i, j| if i == j { OWN * OWN } else { 0.0 });
-        let mut first = 0;
-        for factors in own {
-            for k in 0..POINTS {
-                let omega = (lo + (hi - lo) * (k as f64 + 0.5) / POINTS as f64).exp();
-                let (_, g) = factors.ln_magnitude_with_gradient(omega);
-                for i in 0..g.len() {
-                    for j in 0..g.len() {
-                        metric[(first + i, first + j)] += g[i] * g[j] / POINTS as f64;
-                    }
-                }
-            }
-            first += factors.parameters().len();
-        }
-        let (values, vectors) = symmetric_eigen(&metric).ok()?;
-        let whiten = Mat::from_fn(n, n, |i, k| vectors[(i, k)] / values[k].sqrt());
-        Some((whiten, metric))
+        let at = |k: usize| (lo + (hi - lo) * (k as f64 + 0.5) / POINTS as f64).exp();
+        let omega_rad_s: Vec<f64> = (0..POINTS).map(at).collect();
+        Metric::new(scales.free(), &omega_rad_s)
     }
 }
 
 /// A level found after a step as a linear function from before it, which is at most `top` there: a level that bends
 /// downwards would forbid the place where it was not found.
 fn back(level: LinearValue, step: &[f64], top: f64) -> LinearValue {
-    let along: f64 = level.gradient.iter().zip(step).map(|(g, s)| g * s).sum();
     LinearValue {
-        value: (level.value - along).min(top),
+        value: (level.value - dot(&level.gradient, step)).min(top),
         ..level
     }
 }

@@ -23,7 +23,7 @@ pub(crate) mod slope;
 use crate::augment::GeneralizedPlant;
 use crate::linalg::riccati::Effort;
 use crate::lti::connect::lower_lft;
-use crate::lti::norm::linf_norm_with;
+use crate::lti::norm::{NormError, hinf_norm_and_growth};
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::error::{Condition, SynthesisError};
 use controller::central;
@@ -39,7 +39,7 @@ use std::cell::Cell;
 /// Margins and residuals at the level of the delivered controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certificate {
-    /// What keeps the optimal level from falling; none where the level was given.
+    /// The condition that fails just below the optimal level; none where the level was given.
     pub limit: Option<Limit>,
     /// Relative residual of X.
     pub x_residual: f64,
@@ -64,7 +64,7 @@ pub struct HinfSolution {
     pub controller: StateSpace<Continuous>,
     /// Level of the controller: that of its Riccati equations, or the verified norm where rounding put it above.
     pub gamma: f64,
-    /// Optimal level (feasible end of the bracket); the level given, when one was given.
+    /// Optimal level (the feasible end of its tolerance); the level given, when one was given.
     pub gamma_opt: f64,
     /// Norm of the closed loop, computed independently.
     pub closed_loop_norm: f64,
@@ -243,16 +243,17 @@ impl Search {
         )?;
         let controller = self.normal.original_controller(&k)?;
         let closed = lower_lft(&plant.system, &controller)?;
-        let poles = closed.poles()?;
-        let growth_rate = poles.iter().map(|p| p.re).fold(f64::NEG_INFINITY, f64::max);
-        if growth_rate >= 0.0 {
-            return Err(SynthesisError::Refuted {
-                gamma,
-                norm: f64::INFINITY,
-                growth_rate,
-            });
-        }
-        let norm = linf_norm_with(&closed, &poles, LEVEL_TOL)?;
+        let (norm, growth_rate) = match hinf_norm_and_growth(&closed, LEVEL_TOL) {
+            Ok(found) => found,
+            Err(NormError::Unstable { growth_rate }) => {
+                return Err(SynthesisError::Refuted {
+                    gamma,
+                    norm: f64::INFINITY,
+                    growth_rate,
+                });
+            }
+            Err(other) => return Err(other.into()),
+        };
         // The two bounds of the norm lie 2·LEVEL_TOL apart.
         let above = norm.norm > gamma * (1.0 + 2.0 * LEVEL_TOL);
         Ok(HinfSolution {

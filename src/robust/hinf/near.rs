@@ -161,23 +161,15 @@ mod tests {
         for (one, level) in [(seed, 1.0), (seed + 1, 1.0 + apart)] {
             let mut one = plant(one, false);
             let share = level / optimal_level(&one, &settings)?;
-            let errors = one.system.outputs() - MEASUREMENTS;
-            one.system = one.system.scale_outputs(&Mat::from_fn(
-                errors + MEASUREMENTS,
-                errors + MEASUREMENTS,
-                |i, j| match (i == j, i < errors) {
-                    (false, _) => 0.0,
-                    (true, true) => share,
-                    (true, false) => 1.0,
-                },
-            ));
-            pair.push(one.system);
+            let errors = one.errors();
+            for m in [&mut one.system.c, &mut one.system.d] {
+                for j in 0..m.ncols() {
+                    (0..errors).for_each(|i| m[(i, j)] *= share);
+                }
+            }
+            pair.push(one);
         }
-        let both = append(&pair[0], &pair[1]);
-        let [p1, m1] = [
-            pair[0].outputs() - MEASUREMENTS,
-            pair[0].inputs() - CONTROLS,
-        ];
+        let both = append(&pair[0].system, &pair[1].system);
         // Errors of both before measurements of both, disturbances of both before controls of both.
         let order = |first: usize, second: usize| -> Vec<usize> {
             let of = |copy: usize| copy * (first + second);
@@ -186,19 +178,12 @@ mod tests {
             };
             kind(0, first).chain(kind(first, second)).collect()
         };
-        let (rows, columns) = (order(p1, MEASUREMENTS), order(m1, CONTROLS));
-        let n = both.order();
+        let rows = order(pair[0].errors(), MEASUREMENTS);
+        let columns = order(pair[0].disturbances(), CONTROLS);
+        let mut system = both.select(&rows, &columns);
+        let n = system.order();
         let mut from = ChaCha8Rng::seed_from_u64(seed + 1000);
-        let across = random(n, n, &mut from) * (0.1 * apart);
-        let system = StateSpace {
-            a: &both.a + across,
-            b: Mat::from_fn(n, columns.len(), |i, j| both.b[(i, columns[j])]),
-            c: Mat::from_fn(rows.len(), n, |i, j| both.c[(rows[i], j)]),
-            d: Mat::from_fn(rows.len(), columns.len(), |i, j| {
-                both.d[(rows[i], columns[j])]
-            }),
-            time: Continuous,
-        };
+        system.a += random(n, n, &mut from) * (0.1 * apart);
         Ok(GeneralizedPlant {
             system,
             controls: 2 * CONTROLS,

@@ -27,22 +27,23 @@ const LEAST_TOL: f64 = 1e-9;
 /// Factor on the lower bound from which the root of the coupling is sought where it is above.
 const BEYOND: f64 = 1.25;
 
-/// What keeps the optimal level from falling.
+/// The condition that fails just below the optimal level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
-    /// ρ(XY) = γ²: what is known of the states and what is done to them together.
+    /// The coupling ρ(XY) < γ² of the control and the filter Riccati equation.
     Coupling,
-    /// The control side, at this frequency (rad/s): no control does better there, whatever it knows.
+    /// The control Riccati equation: with all states and disturbances measured, no control reaches a lower level at
+    /// this frequency (rad/s).
     ControlSide {
         /// Infinite where the feedthrough binds.
         omega_rad_s: f64,
     },
-    /// The filter side, at this frequency (rad/s): no estimate is better there.
+    /// The filter Riccati equation: no estimate of the errors reaches a lower level at this frequency (rad/s).
     FilterSide {
         /// Infinite where the feedthrough binds.
         omega_rad_s: f64,
     },
-    /// Nothing: the level was lowered to rounding.
+    /// None: the infimum is zero and not attained; the level is where rounding ends the search.
     Rounding,
 }
 

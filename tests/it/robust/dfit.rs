@@ -5,15 +5,17 @@ use muspin::linalg::c64;
 use muspin::lti::connect::block2;
 use muspin::robust::dfit::{Magnitudes, fit_quick, fit_up_to};
 
+/// The magnitudes of a case with weight one.
+fn magnitudes(case: &Case) -> Magnitudes {
+    let omega = number_list(&case.data["omega"]);
+    let ones = vec![1.0; omega.len()];
+    Magnitudes::new(omega, number_list(&case.data["magnitude"]), ones).unwrap()
+}
+
 #[test]
 fn every_order_is_at_least_as_good_as_the_references() {
     for case in Case::all("dfit") {
-        let (omega, magnitude) = (
-            number_list(&case.data["omega"]),
-            number_list(&case.data["magnitude"]),
-        );
-        let ones = vec![1.0; omega.len()];
-        let data = Magnitudes::new(omega, magnitude, ones).unwrap();
+        let data = magnitudes(&case);
         let start = std::time::Instant::now();
         let fits = fit_up_to(&data, 6).unwrap();
         let elapsed = start.elapsed();
@@ -47,12 +49,7 @@ fn every_order_is_at_least_as_good_as_the_references() {
 #[test]
 fn a_quick_fit_is_as_good_as_the_careful_one() {
     for case in Case::all("dfit") {
-        let (omega, magnitude) = (
-            number_list(&case.data["omega"]),
-            number_list(&case.data["magnitude"]),
-        );
-        let ones = vec![1.0; omega.len()];
-        let data = Magnitudes::new(omega, magnitude, ones).unwrap();
+        let data = magnitudes(&case);
         let error = |d: &dyn Fn(f64) -> f64| {
             let points = data.points().map(|(w, m, _)| (d(w) / m).ln().abs());
             points.fold(0.0, f64::max)
