@@ -7,7 +7,7 @@ use crate::pipeline::progress::{Event, STAGES, next_stage, usual_share};
 pub(super) fn told(progress: &Progress, event: Event) {
     match event {
         Event::Stage(stage) => {
-            progress.watch().lap(stage);
+            progress.ended(stage);
             if let Some((done, next)) = next_stage(stage) {
                 let (of, in_all) = (STAGES.len(), progress.in_all(usual_share(done)));
                 progress.stage(format!(
@@ -15,9 +15,15 @@ pub(super) fn told(progress: &Progress, event: Event) {
                 ));
             }
         }
+        // The stages of a design tell their own times.
+        Event::Begins("design") => {
+            progress.timed("design");
+            progress.untimed();
+            progress.part("design");
+        }
         Event::Begins(part) => {
+            progress.timed(part);
             progress.part(part);
-            progress.watch().skip();
         }
         Event::Found(words) => progress.line(words),
         Event::Step(step) => progress.line(match &step.failure {

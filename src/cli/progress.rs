@@ -63,6 +63,17 @@ impl Progress {
         *self.timed.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
     }
 
+    /// A stage has ended that nobody announced: its time is not that of the stage that [`Progress::timed`] began.
+    pub(crate) fn ended(&self, stage: &str) {
+        self.untimed();
+        self.watch().lap(stage);
+    }
+
+    /// The stage that [`Progress::timed`] began tells its parts by [`Progress::ended`] instead.
+    pub(crate) fn untimed(&self) {
+        *self.timed.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
     /// Ends the stage that [`Progress::timed`] began, if one runs.
     fn end_timed(&self) {
         let running = self

@@ -72,6 +72,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let read = named.into_iter().flatten().chain([&arguments.weights]);
     claim(&arguments.out, &REPORT, read.map(String::as_str))?;
     let progress = Progress::start(console);
+    progress.timed("records");
     let given = given(arguments)?;
     let task = Task {
         nominal: &given.nominal,
@@ -88,7 +89,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         },
     };
     let found = run_chain(&task, &mut |event| told(&progress, event))?;
-    progress.stage("report");
+    progress.timed("report");
     let identification = given.identification.as_ref();
     let (mut report, words) = run_report(&found, &weights.name, identification)?;
     let pid = found.pid().map(|p| &p.controller);

@@ -9,13 +9,32 @@ fn run(out: &Path, threads: &str) -> String {
     let output = Command::cargo_bin("muspin")
         .unwrap()
         .env("RAYON_NUM_THREADS", threads)
-        .args(["run", "--out"])
+        .args(["run", "--timings", "--out"])
         .arg(out)
         .output()
         .unwrap();
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(0), "{errors}");
-    assert!(errors.is_empty(), "a pipe gets no progress: {errors}");
+    // A pipe gets no progress, but the times that were asked for, of every part of the run.
+    let lines: Vec<&str> = errors.lines().collect();
+    let named = |part: &&str| lines.iter().any(|line| line.starts_with(*part));
+    let parts = [
+        "records",
+        "model updating",
+        "D-K iteration",
+        "PID",
+        "predictions",
+        "report",
+    ];
+    assert!(parts.iter().all(|part| named(&part)), "{errors}");
+    assert!(
+        lines[0].starts_with("stage") && lines[lines.len() - 1].starts_with("in all"),
+        "{errors}"
+    );
+    assert!(
+        lines.iter().skip(1).all(|line| line.ends_with(" s")),
+        "{errors}"
+    );
     String::from_utf8(output.stdout).unwrap()
 }
 
