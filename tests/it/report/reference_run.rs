@@ -26,7 +26,7 @@ fn run(out: &Path, threads: &str) -> String {
         "predictions",
         "report",
     ];
-    assert!(parts.iter().all(|part| named(part)), "{errors}");
+    assert!(parts.iter().all(named), "{errors}");
     assert!(
         lines[0].starts_with("stage") && lines[lines.len() - 1].starts_with("in all"),
         "{errors}"
