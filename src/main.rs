@@ -1,6 +1,6 @@
 //! The command-line program: parse, run, exit with the documented code.
 
-/// Message in the place of an illegal instruction.
+/// Error on a processor that would stop at an instruction that it does not know.
 const TOO_OLD: &str = "error: this program was built for processors with AVX2, FMA and BMI2, which this one lacks\n\n\
     hint: build it with RUSTFLAGS=\"-C target-cpu=x86-64\" in the environment";
 

@@ -129,6 +129,7 @@ fn one(
     let found = one_tool(&task, arguments.tightening, &mut |event| {
         told(progress, event);
     });
+    progress.timed("report");
     let mut report = Report::default();
     let row = match found {
         Ok(found) => {

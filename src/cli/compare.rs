@@ -15,7 +15,6 @@ use crate::input::{load_measurement, load_tagged_controller, load_weights};
 use crate::pipeline::compared::{Compared, Ground, compared, own_controllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
-use crate::pipeline::progress::Event;
 use crate::predict::chatter::{Engagement, Material};
 use crate::predict::sensitivity::Zone;
 use crate::predict::stiffness::stiffness_words;
@@ -94,11 +93,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let mut met = true;
     if controllers.is_empty() {
         let pid = arguments.pid.settings(PidEffort::Thorough);
-        let mut tell = |event: Event| match event {
-            Event::Begins("PID") => progress.timed("PID"),
-            other => told(&progress, other),
-        };
-        let own = own_controllers(&machine, &weights, pid, &mut tell)?;
+        let own = own_controllers(&machine, &weights, pid, &mut |event| told(&progress, event))?;
         met = own.design.meets_targets();
         controllers = add_own(&mut report.summary, own);
     }

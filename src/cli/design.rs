@@ -97,6 +97,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let study = study(&machine, &written, &settings, questions, &mut |event| {
         told(&progress, event);
     })?;
+    progress.timed("report");
     let mut report = design_report(&machine, &study, settings.route)?;
     let found = &study.design;
     let [rest, speed] = study.delivered.each_ref();

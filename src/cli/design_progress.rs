@@ -15,16 +15,7 @@ pub(super) fn told(progress: &Progress, event: Event) {
                 ));
             }
         }
-        // The stages of a design tell their own times.
-        Event::Begins("design") => {
-            progress.timed("design");
-            progress.untimed();
-            progress.part("design");
-        }
-        Event::Begins(part) => {
-            progress.timed(part);
-            progress.part(part);
-        }
+        Event::Begins(part) => progress.part(part),
         Event::Found(words) => progress.line(words),
         Event::Step(step) => progress.line(match &step.failure {
             Some(failure) => format!("D-K step {}: failed: {failure}", step.iteration + 1),

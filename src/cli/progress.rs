@@ -45,7 +45,7 @@ impl Progress {
     }
 
     /// Times of the stages.
-    pub(crate) fn watch(&self) -> MutexGuard<'_, Stopwatch> {
+    fn watch(&self) -> MutexGuard<'_, Stopwatch> {
         self.watch.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -63,15 +63,10 @@ impl Progress {
         *self.timed.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
     }
 
-    /// A stage has ended that nobody announced: its time is not that of the stage that [`Progress::timed`] began.
+    /// A stage of a part has ended: the time counts for it, and not for the part that [`Progress::timed`] began.
     pub(crate) fn ended(&self, stage: &str) {
-        self.untimed();
-        self.watch().lap(stage);
-    }
-
-    /// The stage that [`Progress::timed`] began tells its parts by [`Progress::ended`] instead.
-    pub(crate) fn untimed(&self) {
         *self.timed.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        self.watch().lap(stage);
     }
 
     /// Ends the stage that [`Progress::timed`] began, if one runs.
@@ -92,10 +87,10 @@ impl Progress {
         self.watch()
     }
 
-    /// A part of the command begins, such as a design.
+    /// A part of the command begins, such as a design; it is timed, as a whole or by the stages that it ends.
     pub(crate) fn part(&self, what: &str) {
         *self.part.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
-        self.stage(what);
+        self.timed(what);
     }
 
     /// Time that the part will take in all when the share `done` of it has taken what it has.

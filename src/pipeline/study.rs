@@ -98,6 +98,7 @@ pub(crate) fn study(
         )?),
         false => None,
     };
+    progress(Event::Begins("predictions"));
     let delivered = delivered(machine, &found)?;
     let as_written = match questions.tightening {
         Some(asked) => {
@@ -114,13 +115,13 @@ pub(crate) fn study(
     };
     let other_route = match questions.other_route {
         true => {
+            progress(Event::Begins("other route"));
             let other = other_route(machine, &weights, settings)?;
             progress(Event::Found("both routes designed"));
             Some(other)
         }
         false => None,
     };
-    let unpolished = unpolished(machine, &found)?;
     let limit = match questions.limit {
         true => {
             progress(Event::Begins("limit of the stiffness"));
@@ -128,6 +129,8 @@ pub(crate) fn study(
         }
         false => None,
     };
+    progress(Event::Begins("predictions"));
+    let unpolished = unpolished(machine, &found)?;
     let (arithmetic, curves) = rayon::join(
         || by_arithmetic(machine, &found),
         || LoopCurves::of(machine, &found.delivery.controller, &delivered[0]),

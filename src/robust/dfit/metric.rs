@@ -15,6 +15,8 @@ pub(crate) struct Metric {
     pub values: Vec<f64>,
     /// V.
     pub vectors: Mat<f64>,
+    /// W = V diag(values)^{-1/2}: |p|² = δxᵀMδx with δx = W p.
+    pub whitening: Mat<f64>,
 }
 
 impl Metric {
@@ -37,16 +39,12 @@ impl Metric {
             first += own;
         }
         let (values, vectors) = symmetric_eigen(&matrix).ok()?;
+        let whitening = Mat::from_fn(n, n, |i, k| vectors[(i, k)] / values[k].sqrt());
         Some(Self {
             matrix,
             values,
             vectors,
+            whitening,
         })
-    }
-
-    /// W = V diag(values)^{-1/2}: |p|² = δxᵀMδx with δx = W p.
-    pub(crate) fn whitening(&self) -> Mat<f64> {
-        let n = self.values.len();
-        Mat::from_fn(n, n, |i, k| self.vectors[(i, k)] / self.values[k].sqrt())
     }
 }

@@ -55,8 +55,8 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         let Some(curvature) = curvature(data, &best, &binding, measure) else {
             break;
         };
-        let whiten = measure.whitening();
-        let found = scaled_step(&rows, error, &binding, (&whiten, &curvature), weight);
+        let whiten = &measure.whitening;
+        let found = scaled_step(&rows, error, &binding, (whiten, &curvature), weight);
         let Some((step, predicted)) = found else {
             weight = after_refusal(weight, false);
             continue;
@@ -71,7 +71,7 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         let promised = error - predicted - curvature.half_along(&step.step);
         if !is_accepted(error - next, promised) {
             let seen = corrected(&rows, &errors(data, &trial), &step.step);
-            let again = scaled_step(&seen, error, &binding, (&whiten, &curvature), weight);
+            let again = scaled_step(&seen, error, &binding, (whiten, &curvature), weight);
             if let Some((again, _)) = again {
                 let other = moved(&again.step);
                 let level = weighted_error(data, &other);
@@ -178,8 +178,8 @@ fn curvature(
         let weight = sign * share * data.weight[point];
         fit.add_second_derivatives(data.omega_rad_s[point], weight, &mut hessian);
     }
-    let whiten = metric.whitening();
-    let (bends, turns) = symmetric_eigen(&(whiten.transpose() * hessian * &whiten)).ok()?;
+    let whiten = &metric.whitening;
+    let (bends, turns) = symmetric_eigen(&(whiten.transpose() * hessian * whiten)).ok()?;
     // With Z = W⁻ᵀU the matrix is Z diag(bends) Zᵀ.
     let root = |k: usize| metric.values[k].sqrt();
     let back = Mat::from_fn(n, n, |i, k| metric.vectors[(i, k)] * root(k)) * turns;

@@ -119,14 +119,14 @@ impl Descent<'_> {
         let Some(metric) = self.metric(&course.scales) else {
             return false;
         };
-        let whiten = metric.whitening();
+        let whiten = &metric.whitening;
         let rule = StepRule {
             limits: 0,
             penalty: 0.0,
             proximal: course.weight,
         };
         let seen: Vec<LinearValue> = [course.levels.as_slice(), &course.cuts].concat();
-        let found = curved_step(&seen, &[], (&whiten, &course.curvature), &rule);
+        let found = curved_step(&seen, &[], (whiten, &course.curvature), &rule);
         let trial = found.and_then(|step| {
             let pairs = before.iter().zip(&step.step);
             let x: Vec<f64> = pairs.map(|(x, s)| x + s).collect();
