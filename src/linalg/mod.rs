@@ -11,6 +11,7 @@ pub(crate) mod error;
 pub mod exponential;
 pub(crate) mod gramian;
 pub mod hermitian;
+pub(crate) mod lanes;
 pub(crate) mod lapack;
 pub mod lyapunov;
 pub(crate) mod planar;

@@ -8,6 +8,7 @@
 //! both whirls.
 
 use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAKEST};
+use super::line_scales::LineScales;
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, outer, times};
 use super::responses::{Role, Rotor, SpecificationLine};
@@ -82,7 +83,7 @@ pub(crate) struct Specification {
 pub(crate) struct SpecifiedLoop {
     pub side: usize,
     pub lines: Vec<SpecificationLine>,
-    pub scales: Vec<Vec<f64>>,
+    pub scales: Vec<LineScales>,
 }
 
 impl Loss {
@@ -139,7 +140,7 @@ impl Loss {
             let beside = above.saturating_sub(1)..self.lines.len().min(above + 1);
             let distance = |k: &usize| (self.lines[*k].omega_rad_s - omega).abs();
             let k = beside.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-            own.map(|part| part.scales[k].clone())
+            own.map(|part| part.scales[k].list().to_vec())
         };
         let lines = lines.iter();
         lines
@@ -238,14 +239,15 @@ impl Loss {
             })
             .collect();
         let rotors = &self.rotors;
-        let renewed: Vec<(usize, usize, Vec<f64>, Bound)> = near
+        let renewed: Vec<(usize, usize, LineScales, Bound)> = near
             .into_par_iter()
             .map(|(k, p)| {
                 let (part, state) = (&spec.loops[p], &found.lines[k]);
                 let own = &state.loops[part.side];
-                let scales = best_scales(&part.lines[k], &own.r, &spec.blocks);
+                let line = &part.lines[k];
+                let scales = LineScales::new(line, best_scales(line, &own.r, &spec.blocks));
                 let own = (own, loop_of(rotors, part.side, k));
-                let bound = bound(&part.lines[k], &scales, own, 0.0);
+                let bound = bound(line, &scales, own, 0.0);
                 (k, p, scales, bound)
             })
             .collect();

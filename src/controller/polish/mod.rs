@@ -11,6 +11,7 @@
 mod derivatives;
 pub(crate) mod descent;
 pub(crate) mod limits;
+pub(crate) mod line_scales;
 pub(crate) mod lines;
 pub(crate) mod loop_poles;
 mod loop_state;

@@ -2,6 +2,7 @@
 //! of its derivatives.
 
 use super::limits::LoopLimits;
+use super::line_scales::LineScales;
 use super::loss::{Loss, Specification, SpecifiedLoop};
 use super::responses::{Known, Plants};
 use super::structure::Line;
@@ -12,6 +13,7 @@ use crate::augment::weights::Weights;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
 use crate::robust::structure::Structure as Blocks;
+use rayon::prelude::*;
 
 /// What a controller is polished for.
 #[derive(Clone, Copy, Debug)]
@@ -48,13 +50,15 @@ pub(super) fn loss_on(
         .specification(&lines, (task.modes, task.weights), &known)
         .map_err(in_step("weights of the polish"))?;
     let loops = loops.into_iter().enumerate().map(|(side, rows)| {
+        let scales = match earlier {
+            Some(earlier) => earlier.scales_near(&lines, side, blocks.len()),
+            None => vec![vec![1.0; blocks.len()]; rows.len()],
+        };
+        let both = rows.par_iter().zip(scales);
         // The machine at rest, at its top speed and beyond are the first rotors.
         SpecifiedLoop {
             side,
-            scales: match earlier {
-                Some(earlier) => earlier.scales_near(&lines, side, blocks.len()),
-                None => vec![vec![1.0; blocks.len()]; rows.len()],
-            },
+            scales: both.map(|(row, d)| LineScales::new(row, d)).collect(),
             lines: rows,
         }
     });

@@ -13,7 +13,8 @@ use crate::augment::assembly::{ProblemWeights, UncertainMode};
 use crate::augment::exposure::Exposure;
 use crate::augment::plane::{LOADS, LOOPS, isotropic};
 use crate::augment::weights::Weights;
-use crate::linalg::{Mat, c64};
+use crate::linalg::c64;
+use crate::linalg::lanes::Lanes;
 use crate::lti::held::hold_magnitude;
 use crate::lti::{Continuous, Response, StateSpace};
 use crate::spindle::plant::CHANNELS;
@@ -64,14 +65,17 @@ pub(crate) struct Rotor {
     pub directions: Vec<Vec<LoopResponse>>,
 }
 
-/// Rows of the weighted specification at one line: M = E₁₁ + E₁₂ R E₂₁ with R = K (I − G K)⁻¹.
+/// The weighted specification at one line: M = E₁₁ + E₁₂ R E₂₁ with R = K (I − G K)⁻¹.
 #[derive(Clone, Debug)]
 pub(crate) struct SpecificationLine {
-    pub direct: Mat<c64>,
-    /// Errors × currents.
-    pub drive: Mat<c64>,
-    /// Signals × disturbances.
-    pub read: Mat<c64>,
+    /// Errors.
+    pub rows: usize,
+    /// E₁₁: errors × disturbances, column after column.
+    pub direct: Vec<Lanes>,
+    /// E₁₂: the errors of each current.
+    pub drive: [Vec<Lanes>; LOOPS],
+    /// E₂₁: the signals of each disturbance.
+    pub read: Vec<[c64; LOOPS]>,
 }
 
 /// Responses that were computed before, on lines of ascending frequency.
@@ -379,11 +383,16 @@ impl Frame {
                 j => gain * at(row(i), 2 * (j - n)),
             });
             SpecificationLine {
-                direct: Mat::from_fn(rows, columns, |i, j| {
+                rows,
+                direct: Lanes::columns(rows, columns, |i, j| {
                     wo[(i, i)] * exposed[(i, j)] * wi[(j, j)]
                 }),
-                drive: Mat::from_fn(rows, LOOPS, |i, k| wo[(i, i)] * exposed[(i, columns + k)]),
-                read: Mat::from_fn(LOOPS, columns, |k, j| exposed[(rows + k, j)] * wi[(j, j)]),
+                drive: [0, 1].map(|k| {
+                    Lanes::columns(rows, 1, |i, _| wo[(i, i)] * exposed[(i, columns + k)])
+                }),
+                read: (0..columns)
+                    .map(|j| [0, 1].map(|k| exposed[(rows + k, j)] * wi[(j, j)]))
+                    .collect(),
             }
         };
         signs.iter().map(of_sign).collect()

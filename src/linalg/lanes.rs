@@ -1,0 +1,239 @@
+//! Complex columns of a few entries in groups of four, real and imaginary parts apart.
+//!
+//! A group fills a register of a processor with 256 bits. The number of entries in it is known to the compiler, which
+//! therefore unrolls what a column of any length would need a loop for; rows that fill up a group are zero.
+
+use super::c64;
+
+/// Entries in a group.
+const WIDTH: usize = 4;
+
+/// Four complex numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lanes {
+    re: [f64; WIDTH],
+    im: [f64; WIDTH],
+}
+
+/// Groups that `n` entries need.
+pub(crate) fn groups(n: usize) -> usize {
+    n.div_ceil(WIDTH)
+}
+
+/// Group `g` of a list of real numbers.
+#[inline]
+pub(crate) fn real_group(g: usize, at: impl Fn(usize) -> f64) -> [f64; WIDTH] {
+    std::array::from_fn(|l| at(WIDTH * g + l))
+}
+
+impl Lanes {
+    pub(crate) const ZERO: Self = Self {
+        re: [0.0; WIDTH],
+        im: [0.0; WIDTH],
+    };
+
+    /// Columns of `n` entries each, one after the other.
+    pub(crate) fn columns(n: usize, count: usize, at: impl Fn(usize, usize) -> c64) -> Vec<Self> {
+        let entry = |i: usize, j: usize| {
+            if i < n { at(i, j) } else { c64::new(0.0, 0.0) }
+        };
+        let group = |j: usize, g: usize| {
+            let four: [c64; WIDTH] = std::array::from_fn(|l| entry(WIDTH * g + l, j));
+            Self {
+                re: four.map(|z| z.re),
+                im: four.map(|z| z.im),
+            }
+        };
+        let mut list = Vec::with_capacity(count * groups(n));
+        for j in 0..count {
+            list.extend((0..groups(n)).map(|g| group(j, g)));
+        }
+        list
+    }
+
+    /// Entry of a column.
+    pub(crate) fn at(column: &[Self], i: usize) -> c64 {
+        let group = &column[i / WIDTH];
+        c64::new(group.re[i % WIDTH], group.im[i % WIDTH])
+    }
+
+    /// Sets an entry of a column.
+    pub(crate) fn set(column: &mut [Self], i: usize, value: c64) {
+        let group = &mut column[i / WIDTH];
+        (group.re[i % WIDTH], group.im[i % WIDTH]) = (value.re, value.im);
+    }
+
+    /// x + a y.
+    #[inline]
+    pub(crate) fn plus(&self, a: c64, y: &Self) -> Self {
+        Self {
+            re: std::array::from_fn(|l| self.re[l] + (a.re * y.re[l] - a.im * y.im[l])),
+            im: std::array::from_fn(|l| self.im[l] + (a.re * y.im[l] + a.im * y.re[l])),
+        }
+    }
+
+    /// Each entry times a real number of its own.
+    #[inline]
+    pub(crate) fn times(&self, factors: &[f64; WIDTH]) -> Self {
+        Self {
+            re: std::array::from_fn(|l| self.re[l] * factors[l]),
+            im: std::array::from_fn(|l| self.im[l] * factors[l]),
+        }
+    }
+
+    /// |entry|².
+    #[inline]
+    pub(crate) fn squares(&self) -> [f64; WIDTH] {
+        std::array::from_fn(|l| self.re[l] * self.re[l] + self.im[l] * self.im[l])
+    }
+
+    /// Σ|entry|² of a column, or of several together.
+    #[inline]
+    pub(crate) fn sum_of_squares(columns: &[Self]) -> f64 {
+        let mut sums = [0.0; WIDTH];
+        for group in columns {
+            let squares = group.squares();
+            sums = std::array::from_fn(|l| sums[l] + squares[l]);
+        }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
+    }
+
+    /// xᴴy of two columns.
+    #[inline]
+    pub(crate) fn inner(x: &[Self], y: &[Self]) -> c64 {
+        let (mut re, mut im) = ([0.0; WIDTH], [0.0; WIDTH]);
+        for (x, y) in x.iter().zip(y) {
+            re = std::array::from_fn(|l| re[l] + (x.re[l] * y.re[l] + x.im[l] * y.im[l]));
+            im = std::array::from_fn(|l| im[l] + (x.re[l] * y.im[l] - x.im[l] * y.re[l]));
+        }
+        c64::new(
+            (re[0] + re[1]) + (re[2] + re[3]),
+            (im[0] + im[1]) + (im[2] + im[3]),
+        )
+    }
+}
+
+/// A Hermitian matrix whose columns are groups; it is stored whole.
+#[derive(Clone, Debug)]
+pub(crate) struct HermitianLanes {
+    n: usize,
+    columns: Vec<Lanes>,
+}
+
+impl HermitianLanes {
+    /// MᴴM of the matrix with these columns, each of `height` groups.
+    pub(crate) fn gram(columns: &[Lanes], height: usize) -> Self {
+        let n = columns.len() / height.max(1);
+        let width = groups(n);
+        let mut gram = Self {
+            n,
+            columns: vec![Lanes::ZERO; n * width],
+        };
+        let column = |j: usize| &columns[j * height..(j + 1) * height];
+        for j in 0..n {
+            for i in 0..=j {
+                let entry = Lanes::inner(column(i), column(j));
+                Lanes::set(&mut gram.columns[j * width..], i, entry);
+                Lanes::set(&mut gram.columns[i * width..], j, entry.conj());
+            }
+        }
+        gram
+    }
+
+    /// Σ|entry|².
+    pub(crate) fn sum_of_squares(&self) -> f64 {
+        Lanes::sum_of_squares(&self.columns)
+    }
+
+    fn column(&self, j: usize) -> &[Lanes] {
+        let width = groups(self.n);
+        &self.columns[j * width..(j + 1) * width]
+    }
+
+    fn trace(&self) -> f64 {
+        (0..self.n).map(|j| Lanes::at(self.column(j), j).re).sum()
+    }
+
+    /// A v.
+    fn times(&self, v: &[Lanes]) -> Vec<Lanes> {
+        let mut product = vec![Lanes::ZERO; groups(self.n)];
+        for j in 0..self.n {
+            let factor = Lanes::at(v, j);
+            for (sum, group) in product.iter_mut().zip(self.column(j)) {
+                *sum = sum.plus(factor, group);
+            }
+        }
+        product
+    }
+
+    /// A² over the square of a positive number, which the entries are divided by before they are multiplied.
+    fn squared(&self, size: f64) -> Self {
+        let width = groups(self.n);
+        let inverse = size.recip();
+        let mut columns = Vec::with_capacity(self.columns.len());
+        for j in 0..self.n {
+            let own = self.column(j);
+            for g in 0..width {
+                let mut sum = Lanes::ZERO;
+                for k in 0..self.n {
+                    sum = sum.plus(Lanes::at(own, k) * inverse, &self.columns[k * width + g]);
+                }
+                columns.push(sum.times(&[inverse; WIDTH]));
+            }
+        }
+        Self { n: self.n, columns }
+    }
+
+    /// The largest eigenvalue of a positive semidefinite matrix with its vector of unit length: the power method,
+    /// started from a column of its 16th power. NaN for entries that are not finite.
+    pub(crate) fn largest(&self) -> (f64, Vec<Lanes>) {
+        let mut power = self.clone();
+        for _ in 0..4 {
+            let trace = power.trace();
+            if trace.is_nan() || trace <= 0.0 {
+                let value = if trace.is_nan() { f64::NAN } else { 0.0 };
+                return (value, vec![Lanes::ZERO; groups(self.n)]);
+            }
+            power = power.squared(trace);
+        }
+        let diagonal = |j: usize| Lanes::at(power.column(j), j).re;
+        let largest = (1..self.n).fold(0, |k, j| if diagonal(j) > diagonal(k) { j } else { k });
+        let mut v = power.column(largest).to_vec();
+        // Three more steps: a second value 1 % below the largest is left with 1e-3 of the vector, 1e-6 of the value.
+        for _ in 0..3 {
+            v = power.times(&v);
+            let inverse = Lanes::sum_of_squares(&v).sqrt().recip();
+            for group in &mut v {
+                *group = group.times(&[inverse; WIDTH]);
+            }
+        }
+        (Lanes::inner(&v, &self.times(&v)).re, v)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Mat;
+    use super::super::hermitian::hermitian_eigen;
+    use super::*;
+
+    #[test]
+    fn the_largest_eigenvalue_is_that_of_the_library() {
+        for (rows, n) in [(1, 1), (3, 2), (4, 4), (7, 6), (9, 5), (5, 9)] {
+            let entry = |i: usize, j: usize| {
+                c64::from_polar(1.0 / (1.0 + (i * j) as f64), (3 * i + 7 * j) as f64)
+            };
+            let columns = Lanes::columns(rows, n, entry);
+            let (value, vector) = HermitianLanes::gram(&columns, groups(rows)).largest();
+            let m = Mat::from_fn(rows, n, entry);
+            let gram = m.adjoint() * &m;
+            let exact = *hermitian_eigen(&gram).unwrap().0.last().unwrap();
+            assert!((value / exact - 1.0).abs() < 1e-6, "{value} and {exact}");
+            let v = |j: usize| Lanes::at(&vector, j);
+            for i in 0..n {
+                let image: c64 = (0..n).map(|j| gram[(i, j)] * v(j)).sum();
+                assert!((image - v(i) * exact).norm() < 1e-3 * exact);
+            }
+        }
+    }
+}
