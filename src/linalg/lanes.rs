@@ -227,7 +227,11 @@ mod tests {
             let (value, vector) = HermitianLanes::gram(&columns, groups(rows)).largest();
             let m = Mat::from_fn(rows, n, entry);
             let gram = m.adjoint() * &m;
-            let exact = *hermitian_eigen(&gram).unwrap().0.last().unwrap();
+            let exact = *hermitian_eigen(&gram)
+                .expect("the matrix is Hermitian")
+                .0
+                .last()
+                .expect("it has columns");
             assert!((value / exact - 1.0).abs() < 1e-6, "{value} and {exact}");
             let v = |j: usize| Lanes::at(&vector, j);
             for i in 0..n {
