@@ -1,19 +1,15 @@
 //! Small complex matrices as two arrays, real and imaginary parts, column by column.
 //!
 //! Loops over a column vectorise, and storage is allocated once for many factorisations: what general routines spend on
-//! matrices of a few dozen rows is mostly allocation and dispatch. Columns are stored in whole groups of four rows, of
-//! which those beyond the last are zero; a sum over whole groups (`wide`) has no rest.
+//! matrices of a few dozen rows is mostly allocation and dispatch.
 
 use super::{Mat, c64};
-use std::ops::Range;
 
 /// A complex matrix in two arrays.
 #[derive(Clone, Debug)]
 pub(crate) struct Planar {
     rows: usize,
     cols: usize,
-    /// Rows with those that fill up the last group.
-    stride: usize,
     re: Vec<f64>,
     im: Vec<f64>,
 }
@@ -23,23 +19,11 @@ pub(crate) type Part<'a> = (&'a [f64], &'a [f64]);
 /// The same for writing.
 pub(crate) type PartMut<'a> = (&'a mut [f64], &'a mut [f64]);
 
-/// Rows in a group: what a register of 256 bits holds.
-const WIDTH: usize = 4;
-
 /// y ← y + a·x.
 #[inline]
 pub(crate) fn add_scaled(y: PartMut, a: (f64, f64), x: Part) {
-    let ((yr, yr_rest), (yi, yi_rest)) =
-        (y.0.as_chunks_mut::<WIDTH>(), y.1.as_chunks_mut::<WIDTH>());
-    let ((xr, xr_rest), (xi, xi_rest)) = (x.0.as_chunks::<WIDTH>(), x.1.as_chunks::<WIDTH>());
-    for ((yr, yi), (xr, xi)) in yr.iter_mut().zip(yi).zip(xr.iter().zip(xi)) {
-        for l in 0..WIDTH {
-            yr[l] += a.0 * xr[l] - a.1 * xi[l];
-            yi[l] += a.0 * xi[l] + a.1 * xr[l];
-        }
-    }
-    let own = yr_rest.iter_mut().zip(yi_rest);
-    for ((yr, yi), (xr, xi)) in own.zip(xr_rest.iter().zip(xi_rest)) {
+    let own = y.0.iter_mut().zip(y.1.iter_mut());
+    for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
         *yr += a.0 * xr - a.1 * xi;
         *yi += a.0 * xi + a.1 * xr;
     }
@@ -48,37 +32,21 @@ pub(crate) fn add_scaled(y: PartMut, a: (f64, f64), x: Part) {
 /// y ← y + a·conj(x), as [`add_scaled`].
 #[inline]
 pub(crate) fn add_scaled_conj(y: PartMut, a: (f64, f64), x: Part) {
-    let ((yr, yr_rest), (yi, yi_rest)) =
-        (y.0.as_chunks_mut::<WIDTH>(), y.1.as_chunks_mut::<WIDTH>());
-    let ((xr, xr_rest), (xi, xi_rest)) = (x.0.as_chunks::<WIDTH>(), x.1.as_chunks::<WIDTH>());
-    for ((yr, yi), (xr, xi)) in yr.iter_mut().zip(yi).zip(xr.iter().zip(xi)) {
-        for l in 0..WIDTH {
-            yr[l] += a.0 * xr[l] + a.1 * xi[l];
-            yi[l] += a.1 * xr[l] - a.0 * xi[l];
-        }
-    }
-    let own = yr_rest.iter_mut().zip(yi_rest);
-    for ((yr, yi), (xr, xi)) in own.zip(xr_rest.iter().zip(xi_rest)) {
+    let own = y.0.iter_mut().zip(y.1.iter_mut());
+    for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
         *yr += a.0 * xr + a.1 * xi;
         *yi += a.1 * xr - a.0 * xi;
     }
 }
 
-/// Rows of the groups that rows `from`..`to` are in.
-fn whole(from: usize, to: usize) -> Range<usize> {
-    from - from % WIDTH..to.next_multiple_of(WIDTH)
-}
-
 impl Planar {
     /// Zero, rows×cols.
     pub(crate) fn zeros(rows: usize, cols: usize) -> Self {
-        let stride = rows.next_multiple_of(WIDTH);
         Self {
             rows,
             cols,
-            stride,
-            re: vec![0.0; stride * cols],
-            im: vec![0.0; stride * cols],
+            re: vec![0.0; rows * cols],
+            im: vec![0.0; rows * cols],
         }
     }
 
@@ -91,8 +59,7 @@ impl Planar {
         let mut m = Self::zeros(rows, cols);
         for j in 0..cols {
             for i in 0..rows {
-                let k = i + j * m.stride;
-                (m.re[k], m.im[k]) = entry(i, j);
+                (m.re[i + j * rows], m.im[i + j * rows]) = entry(i, j);
             }
         }
         m
@@ -118,13 +85,13 @@ impl Planar {
 
     /// Entry (re, im).
     pub(crate) fn at(&self, i: usize, j: usize) -> (f64, f64) {
-        let k = i + j * self.stride;
+        let k = i + j * self.rows;
         (self.re[k], self.im[k])
     }
 
     /// Adds a real number to an entry.
     pub(crate) fn add_real(&mut self, i: usize, j: usize, value: f64) {
-        self.re[i + j * self.stride] += value;
+        self.re[i + j * self.rows] += value;
     }
 
     /// |entry|².
@@ -140,34 +107,22 @@ impl Planar {
 
     /// Rows `from`..`to` of a column.
     pub(crate) fn part(&self, from: usize, to: usize, j: usize) -> Part<'_> {
-        let (a, b) = (from + j * self.stride, to + j * self.stride);
+        let (a, b) = (from + j * self.rows, to + j * self.rows);
         (&self.re[a..b], &self.im[a..b])
     }
 
     /// Rows `from`..`to` of a column for writing.
     pub(crate) fn part_mut(&mut self, from: usize, to: usize, j: usize) -> PartMut<'_> {
-        let (a, b) = (from + j * self.stride, to + j * self.stride);
+        let (a, b) = (from + j * self.rows, to + j * self.rows);
         (&mut self.re[a..b], &mut self.im[a..b])
-    }
-
-    /// The whole groups of a column with rows `from`..`to`.
-    pub(crate) fn wide(&self, from: usize, to: usize, j: usize) -> Part<'_> {
-        let groups = whole(from, to);
-        self.part(groups.start, groups.end, j)
-    }
-
-    /// The same for writing.
-    pub(crate) fn wide_mut(&mut self, from: usize, to: usize, j: usize) -> PartMut<'_> {
-        let groups = whole(from, to);
-        self.part_mut(groups.start, groups.end, j)
     }
 
     /// Column `j` for writing, and all columns before it.
     fn split(&mut self, j: usize) -> (PartMut<'_>, Part<'_>) {
-        let k = j * self.stride;
+        let k = j * self.rows;
         let (before_re, after_re) = self.re.split_at_mut(k);
         let (before_im, after_im) = self.im.split_at_mut(k);
-        let own = (&mut after_re[..self.stride], &mut after_im[..self.stride]);
+        let own = (&mut after_re[..self.rows], &mut after_im[..self.rows]);
         (own, (before_re, before_im))
     }
 
@@ -178,18 +133,16 @@ impl Planar {
     }
 
     /// Replaces the lower triangle of a Hermitian matrix by its Cholesky factor L; false when it is not positive
-    /// definite. What is above the diagonal has no meaning afterwards.
+    /// definite.
     pub(crate) fn cholesky(&mut self) -> bool {
-        let (n, stride) = (self.rows, self.stride);
+        let n = self.rows;
         for j in 0..n {
             let (own, before) = self.split(j);
-            let span = whole(j, n);
             for k in 0..j {
-                let at = j + k * stride;
-                let a = (-before.0[at], before.1[at]);
-                let x = span.start + k * stride..span.end + k * stride;
-                let x = (&before.0[x.clone()], &before.1[x]);
-                add_scaled((&mut own.0[span.clone()], &mut own.1[span.clone()]), a, x);
+                let span = j + k * n..(k + 1) * n;
+                let a = (-before.0[j + k * n], before.1[j + k * n]);
+                let x = (&before.0[span.clone()], &before.1[span]);
+                add_scaled((&mut own.0[j..], &mut own.1[j..]), a, x);
             }
             let pivot = own.0[j];
             // NaN is not definite either.
@@ -198,7 +151,7 @@ impl Planar {
             }
             let inverse = pivot.sqrt().recip();
             own.1[j] = 0.0;
-            for v in own.0[span.clone()].iter_mut().chain(&mut own.1[span]) {
+            for v in own.0[j..].iter_mut().chain(&mut own.1[j..]) {
                 *v *= inverse;
             }
         }
@@ -207,19 +160,17 @@ impl Planar {
 
     /// Transposed inverse of a lower triangular factor with a real diagonal: column r of `into` is row r of L⁻¹.
     pub(crate) fn invert_lower_transposed(&self, into: &mut Self) {
-        let (n, stride) = (self.rows, self.stride);
+        let n = self.rows;
         into.clear();
         for r in 0..n {
             let (own, before) = into.split(r);
             for j in 0..r {
                 let (re, im) = self.at(r, j);
-                // Rows of `into` beyond the diagonal are zero.
-                let end = whole(0, j + 1).end;
-                let x = j * stride..j * stride + end;
-                let x = (&before.0[x.clone()], &before.1[x]);
-                add_scaled((&mut own.0[..end], &mut own.1[..end]), (-re, -im), x);
+                let span = j * n..j * n + j + 1;
+                let x = (&before.0[span.clone()], &before.1[span]);
+                add_scaled((&mut own.0[..=j], &mut own.1[..=j]), (-re, -im), x);
             }
-            let inverse = self.re[r + r * stride].recip();
+            let inverse = self.re[r + r * n].recip();
             own.0[r] += 1.0;
             for v in own.0[..=r].iter_mut().chain(&mut own.1[..=r]) {
                 *v *= inverse;
@@ -248,9 +199,9 @@ impl Planar {
         });
         let mut gram = Self::zeros(n, n);
         for k in 0..source.cols {
-            let x = source.wide(0, n, k);
+            let x = source.part(0, n, k);
             for j in 0..n {
-                add_scaled(gram.wide_mut(0, n, j), (x.0[j], -x.1[j]), x);
+                add_scaled(gram.part_mut(0, n, j), (x.0[j], -x.1[j]), x);
             }
         }
         gram.largest_hermitian_value().max(0.0).sqrt() * size
@@ -263,7 +214,7 @@ impl Planar {
         let (mut d, mut e) = (vec![0.0; n], vec![0.0; n]);
         let (mut v, mut p) = (Self::zeros(n, 1), Self::zeros(n, 1));
         for k in 0..n {
-            d[k] = self.at(k, k).0;
+            d[k] = self.re[k + k * n];
             if k + 1 < n {
                 e[k] = self.reflect(k, &mut v, &mut p);
             }
@@ -284,8 +235,8 @@ impl Planar {
         }
         let norm = (head * head + tail).sqrt();
         // v = x + e^{iθ}‖x‖e₁ with the phase of x₁; vᴴv = 2‖x‖(‖x‖ + |x₁|).
-        v.re[first..n].copy_from_slice(x.0);
-        v.im[first..n].copy_from_slice(x.1);
+        v.re[first..].copy_from_slice(x.0);
+        v.im[first..].copy_from_slice(x.1);
         let turn = if head > 0.0 {
             (re / head, im / head)
         } else {
@@ -294,20 +245,20 @@ impl Planar {
         v.re[first] += turn.0 * norm;
         v.im[first] += turn.1 * norm;
         let tau = (norm * (norm + head)).recip();
-        // Rows above in the first group are no part of what is left: whatever they hold stays there.
-        p.clear();
+        p.re[first..].fill(0.0);
+        p.im[first..].fill(0.0);
         for j in first..n {
             let a = (tau * v.re[j], tau * v.im[j]);
-            add_scaled(p.wide_mut(first, n, 0), a, self.wide(first, n, j));
+            add_scaled(p.part_mut(first, n, 0), a, self.part(first, n, j));
         }
         let product = |i: usize| v.re[i] * p.re[i] + v.im[i] * p.im[i];
         let dot: f64 = (first..n).map(product).sum();
         let half = (-0.5 * tau * dot, 0.0);
-        add_scaled(p.wide_mut(first, n, 0), half, v.wide(first, n, 0));
+        add_scaled(p.part_mut(first, n, 0), half, v.part(first, n, 0));
         for j in first..n {
             let (a, b) = ((-p.re[j], p.im[j]), (-v.re[j], v.im[j]));
-            add_scaled(self.wide_mut(first, n, j), a, v.wide(first, n, 0));
-            add_scaled(self.wide_mut(first, n, j), b, p.wide(first, n, 0));
+            add_scaled(self.part_mut(first, n, j), a, v.part(first, n, 0));
+            add_scaled(self.part_mut(first, n, j), b, p.part(first, n, 0));
         }
         norm
     }

@@ -182,8 +182,8 @@ impl<'a> Work<'a> {
             for i in z.clone() {
                 for j in 0..q {
                     let (re, im) = self.transposed.at(j, i);
-                    let row = self.transposed.wide(j, q, i);
-                    add_scaled_conj(self.s.wide_mut(j, q, j), (-x * re, -x * im), row);
+                    let row = self.transposed.part(j, q, i);
+                    add_scaled_conj(self.s.part_mut(j, q, j), (-x * re, -x * im), row);
                 }
             }
         }
@@ -206,22 +206,22 @@ impl<'a> Work<'a> {
         for r in 0..q {
             for j in 0..=r {
                 let a = self.inverse.at(j, r);
-                add_scaled_conj(self.half.wide_mut(0, p, r), a, self.m.wide(0, p, j));
+                add_scaled_conj(self.half.part_mut(0, p, r), a, self.m.part(0, p, j));
             }
         }
         for j in 0..q {
             for r in j..q {
                 let a = self.inverse.at(j, r);
-                add_scaled_conj(self.mg.wide_mut(0, p, j), a, self.half.wide(0, p, r));
-                let own = self.inverse.wide(0, j + 1, r);
-                add_scaled_conj(self.g.wide_mut(0, j + 1, j), a, own);
+                add_scaled_conj(self.mg.part_mut(0, p, j), a, self.half.part(0, p, r));
+                let own = self.inverse.part(0, j + 1, r);
+                add_scaled_conj(self.g.part_mut(0, j + 1, j), a, own);
             }
         }
         for b in 0..p {
             for r in 0..q {
                 let a = self.half.at(b, r);
-                let own = self.half.wide(0, b + 1, r);
-                add_scaled_conj(self.mgm.wide_mut(0, b + 1, b), a, own);
+                let own = self.half.part(0, b + 1, r);
+                add_scaled_conj(self.mgm.part_mut(0, b + 1, b), a, own);
             }
         }
     }
