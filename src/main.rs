@@ -1,5 +1,10 @@
 //! The command-line program: parse, run, exit with the documented code.
 
+/// Small matrices come and go by the million: with this allocator designs and diagnoses take about a tenth less time
+/// than with that of glibc, which also gives memory back to the system that it asks for again.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Error on a processor that would stop at an instruction that it does not know.
 const TOO_OLD: &str = "error: this program was built for processors with AVX2, FMA and BMI2, which this one lacks\n\n\
     hint: build it with RUSTFLAGS=\"-C target-cpu=x86-64\" in the environment";

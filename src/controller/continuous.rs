@@ -6,8 +6,9 @@
 
 use super::modal::block_diagonalise;
 use super::{ControllerError, in_step};
-use crate::linalg::{Mat, c64, max_singular_value_complex, solve, solve_complex};
+use crate::linalg::{Mat, NumericError, c64, max_singular_value_complex, solve, solve_complex};
 use crate::lti::{Continuous, Discrete, StateSpace};
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Share of the Nyquist frequency up to which K(s) is fitted and its error stated.
@@ -70,10 +71,16 @@ pub fn continuous_fit(law: &StateSpace<Discrete>) -> Result<ContinuousFit, Contr
         Mat::zeros(system.outputs(), n),
         Mat::zeros(system.outputs(), system.inputs()),
     );
-    for output in 0..system.outputs() {
-        // Only states that this output reads: what is decoupled stays decoupled.
-        let read: Vec<usize> = (0..n).filter(|k| system.c[(output, *k)] != 0.0).collect();
-        let row = least_squares(&samples, output, &read).map_err(&named)?;
+    let rows: Result<Vec<(Vec<usize>, Vec<f64>)>, NumericError> = (0..system.outputs())
+        .into_par_iter()
+        .map(|output| {
+            // Only states that this output reads: what is decoupled stays decoupled.
+            let read: Vec<usize> = (0..n).filter(|k| system.c[(output, *k)] != 0.0).collect();
+            let row = least_squares(&samples, output, &read)?;
+            Ok((read, row))
+        })
+        .collect();
+    for (output, (read, row)) in rows.map_err(&named)?.into_iter().enumerate() {
         for (value, k) in row.iter().zip(&read) {
             c[(output, *k)] = *value;
         }
@@ -83,7 +90,7 @@ pub fn continuous_fit(law: &StateSpace<Discrete>) -> Result<ContinuousFit, Contr
     }
     let fitted = StateSpace::new(a, system.b.clone(), c, d, Continuous).map_err(&named)?;
     let relative_error = samples
-        .iter()
+        .par_iter()
         .map(|sample| {
             let difference = fitted.transfer(c64::new(0.0, sample.omega_rad_s)) - &sample.wanted;
             let size = max_singular_value_complex(&sample.wanted).max(f64::MIN_POSITIVE);
@@ -113,6 +120,7 @@ fn samples(law: &StateSpace<Discrete>, modal: &StateSpace<Discrete>, a: &Mat<f64
     let n = a.nrows();
     let b = Mat::from_fn(n, modal.inputs(), |i, j| c64::new(modal.b[(i, j)], 0.0));
     (0..FREQUENCIES)
+        .into_par_iter()
         .map(|k| {
             let decades = 4.0 * (k as f64 / (FREQUENCIES - 1) as f64 - 1.0);
             let angle = FITTED_SHARE * PI * 10f64.powf(decades);
@@ -143,7 +151,7 @@ fn least_squares(
     samples: &[Sample],
     output: usize,
     read: &[usize],
-) -> Result<Vec<f64>, crate::linalg::NumericError> {
+) -> Result<Vec<f64>, NumericError> {
     let inputs = samples.first().map_or(0, |s| s.wanted.ncols());
     let unknowns = read.len() + inputs;
     let equations = 2 * inputs * samples.len();

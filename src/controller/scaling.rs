@@ -12,6 +12,7 @@ use crate::linalg::Mat;
 use crate::lti::{Discrete, StateSpace};
 use crate::spindle::Machine;
 use crate::spindle::machine::Side;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// A real pole below this frequency winds up under saturation and is held to the output authority.
@@ -298,57 +299,95 @@ struct Gains {
 /// ℓ₁ bounds of states and signals for inputs within ±`limit`; `None` where the sum did not converge.
 fn l1_gains(transitions: &[Row], maps: &[Vec<f64>], b: &Mat<f64>, limit: f64) -> Gains {
     let (n, m) = (transitions.len(), b.ncols());
-    let mut states = vec![Some(0.0); n];
-    let mut signals: Vec<Option<f64>> = maps
-        .iter()
-        .map(|map| Some(map[n..].iter().map(|d| d.abs() * limit).sum()))
-        .collect();
-    for j in 0..m {
-        let mut x: Vec<f64> = (0..n).map(|i| b[(i, j)] * limit).collect();
-        let mut peak: Vec<f64> = vec![0.0; n];
-        let mut recent: Vec<f64> = vec![0.0; n];
-        let mut decayed = false;
-        for k in 0..LONGEST_SUM {
-            for i in 0..n {
-                let value = x[i].abs();
-                states[i] = states[i].map(|s| s + value);
-                peak[i] = peak[i].max(value);
-                recent[i] = recent[i].max(value);
-            }
-            for (signal, map) in signals.iter_mut().zip(maps) {
-                let value: f64 = map.iter().zip(&x).map(|(c, x)| c * x).sum();
-                *signal = signal.map(|s| s + value.abs());
-            }
-            x = transitions
-                .iter()
-                .map(|row| row.iter().map(|t| t.coefficient * x[t.source]).sum())
-                .collect();
-            // Oscillating states pass through zero: judge by the largest of the last 256 samples.
-            if k % 256 == 255 {
-                decayed = (0..n).all(|i| recent[i] <= DECAYED * peak[i]);
-                if decayed || !x.iter().all(|v| v.is_finite() && v.abs() < 1e200) {
-                    break;
-                }
-                if k + 1 < LONGEST_SUM {
-                    recent.iter_mut().for_each(|r| *r = 0.0);
-                }
-            }
+    let read: Vec<Row> = maps.iter().map(|map| terms(&map[..n])).collect();
+    let of_input = |j: usize| {
+        let start = (0..n).map(|i| b[(i, j)] * limit).collect();
+        impulse_sums(transitions, &read, start)
+    };
+    let sums: Vec<Gains> = (0..m).into_par_iter().map(of_input).collect();
+    let total = |first: f64, of: &dyn Fn(&Gains) -> Option<f64>| {
+        sums.iter()
+            .try_fold(first, |sum, gains| of(gains).map(|own| sum + own))
+    };
+    let states: Vec<Option<f64>> = (0..n).map(|i| total(0.0, &|g| g.states[i])).collect();
+    let signals = maps.iter().enumerate().map(|(k, map)| {
+        let direct = map[n..].iter().map(|d| d.abs() * limit).sum();
+        // A signal is unbounded when it reads a state that is.
+        let bounded = read[k].iter().all(|t| states[t.source].is_some());
+        total(direct, &|g| g.signals[k]).filter(|_| bounded)
+    });
+    Gains {
+        signals: signals.collect(),
+        states,
+    }
+}
+
+/// Nonzero entries of a row.
+fn terms(row: &[f64]) -> Row {
+    let all = row.iter().enumerate().map(|(source, coefficient)| Term {
+        source,
+        coefficient: *coefficient,
+    });
+    all.filter(|t| t.coefficient != 0.0).collect()
+}
+
+/// The states that a start can ever reach.
+fn reached(transitions: &[Row], start: &[f64]) -> Vec<usize> {
+    let mut reached: Vec<bool> = start.iter().map(|x| *x != 0.0).collect();
+    loop {
+        let newly = |i: &usize| !reached[*i] && transitions[*i].iter().any(|t| reached[t.source]);
+        let more: Vec<usize> = (0..start.len()).filter(newly).collect();
+        if more.is_empty() {
+            return (0..start.len()).filter(|i| reached[*i]).collect();
         }
-        if !decayed {
-            // Only what has not decayed is unbounded; a signal counts as unbounded when it reads such a state.
-            for i in 0..n {
-                if recent[i].is_nan() || recent[i] > DECAYED * peak[i] {
-                    states[i] = None;
-                }
+        more.into_iter().for_each(|i| reached[i] = true);
+    }
+}
+
+/// Σₖ |x| of the states from a start, and of the signals that read them; no sum where it did not converge.
+fn impulse_sums(transitions: &[Row], read: &[Row], start: Vec<f64>) -> Gains {
+    let n = transitions.len();
+    let reached = reached(transitions, &start);
+    let product =
+        |row: &Row, x: &[f64]| -> f64 { row.iter().map(|t| t.coefficient * x[t.source]).sum() };
+    let (mut x, mut next) = (start, vec![0.0; n]);
+    let (mut states, mut signals) = (vec![0.0; n], vec![0.0; read.len()]);
+    let (mut peak, mut recent) = (vec![0.0f64; n], vec![0.0f64; n]);
+    for k in 0..LONGEST_SUM {
+        for i in reached.iter().copied() {
+            let value = x[i].abs();
+            states[i] += value;
+            recent[i] = recent[i].max(value);
+        }
+        for (signal, row) in signals.iter_mut().zip(read) {
+            *signal += product(row, &x).abs();
+        }
+        for i in reached.iter().copied() {
+            next[i] = product(&transitions[i], &x);
+        }
+        std::mem::swap(&mut x, &mut next);
+        // Oscillating states pass through zero: judge by the largest of the last 256 samples.
+        if k % 256 == 255 {
+            for i in reached.iter().copied() {
+                peak[i] = peak[i].max(recent[i]);
             }
+            let decayed = reached.iter().all(|i| recent[*i] <= DECAYED * peak[*i]);
+            let bounded = x.iter().all(|v| v.is_finite() && v.abs() < 1e200);
+            if decayed || !bounded || k + 1 == LONGEST_SUM {
+                break;
+            }
+            recent.fill(0.0);
         }
     }
-    for (signal, map) in signals.iter_mut().zip(maps) {
-        if (0..n).any(|i| map[i] != 0.0 && states[i].is_none()) {
-            *signal = None;
-        }
+    // Only what has not decayed is unbounded.
+    let sums = |i: usize| {
+        let decays = !x[i].is_nan() && recent[i] <= DECAYED * peak[i];
+        decays.then_some(states[i])
+    };
+    Gains {
+        states: (0..n).map(sums).collect(),
+        signals: signals.into_iter().map(Some).collect(),
     }
-    Gains { states, signals }
 }
 
 /// Smallest power of two that is not below `value`; 1 for zero.

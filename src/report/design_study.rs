@@ -54,8 +54,8 @@ pub(crate) fn design_report(
         limits.push(Measured::limit(limit, BAND_HZ));
     }
     let top_rpm = machine.spindle.max_rpm;
-    report.figures(robustness(found))?;
-    report.figures(predictions(&runs, &limits, top_rpm / 60.0))?;
+    let drawn = robustness(found).into_iter();
+    report.figures(drawn.chain(predictions(&runs, &limits, top_rpm / 60.0)))?;
     report.loop_of(&study.curves, [rest, speed], top_rpm)?;
     report.controller(machine, found, None)?;
     Ok(report)

@@ -10,6 +10,7 @@ use super::manifest::{MANIFEST, Manifest, is_inside};
 use super::pictures::PictureName;
 use super::plot::{Figure, Picture, PlotError, picture};
 use super::tables::Table;
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -120,12 +121,29 @@ impl ResultsFolder {
         name: impl Into<PictureName>,
         figure: &Figure,
     ) -> Result<(), ResultsError> {
-        let name = name.into();
-        let drawn = picture(figure).map_err(|source| ResultsError::Picture {
-            stem: name.stem(),
-            source,
-        })?;
-        self.add_picture(name, drawn)
+        self.add_plots(vec![(name.into(), figure)])
+    }
+
+    /// As [`Self::add_plot`] of each figure; they are drawn side by side.
+    ///
+    /// # Errors
+    /// As [`Self::add_plot`].
+    pub(crate) fn add_plots(
+        &mut self,
+        figures: Vec<(PictureName, &Figure)>,
+    ) -> Result<(), ResultsError> {
+        let drawn: Vec<Result<Picture, PlotError>> = figures
+            .par_iter()
+            .map(|(_, figure)| picture(figure))
+            .collect();
+        for ((name, _), drawn) in figures.into_iter().zip(drawn) {
+            let drawn = drawn.map_err(|source| ResultsError::Picture {
+                stem: name.stem(),
+                source,
+            })?;
+            self.add_picture(name, drawn)?;
+        }
+        Ok(())
     }
 
     /// Stages `plots/<stem>.svg` and `plots/<stem>.csv`.

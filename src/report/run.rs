@@ -177,8 +177,8 @@ fn add_pictures(report: &mut Report, run: &Run, curves: &Curves) -> Result<(), R
         shown.extend(loops.iter().map(|(_, role, both)| (*role, &both[k])));
     }
     let top_hz = run.machine.spindle.max_rpm / 60.0;
-    report.figures(robustness(&run.design))?;
-    report.figures(predictions(&shown, &[], top_hz))?;
+    let drawn = robustness(&run.design).into_iter();
+    report.figures(drawn.chain(predictions(&shown, &[], top_hz)))?;
     let top_rpm = run.machine.spindle.max_rpm;
     report.loop_of(&curves.closed_loop, run.delivered.each_ref(), top_rpm)
 }

@@ -83,10 +83,12 @@ impl Report {
         &mut self,
         figures: impl IntoIterator<Item = (N, Figure)>,
     ) -> Result<(), ReportError> {
-        for (name, figure) in figures {
-            self.folder.add_plot(name, &figure)?;
-        }
-        Ok(())
+        let figures: Vec<(PictureName, Figure)> = figures
+            .into_iter()
+            .map(|(name, figure)| (name.into(), figure))
+            .collect();
+        let figures = figures.iter().map(|(name, figure)| (name.clone(), figure));
+        Ok(self.folder.add_plots(figures.collect())?)
     }
 
     /// Adds stiffness and sensitivity of a controller at rest and at top speed.
