@@ -20,9 +20,13 @@ const STAGE: usize = 2;
 /// What a start may be behind the best of them then to go on, in the logarithm of the stiffness.
 const BEHIND: f64 = 0.3;
 
+/// Where the loss was before its lines are renewed: poles of the loops met, and the loss, whose responses hold on the
+/// same lines.
+pub(super) type Earlier<'a> = (&'a mut Vec<c64>, Option<&'a Loss>);
+
 /// The loss on lines renewed for a law with these parameters.
 pub(super) type FreshLoss<'a> =
-    dyn Fn(&PidLaw, &[f64], &mut Vec<c64>) -> Result<Loss, VerificationError> + Sync + 'a;
+    dyn Fn(&PidLaw, &[f64], Earlier) -> Result<Loss, VerificationError> + Sync + 'a;
 
 /// What a loss makes of parameters: rotors with an unstable loop, the machine as it is before those with shifted
 /// modes, then the merit.
@@ -63,7 +67,7 @@ impl Descent {
         fresh: &FreshLoss,
     ) -> Result<Self, VerificationError> {
         let mut poles = vec![];
-        let loss = fresh(&law, &x, &mut poles)?;
+        let loss = fresh(&law, &x, (&mut poles, None))?;
         let own = judged(&loss, &law, &x);
         Ok(Self {
             poles,
@@ -88,7 +92,8 @@ impl Descent {
         let how = (effort, &mut Memory::default());
         self.evaluations += descend(&mut self.loss, &self.law, &mut self.x, how)?;
         self.own = judged(&self.loss, &self.law, &self.x);
-        self.loss = fresh(&self.law, &self.x, &mut self.poles)?;
+        let earlier = (&mut self.poles, Some(&self.loss));
+        self.loss = fresh(&self.law, &self.x, earlier)?;
         let found = judged(&self.loss, &self.law, &self.x);
         let before = self.best.0;
         if order(&found, &before).is_lt() {

@@ -3,7 +3,7 @@
 //! what these lead to further, fewer and fewer of them ([`super::descents`]). Which of them ends best is not seen
 //! before.
 
-use super::descents::{Descent, Judged, best_end, is_nominal, judged, order};
+use super::descents::{Descent, Earlier, Judged, best_end, is_nominal, judged, order};
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
 use super::start::{Start, StartRule, screen, starts};
@@ -96,7 +96,7 @@ pub(super) fn search(
                 free: free.to_vec(),
                 nyquist_rad_s: ground.nyquist_rad_s(),
             };
-            let mut loss = ground.loss(ground.plain.clone());
+            let mut loss = ground.loss(ground.plain.clone(), None);
             activate(&mut loss, &law, &x, ground.unstable_poles);
             (judged(&loss, &law, &x), law, x)
         })
@@ -104,14 +104,14 @@ pub(super) fn search(
     ranked.sort_by(|a, b| order(&a.0, &b.0));
     ranked.truncate(TRIED * basins);
     let first = ranked.into_par_iter().map(|(_, law, x)| {
-        let loss = ground.loss(ground.plain.clone());
+        let loss = ground.loss(ground.plain.clone(), None);
         first_descent(loss, (law, x), asked.steps / 12, ground.unstable_poles)
     });
     let first: Result<Vec<_>, VerificationError> = first.collect();
     let (tried, mut ranked): (Vec<usize>, Vec<_>) = first?.into_iter().unzip();
     ranked.sort_by(|a, b| order(&a.0, &b.0));
     ranked.truncate(BEGUN * basins);
-    let fresh = |law: &PidLaw, x: &[f64], met: &mut Vec<c64>| ground.fresh(law, x, met);
+    let fresh = |law: &PidLaw, x: &[f64], earlier: Earlier| ground.fresh(law, x, earlier);
     let begun: Result<Vec<Descent>, VerificationError> = ranked
         .into_par_iter()
         .map(|(_, law, x)| Descent::new(law, x, &fresh))
@@ -200,11 +200,15 @@ impl<'a> Ground<'a> {
         Ok(all)
     }
 
-    /// The loss on some lines.
-    fn loss(&self, lines: Vec<Line>) -> Loss {
-        let list: Vec<&Rotor> = self.rotors.iter().collect();
+    /// The loss on some lines; responses on the same ones are those of `earlier`, or on the plain lines.
+    fn loss(&self, lines: Vec<Line>, earlier: Option<&Loss>) -> Loss {
+        let (known, rotors) = match earlier {
+            Some(earlier) => (&earlier.lines, &earlier.rotors),
+            None => (&self.plain, &self.rotors),
+        };
+        let list: Vec<&Rotor> = rotors.iter().collect();
         let known = Known {
-            lines: &self.plain,
+            lines: known,
             list: &list,
         };
         let rotors = self.plants.on(&lines, &known);
@@ -222,13 +226,14 @@ impl<'a> Ground<'a> {
         &self,
         law: &PidLaw,
         x: &[f64],
-        met: &mut Vec<c64>,
+        (met, earlier): Earlier,
     ) -> Result<Loss, VerificationError> {
         let LoopPoles { poles, stable } = loop_poles(&self.sampled, law, x)?;
         met.extend(poles);
         // From here on the gain counts, and often it is the largest there.
         let edge = [self.asked.limits.high_frequency_hz * TAU];
-        let mut loss = self.loss(sharp_lines(&self.plants, FROM_HZ, (met, &edge), APART));
+        let lines = sharp_lines(&self.plants, FROM_HZ, (met, &edge), APART);
+        let mut loss = self.loss(lines, earlier);
         activate(&mut loss, law, x, self.unstable_poles);
         // Turns on lines can miss a sharp pole; eigenvalues do not.
         for (number, stable) in stable {
