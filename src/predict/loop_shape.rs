@@ -130,7 +130,7 @@ pub fn unbalance_response(
 ) -> Result<Vec<[f64; 3]>, SpindleError> {
     let at = |rpm: &f64| {
         let omega = rpm * TAU / 60.0;
-        let plant = Plant::new(machine, omega, ModelDetail::Full)?;
+        let plant = Plant::new(machine, omega, ModelDetail::Full)?.for_few_frequencies();
         let h = closed_response(&plant, controller, AXES, omega);
         // A forward circular force: y lags x by a quarter turn.
         let size =

@@ -265,6 +265,17 @@ impl Mechanics {
         }
     }
 
+    /// The same shaft for a few frequencies: its equations are solved at each, which costs less than whirl modes that
+    /// serve many.
+    #[must_use]
+    pub(crate) fn for_few_frequencies(self) -> Self {
+        let open = match self.gyroscopic {
+            Some(_) => OnceLock::from(OpenReceptance::Equations),
+            None => OnceLock::new(),
+        };
+        Self { open, ..self }
+    }
+
     /// Number of ports.
     pub(crate) fn ports(&self) -> usize {
         self.ports.nrows()

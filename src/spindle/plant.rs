@@ -91,6 +91,15 @@ impl Plant {
         }
     }
 
+    /// The same plant, whose response is asked at a few frequencies only.
+    #[must_use]
+    pub(crate) fn for_few_frequencies(self) -> Self {
+        Self {
+            mechanics: self.mechanics.for_few_frequencies(),
+            ..self
+        }
+    }
+
     /// Total delay τ from sampling to current command, s.
     pub(crate) fn delay_s(&self) -> f64 {
         self.effective.delay_s
