@@ -9,6 +9,7 @@ pub(crate) mod doubling;
 pub(crate) mod equal_planes;
 pub(crate) mod error;
 pub mod exponential;
+pub(crate) mod gram;
 pub(crate) mod gramian;
 pub mod hermitian;
 pub(crate) mod lanes;

@@ -300,12 +300,14 @@ impl Problem<'_> {
             blocks.push(block);
             shaft.extend(receptances);
         }
-        if let Some(smooth) = self.smooth(model_error)? {
-            smooth.apply(&mut residual, &mut blocks, 0.0, at.smooth);
+        let smooth = self.smooth(model_error)?;
+        if let Some(smooth) = &smooth {
+            smooth.apply(&mut residual, 0.0, at.smooth);
         }
+        let smooth = smooth.map(|smooth| (smooth, at.smooth));
         Ok(Linearised {
             residual,
-            jacobian: Jacobian::new(blocks, width),
+            jacobian: Jacobian::new(blocks, width, smooth.filter(|_| width > 0)),
             shaft,
         })
     }

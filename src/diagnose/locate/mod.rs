@@ -6,5 +6,6 @@ pub mod localisation;
 pub mod place;
 pub(crate) mod place_law;
 pub(crate) mod place_response;
+mod place_slopes;
 pub(crate) mod projection;
 pub mod recovered_law;

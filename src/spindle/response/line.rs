@@ -84,11 +84,15 @@ impl Assembled {
         let response = electronics.apply(&receptance.plus, receptance.minus.as_ref());
         let mut derivatives = vec![];
         if parameters.is_some() || !numbers.is_empty() {
-            let plus = self.slopes(forward, omega_rad_s, parameters, first, numbers);
-            let minus = backward.map(|b| self.slopes(b, -omega_rad_s, parameters, first, numbers));
-            let small = plus.len() - numbers.len();
-            derivatives.extend((0..plus.len()).map(|i| {
-                match i.checked_sub(small).map(|k| &numbers[k]) {
+            let slopes =
+                |at: &Planar, w: f64| self.slopes((at, w, first), parameters, numbers, (&OUT, &IN));
+            let plus = slopes(forward, omega_rad_s);
+            let minus = backward.map(|b| slopes(b, -omega_rad_s));
+            let block = |all: &[c64], i: usize| std::array::from_fn(|n| all[9 * i + n]);
+            let count = plus.len() / 9;
+            let small = count - numbers.len();
+            derivatives.extend((0..count).map(
+                |i| match i.checked_sub(small).map(|k| &numbers[k]) {
                     Some(Number::Electronics(change)) => {
                         change.slope(&self.effective, &response, omega_rad_s)
                     }
@@ -98,9 +102,12 @@ impl Assembled {
                         electronics.surround(&mut own, SIDE);
                         own
                     }
-                    _ => electronics.apply(&plus[i], minus.as_ref().map(|m| &m[i])),
-                }
-            }));
+                    _ => {
+                        let minus = minus.as_ref().map(|m| block(m, i));
+                        electronics.apply(&block(&plus, i), minus.as_ref())
+                    }
+                },
+            ));
         }
         Line {
             response,
@@ -109,31 +116,31 @@ impl Assembled {
         }
     }
 
-    /// Derivatives of the closed 3×3 receptance: to moduli, ks, ln ζ and mesh when there are parameters, then to
-    /// numbers on the shaft.
-    fn slopes(
+    /// Derivatives of the receptance between ports, springs in one plane open, outputs × inputs, one behind the other: to
+    /// moduli, ks, ln ζ and mesh when there are parameters, then to numbers; zero for those that are not on the shaft.
+    pub(super) fn slopes(
         &self,
-        at: &Planar,
-        w: f64,
+        (at, w, first): (&Planar, f64, usize),
         parameters: Option<&MachineParameters>,
-        first: usize,
         numbers: &[Number],
-    ) -> Vec<[c64; 9]> {
+        (outs, ins): (&[usize], &[usize]),
+    ) -> Vec<c64> {
         // What acts at ports needs neither.
-        let behind = LazyCell::new(|| self.behind(at, w, &OUT, &IN));
+        let behind = LazyCell::new(|| self.behind(at, w, outs, ins));
         let strains = LazyCell::new(|| self.strains(&behind, w));
-        let small = parameters.map(|l| self.small(at, w, (&OUT, &IN), &behind, &strains, l));
-        let block = |of: &Vec<c64>| std::array::from_fn(|n| of[n]);
-        let mut all: Vec<[c64; 9]> = small.iter().flatten().map(block).collect();
-        all.extend(numbers.iter().map(|number| match number {
-            Number::Shaft(sum) => {
-                let mut own = [ZERO; 9];
-                let whirl = (at, w, first);
-                self.add_sensitivity(whirl, sum, (&OUT, &IN), &behind, &strains, &mut own);
-                own
+        let mut all = parameters.map_or(vec![], |parameters| {
+            let through = self.through_magnets(at, outs, ins);
+            self.small(w, &behind, &strains, &through, parameters)
+        });
+        let size = outs.len() * ins.len();
+        for number in numbers {
+            let from = all.len();
+            all.resize(from + size, ZERO);
+            if let Number::Shaft(sum) = number {
+                let (whirl, ports) = ((at, w, first), (outs, ins));
+                self.add_sensitivity(whirl, sum, ports, &behind, &strains, &mut all[from..]);
             }
-            Number::Electronics(_) | Number::InPlane(..) => [ZERO; 9],
-        }));
+        }
         all
     }
 }
