@@ -11,6 +11,7 @@ pub(crate) mod error;
 pub mod exponential;
 pub(crate) mod gram;
 pub(crate) mod gramian;
+pub(crate) mod halves;
 pub mod hermitian;
 pub(crate) mod lanes;
 pub(crate) mod lapack;

@@ -73,6 +73,27 @@ impl ElectronicsLine {
         f
     }
 
+    /// F of one unit in an entry of the receptance (row-major 3×3), from x to x, or from x to y.
+    pub(crate) fn unit(&self, entry: usize, across: bool) -> Square {
+        let (o, i) = (entry / 3, entry % 3);
+        let (one, zero) = (c64::new(1.0, 0.0), ZERO);
+        let shaft = if across {
+            [zero, -one, one, zero]
+        } else {
+            [one, zero, zero, one]
+        };
+        let by = |a: &[c64; 4], b: &[c64; 4]| -> [c64; 4] {
+            std::array::from_fn(|n| a[n / 2 * 2] * b[n % 2] + a[n / 2 * 2 + 1] * b[2 + n % 2])
+        };
+        let forced = self.force.get(i).map_or(shaft, |m| by(&shaft, m));
+        let block = self.axes.get(o).map_or(forced, |m| by(m, &forced));
+        let mut f = [ZERO; SIDE * SIDE];
+        for (n, value) in block.into_iter().enumerate() {
+            f[(2 * o + n / 2) * SIDE + 2 * i + n % 2] = value;
+        }
+        f
+    }
+
     /// From displacements and forces to signals and currents in place: a square row-major response whose first four
     /// rows and columns are the axes.
     pub(crate) fn surround(&self, f: &mut [c64], side: usize) {
