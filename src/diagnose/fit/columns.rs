@@ -61,9 +61,9 @@ pub(super) fn order(
 }
 
 impl Prediction<'_> {
-    /// Writes the derivatives of the residuals of a line into the rows of `block` from `first` on, of a sweep whose axes
-    /// have gains, or of a hammer test. `seen` is what a change of F, with such gains, does to these residuals; it is
-    /// linear, so that a few entries of the receptance say it for every parameter that acts on the shaft.
+    /// Writes the derivatives of the residuals of a line into the rows of `block` from `first` on, of a sweep whose
+    /// axes have gains, or of a hammer test. `seen` is what a change of F, with such gains, does to these residuals; it
+    /// is linear, so that a few entries of the receptance say it for every parameter that acts on the shaft.
     pub(super) fn write<const N: usize>(
         &self,
         sweep: Option<usize>,

@@ -116,8 +116,8 @@ impl RecordNumber<'_> {
     }
 
     /// How far χ² falls at most in a linear model of the number and the nuisance parameters (a score test): a scalar of
-    /// χ² distribution with one degree of freedom where the number is right, the nuisance parameters fitted. `known` are
-    /// the linearisations there of the record and of all others.
+    /// χ² distribution with one degree of freedom where the number is right, the nuisance parameters fitted. `known`
+    /// are the linearisations there of the record and of all others.
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.

@@ -1,5 +1,6 @@
 //! Where something is missing, without a hypothesis: the law recovered at a place, line by line.
 
+mod basis;
 pub mod correction;
 mod joint;
 pub mod localisation;

@@ -218,8 +218,8 @@ impl PlaceResponse<'_> {
         })
     }
 
-    /// Change when rows or columns are read further along the shaft: with its slope, and with the magnet that moves with
-    /// an actuator.
+    /// Change when rows or columns are read further along the shaft: with its slope, and with the magnet that moves
+    /// with an actuator.
     fn tilted(&self) -> Square {
         let side = self.plus.side;
         let ks = self.scene.assembled.negative_stiffness();

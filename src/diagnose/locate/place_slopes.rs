@@ -1,9 +1,10 @@
 //! Derivatives of a response with a law at a place to the nuisance parameters, the law held.
 //!
-//! With X held, H_new = H + B X C moves by  dH + dB X C + B X dC + B X dG X C = L dV R,  V the receptance between all
-//! ports, L = [1, B X], R = [1; X C]: derivatives of V are needed behind L and R only. A stator that hangs in a law reads
-//! and acts with the magnets' negative stiffness; a plane elsewhere reads, or acts on, the slope too. What electronics
-//! and mixtures make of the receptance is linear: a response is a sum over its entries, the same for every parameter.
+//! With the law Δ held, H_new = H + B X C moves by  dH + dB X C + B X dC + B X dG X C = L dV R,  V the receptance
+//! between all ports, L = [1, B X], R = [1; X C]: derivatives of V are needed behind L and R only. A stator that hangs
+//! in a law reads and acts with the magnets' negative stiffness; a plane elsewhere reads, or acts on, the slope too.
+//! What electronics and mixtures make of the receptance is linear: a response is a sum over its entries, the same for
+//! every parameter.
 
 use super::place::Place;
 use super::place_response::{ONE, PlaceResponse, axis_of, matrix, product};
@@ -82,8 +83,8 @@ impl PlaceResponse<'_> {
         }
     }
 
-    /// What one unit in each entry between sensors and magnets makes of F: of x to x, then, where x and y are coupled, of
-    /// x to y.
+    /// What one unit in each entry between sensors and magnets makes of F: of x to x, then, where x and y are coupled,
+    /// of x to y.
     fn units(&self) -> Vec<Square> {
         let unit = |n: usize, value: c64| {
             let mut h = [ZERO; 9];

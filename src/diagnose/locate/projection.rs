@@ -9,6 +9,7 @@ use super::super::data::covariance::whiten;
 use super::super::data::evidence::{Subset, SweepEvidence};
 use super::super::fit::case::Case;
 use super::super::fit::nuisance::Layout;
+use super::basis::{Basis, power};
 use super::place::Place;
 use super::place_response::{OpenedPlace, PlaceResponse};
 use crate::linalg::gram::{add_gram, mirrored};
@@ -23,9 +24,6 @@ const COLLET: [f64; 2] = [5e-9, 1e-5];
 const INSIGNIFICANT: f64 = 3.0;
 /// Longest step of a nuisance parameter: a factor stays one.
 const LONGEST_STEP: f64 = 0.3;
-/// Part of a direction below which it repeats the others (rounding of the small springs it comes from).
-const DEPENDENT: f64 = 1e-9;
-
 /// Real residuals of a line.
 const HEIGHT: usize = 32;
 /// Lines whose derivatives are multiplied in one piece.
@@ -61,95 +59,9 @@ pub(crate) struct Fitted<'v> {
     rows: [[c64; 16]; 4],
 }
 
-/// Orthonormal directions of a line, whitened, with the triangle that leads back.
-struct Basis {
-    q: Vec<[c64; 16]>,
-    /// Index of the direction behind each q, and R (columns over q).
-    kept: Vec<usize>,
-    r: Vec<Vec<c64>>,
-}
-
-impl Basis {
-    fn new(directions: &[[c64; 16]]) -> Self {
-        let mut basis = Self {
-            q: vec![],
-            kept: vec![],
-            r: vec![],
-        };
-        for (i, d) in directions.iter().enumerate() {
-            let own = power(d).sqrt();
-            let (mut v, mut column) = (*d, vec![]);
-            for q in &basis.q {
-                let share = dot(q, &v);
-                for (v, q) in v.iter_mut().zip(q) {
-                    *v -= q * share;
-                }
-                column.push(share);
-            }
-            let left = power(&v).sqrt();
-            if own > 0.0 && left > DEPENDENT * own {
-                column.push(c64::new(left, 0.0));
-                basis.q.push(v.map(|x| x / left));
-                basis.kept.push(i);
-                basis.r.push(column);
-            }
-        }
-        basis
-    }
-
-    /// What lies beyond the directions.
-    fn beyond(&self, v: &[c64; 16]) -> [c64; 16] {
-        let mut v = *v;
-        for q in &self.q {
-            let share = dot(q, &v);
-            for (v, q) in v.iter_mut().zip(q) {
-                *v -= q * share;
-            }
-        }
-        v
-    }
-
-    /// Least squares X of `v` and standard deviations for whitened noise of χ² = 2|w|².
-    fn solve(&self, v: &[c64; 16], count: usize) -> (Vec<c64>, Vec<f64>) {
-        let n = self.q.len();
-        let (mut x, mut sd) = (vec![ZERO; count], vec![0.0; count]);
-        let mut z: Vec<c64> = self.q.iter().map(|q| dot(q, v)).collect();
-        // R⁻¹ by back substitution; variance of X_a is the squared row a of R⁻¹.
-        let mut inverse = vec![vec![ZERO; n]; n];
-        for k in (0..n).rev() {
-            let pivot = self.r[k][k];
-            for c in k..n {
-                let mut sum = if c == k { c64::new(1.0, 0.0) } else { ZERO };
-                for l in k + 1..n {
-                    sum -= self.r[l][k] * inverse[l][c];
-                }
-                inverse[k][c] = sum / pivot;
-            }
-            for l in k + 1..n {
-                let shift = self.r[l][k] * z[l];
-                z[k] -= shift;
-            }
-            z[k] /= pivot;
-        }
-        for (k, at) in self.kept.iter().enumerate() {
-            x[*at] = z[k];
-            sd[*at] = inverse[k].iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
-        }
-        (x, sd)
-    }
-}
-
 /// Real and imaginary parts, one after the other.
 fn parts(v: &[c64; 16]) -> [f64; HEIGHT] {
     std::array::from_fn(|k| if k % 2 == 0 { v[k / 2].re } else { v[k / 2].im })
-}
-
-fn dot(a: &[c64; 16], b: &[c64; 16]) -> c64 {
-    a.iter().zip(b).fold(ZERO, |s, (a, b)| s + a.conj() * b)
-}
-
-fn power(a: &[c64; 16]) -> f64 {
-    a.iter().map(|v| v.norm_sqr()).sum()
 }
 
 /// What a law is fitted with.
@@ -347,12 +259,9 @@ impl Fitted<'_> {
             .iter()
             .map(|unit| {
                 let real = left(unit, &gain);
-                let turned = |k: usize| {
-                    if k % 2 == 0 {
-                        -real[k + 1]
-                    } else {
-                        real[k - 1]
-                    }
+                let turned = |k: usize| match k % 2 {
+                    0 => -real[k + 1],
+                    _ => real[k - 1],
                 };
                 [real, std::array::from_fn(turned)]
             })

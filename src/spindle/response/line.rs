@@ -204,8 +204,9 @@ impl Assembled {
         line
     }
 
-    /// Derivatives of the receptance between ports, springs in one plane open, outputs × inputs, one behind the other: to
-    /// moduli, ks, ln ζ and mesh when there are parameters, then to numbers; zero for those that are not on the shaft.
+    /// Derivatives of the receptance between ports, springs in one plane open, outputs × inputs, one behind the other:
+    /// to moduli, ks, ln ζ and mesh when there are parameters, then to numbers; zero for those that are not on the
+    /// shaft.
     pub(super) fn slopes(
         &self,
         (at, w, first): (&Planar, f64, usize),

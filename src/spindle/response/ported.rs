@@ -59,8 +59,8 @@ impl Assembled {
         }
     }
 
-    /// Derivatives of L H R of this receptance H, two rows by two columns, to moduli, ln ks front and rear, ln ζ and mesh
-    /// in that order; L is 2 × side, R side × 2.
+    /// Derivatives of L H R of this receptance H, two rows by two columns, to moduli, ln ks front and rear, ln ζ and
+    /// mesh in that order; L is 2 × side, R side × 2.
     pub(crate) fn ported_slopes(
         &self,
         ported: &Ported,
