@@ -1,9 +1,9 @@
 //! Files of a diagnosis: tables and pictures.
 
-use super::pictures::Picture;
-use super::plot::Curve;
+use super::pictures::{Picture, PictureName};
 use super::plot::diagnosis as plot;
 use super::plot::style::Role;
+use super::plot::{Curve, Figure, picture};
 use super::results::{ResultsError, ResultsFolder};
 use super::tables::Table;
 use crate::diagnose::Diagnosis;
@@ -13,7 +13,11 @@ use crate::diagnose::locate::place::Place;
 use crate::spindle::Location;
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
+
+/// A figure with its name.
+type Named = (PictureName, Figure);
 
 /// Lines of the localisation map; the ports that explain least are left out.
 const MAP_ROWS: usize = 12;
@@ -23,10 +27,22 @@ const MAP_ROWS: usize = 12;
 /// # Errors
 /// [`ResultsError`] for a picture that cannot be drawn.
 pub fn stage(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
-    localisation(folder, d)?;
-    laws(folder, d)?;
+    let mut figures = localisation(d);
+    figures.extend(laws(d));
+    figures.extend(ranking(d));
+    figures.extend(channels(d));
+    let drawn = figures.par_iter().map(|(name, figure)| {
+        let failed = |source| ResultsError::Picture {
+            stem: name.stem(),
+            source,
+        };
+        picture(figure).map_err(failed)
+    });
+    let drawn: Vec<_> = drawn.collect::<Result<_, _>>()?;
+    for ((name, _), drawn) in figures.into_iter().zip(drawn) {
+        folder.add_picture(name, drawn)?;
+    }
     hypotheses(folder, d)?;
-    channels(folder, d)?;
     correction(folder, d)?;
     let mut table = Table::with_columns(&["data", "gap_before", "gap_after"]);
     let (used, held) = (d.gaps(false), d.gaps(true));
@@ -44,14 +60,14 @@ pub fn stage(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErr
     folder.add_table("gap.csv", &table)
 }
 
-fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+fn localisation(d: &Diagnosis) -> Vec<Named> {
     let all = || d.localisation.ports.iter();
     let ports: Vec<&PortScore> = all()
         .filter(|p| p.place != Place::Nowhere)
         .take(MAP_ROWS)
         .collect();
     let Some(best) = ports.first() else {
-        return Ok(());
+        return vec![];
     };
     let mut order: Vec<usize> = (0..best.frequency_hz.len()).collect();
     order.sort_by(|a, b| best.frequency_hz[*a].total_cmp(&best.frequency_hz[*b]));
@@ -65,16 +81,16 @@ fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Results
     };
     let mut scores = vec![decades(&best.line_before)];
     scores.extend(ports.iter().map(|p| decades(&p.line_after)));
-    folder.add_plot(
-        Picture::Localisation,
-        &plot::localisation_left(
+    let map = (
+        Picture::Localisation.into(),
+        plot::localisation_left(
             "Where model and measurement disagree: what a free law at each place leaves unexplained",
             &names,
             &hz,
             &scores,
             "log10 of χ² per residual that remains",
         ),
-    )?;
+    );
     let left: Vec<f64> = all().map(|p| p.chi2_after).collect();
     let words: Vec<String> = all()
         .map(|p| match p.law() {
@@ -83,21 +99,23 @@ fn localisation(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), Results
         })
         .collect();
     let bars: Vec<f64> = left.iter().map(|l| (1.0 + l).log10()).collect();
-    folder.add_plot(
-        Picture::LocalisationPlaces,
-        &plot::ranking(
+    let places = (
+        Picture::LocalisationPlaces.into(),
+        plot::ranking(
             "Places, best first, with the law recovered there",
             &words,
             &bars,
             "log10(1 + χ² left)",
         ),
-    )
+    );
+    vec![map, places]
 }
 
-fn laws(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+fn laws(d: &Diagnosis) -> Vec<Named> {
     let Some(best) = d.localisation.named() else {
-        return Ok(());
+        return vec![];
     };
+    let mut figures = vec![];
     for (k, law) in best.laws.iter().enumerate() {
         let which = if law.name.is_empty() {
             String::new()
@@ -126,14 +144,14 @@ fn laws(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
             &law.fitted,
             &law.words(),
         );
-        folder.add_plot(Picture::Impedance.numbered(k + 1), &figure)?;
+        figures.push((Picture::Impedance.numbered(k + 1), figure));
     }
-    Ok(())
+    figures
 }
 
-fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+fn ranking(d: &Diagnosis) -> Option<Named> {
     if d.ranking.is_empty() {
-        return Ok(());
+        return None;
     }
     let names: Vec<String> = d
         .ranking
@@ -145,15 +163,22 @@ fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsEr
         .iter()
         .map(|r| (1.0 + r.1.max(0.0)).log10())
         .collect();
-    folder.add_plot(
-        Picture::Ranking,
-        &plot::ranking(
+    let figure = (
+        Picture::Ranking.into(),
+        plot::ranking(
             "Hypotheses, best first: score χ² + d ln N above the best",
             &names,
             &above,
             "log10(1 + score above the best); a tie below 0.9",
         ),
-    )?;
+    );
+    Some(figure)
+}
+
+fn hypotheses(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+    if d.ranking.is_empty() {
+        return Ok(());
+    }
     let mut table = Table::with_columns(&["effect", "where", "parameters", "score_above_best"]);
     for (e, score) in &d.ranking {
         let values = e.kind.parameters().iter().zip(&e.values);
@@ -180,7 +205,8 @@ fn spot(location: &Location) -> String {
     }
 }
 
-fn channels(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+fn channels(d: &Diagnosis) -> Vec<Named> {
+    let mut figures = vec![];
     for (k, channel) in d.channels.iter().enumerate() {
         let hz: Vec<f64> = channel.omega_rad_s.iter().map(|w| w / TAU).collect();
         let rpm = channel.speed_rad_s * 60.0 / TAU;
@@ -215,9 +241,10 @@ fn channels(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErro
         };
         let title = format!("{words}, {rpm:.0} rpm ({part})");
         let figure = channel_figure(&title, quantity, unit, &hz, channel);
-        folder.add_plot(kind.detailed(detail), &figure)?;
+        figures.push((kind.detailed(detail), figure));
     }
-    overview(folder, d)
+    figures.push(overview(d));
+    figures
 }
 
 fn channel_figure(
@@ -226,7 +253,7 @@ fn channel_figure(
     unit: &str,
     hz: &[f64],
     channel: &Channel,
-) -> super::plot::Figure {
+) -> Figure {
     let (before, after) = channel.residual();
     plot::channel(
         title,
@@ -239,7 +266,7 @@ fn channel_figure(
 }
 
 /// Residuals of the direct channels, and of the held-out ones, in one picture.
-fn overview(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsError> {
+fn overview(d: &Diagnosis) -> Named {
     let shown: Vec<&Channel> = d
         .channels
         .iter()
@@ -280,9 +307,9 @@ fn overview(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErro
             (name.as_str(), curves)
         })
         .collect();
-    folder.add_plot(
-        Picture::Residual,
-        &plot::residual("Residual in standard deviations, before and after", &panels),
+    (
+        Picture::Residual.into(),
+        plot::residual("Residual in standard deviations, before and after", &panels),
     )
 }
 

@@ -22,7 +22,7 @@ const AMPLITUDES: usize = 24;
 /// A group of residuals with errors in common: a row of a sweep, or a hammer test.
 #[derive(Debug)]
 pub struct Group {
-    /// Rows of the residuals.
+    /// Rows of the residuals, increasing.
     pub rows: Vec<usize>,
     /// Orthonormal directions.
     pub u: Mat<f64>,
@@ -54,8 +54,7 @@ impl Smooth {
     /// The most probable amplitude for residuals that hold the root for `amplitude`.
     pub fn amplitude(&self, residual: &[f64], amplitude: f64) -> f64 {
         let each = |g: &Group| -> Vec<(f64, f64)> {
-            let r = Mat::from_fn(g.rows.len(), 1, |k, _| residual[g.rows[k]]);
-            let c = g.u.transpose() * &r;
+            let c = g.u.transpose() * g.pick(residual);
             // Before the root was applied.
             let raw = |k: usize| c[(k, 0)].powi(2) * (1.0 + amplitude * amplitude * g.s2[k]);
             (0..g.s2.len()).map(|k| (raw(k), g.s2[k])).collect()
@@ -80,44 +79,64 @@ impl Smooth {
         best.1
     }
 
-    /// Multiplies residuals, and the rows of their derivatives in blocks, by the root for amplitude `to`; they hold
-    /// that for `from`, none where that is zero.
-    pub fn apply(&self, residual: &mut [f64], blocks: &mut [Mat<f64>], from: f64, to: f64) {
-        let mut place = Vec::with_capacity(residual.len());
-        for (b, block) in blocks.iter().enumerate() {
-            place.extend((0..block.nrows()).map(|k| (b, k)));
-        }
-        let width = blocks.first().map_or(0, Mat::ncols);
-        let changed: Vec<Mat<f64>> = {
-            let (residual, blocks) = (&*residual, &*blocks);
-            let of = |g: &Group| {
-                // Row by row: a row lies in one block, a column in all of them.
-                let mut x = Mat::zeros(g.rows.len(), width + 1);
-                for (k, row) in g.rows.iter().enumerate() {
-                    x[(k, 0)] = residual[*row];
-                    if width > 0 {
-                        let (b, own) = place[*row];
-                        (0..width).for_each(|c| x[(k, c + 1)] = blocks[b][(own, c)]);
-                    }
-                }
-                let mut w = g.u.transpose() * &x;
-                for (k, s2) in g.s2.iter().enumerate() {
-                    let root = |a: f64| (1.0 + a * a * s2).sqrt();
-                    let factor = root(from) / root(to) - 1.0;
-                    (0..=width).for_each(|c| w[(k, c)] *= factor);
-                }
-                x + &g.u * w
-            };
-            self.groups.par_iter().map(of).collect()
+    /// Multiplies residuals by the root for amplitude `to`; they hold that for `from`, none where that is zero.
+    pub fn apply(&self, residual: &mut [f64], from: f64, to: f64) {
+        let residuals = &*residual;
+        let change = |group: &Group| {
+            let mut w = group.u.transpose() * group.pick(residuals);
+            for (k, s2) in group.s2.iter().enumerate() {
+                let root = |a: f64| (1.0 + a * a * s2).sqrt();
+                w[(k, 0)] *= root(from) / root(to) - 1.0;
+            }
+            &group.u * w
         };
-        for (g, x) in self.groups.iter().zip(changed) {
-            for (k, row) in g.rows.iter().enumerate() {
-                residual[*row] = x[(k, 0)];
-                if width > 0 {
-                    let (b, own) = place[*row];
-                    (0..width).for_each(|c| blocks[b][(own, c)] = x[(k, c + 1)]);
-                }
+        let changes: Vec<Mat<f64>> = self.groups.par_iter().map(change).collect();
+        for (group, change) in self.groups.iter().zip(&changes) {
+            for (row, change) in group.rows.iter().zip(change.col_as_slice(0)) {
+                residual[*row] += change;
             }
         }
+    }
+
+    /// UᵀJ of every group, J in blocks of rows one below the other, all of them `width` columns wide.
+    pub(crate) fn shares(&self, blocks: &[Mat<f64>], width: usize) -> Vec<Mat<f64>> {
+        self.groups
+            .par_iter()
+            .map(|group| group.share(blocks, width))
+            .collect()
+    }
+}
+
+impl Group {
+    /// Part of the square of each direction that the root for an amplitude takes away.
+    pub(crate) fn taken(&self, amplitude: f64) -> impl Iterator<Item = f64> {
+        let own = self.s2.iter().map(move |s2| amplitude * amplitude * s2);
+        own.map(|more| more / (1.0 + more))
+    }
+
+    /// The residuals of its rows, rows × 1.
+    fn pick(&self, residual: &[f64]) -> Mat<f64> {
+        Mat::from_fn(self.rows.len(), 1, |k, _| residual[self.rows[k]])
+    }
+
+    /// UᵀJ, block by block.
+    fn share(&self, blocks: &[Mat<f64>], width: usize) -> Mat<f64> {
+        let mut all = Mat::zeros(self.u.ncols(), width);
+        let (mut first, mut done) = (0, 0);
+        for block in blocks {
+            let until = first + block.nrows();
+            let count = self.rows[done..].partition_point(|row| *row < until);
+            let rows = &self.rows[done..done + count];
+            let mut own = Mat::zeros(count, width);
+            for c in 0..width {
+                let from = &block.col_as_slice(c);
+                for (own, row) in own.col_as_slice_mut(c).iter_mut().zip(rows) {
+                    *own = from[row - first];
+                }
+            }
+            all += self.u.subrows(done, count).transpose() * own;
+            (first, done) = (until, done + count);
+        }
+        all
     }
 }

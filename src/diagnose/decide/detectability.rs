@@ -107,14 +107,15 @@ pub fn detectable(
 fn remaining(base: &Linear, further: &Jacobian) -> Result<Vec<f64>, DiagnoseError> {
     let (jacobian, normal) = base.parts();
     let shared = jacobian.transpose_times_columns(further);
-    let own = further.normal();
+    let own = further.normal_of_each(&vec![1; further.columns()]);
     let absorbed = solve(normal, &shared)?;
     let each = (0..shared.ncols()).map(|c| {
         let taken: f64 = (0..shared.nrows())
             .map(|i| shared[(i, c)] * absorbed[(i, c)])
             .sum();
-        let left = own[(c, c)] - taken;
-        let told = left > 1e-12 * own[(c, c)].max(f64::MIN_POSITIVE);
+        let own = own[c][(0, 0)];
+        let left = own - taken;
+        let told = left > 1e-12 * own.max(f64::MIN_POSITIVE);
         if told { left * STRIDE as f64 } else { 0.0 }
     });
     Ok(each.collect())

@@ -247,18 +247,17 @@ pub(crate) fn overall(
         let model = case
             .model
             .assemble(&at.p, &effects, sweep.speed_rad_s, false)?;
-        for (line, omega) in sweep.omega_rad_s.iter().enumerate() {
-            let f = model.line(*omega, None).response;
-            sweep.gap(line, &f, |i, j| !held_out(i, j), &mut used);
-            sweep.gap(line, &f, held_out, &mut across);
+        for (line, f) in model.responses(&sweep.omega_rad_s).iter().enumerate() {
+            sweep.gap(line, f, |i, j| !held_out(i, j), &mut used);
+            sweep.gap(line, f, held_out, &mut across);
         }
     }
     for tap in &evidence.taps {
         let model = case
             .model
             .assemble(&at.p, &effects, tap.speed_rad_s, false)?;
-        for (line, omega) in tap.omega_rad_s.iter().enumerate() {
-            tap.gap(line, &model.line(*omega, None).response, &mut taps);
+        for (line, f) in model.responses(&tap.omega_rad_s).iter().enumerate() {
+            tap.gap(line, f, &mut taps);
         }
     }
     let held_out = if evidence.taps.is_empty() {

@@ -10,9 +10,9 @@ use super::super::DiagnoseError;
 use super::super::data::evidence::GAP_FLOOR;
 use super::super::fit::case::Case;
 use super::super::fit::hypothesis;
-use super::super::locate::place::Place;
 use super::candidate::Candidate;
 use crate::linalg::{Mat, c64, solve};
+use crate::spindle::response::ported::factor;
 use crate::spindle::response::{SIDE, Square, ZERO};
 use crate::spindle::{Bearings, Effect, EffectKind, Location};
 use rayon::prelude::*;
@@ -227,24 +227,34 @@ fn predicted(
     });
     let speed = experiment.speed_rad_s;
     let here = effects_of(candidate, &at.theta, experiment);
-    let scene = Place::Nowhere.scene(model, &at.p, &here, speed, true)?;
+    let assembled = model.assemble(&at.p, &here, speed, true)?;
     let transfer = |effects: &[Effect]| Transfer::new(case, effects, experiment.kind);
     let own = transfer(&here);
     let mut values = vec![];
     let mut columns: Vec<Vec<c64>> = vec![];
     for (line, omega) in lines.iter().enumerate() {
-        let view = scene.view(*omega, Some(layout));
-        let (f, slopes) = view.moved(&[], layout);
+        let found = assembled.line(*omega, Some(&layout.machine));
+        let f = &found.response;
         let pick = |f: &Square| -> Vec<c64> {
             let f = own.apply(f, *omega);
             entries.iter().map(|n| f[*n]).collect()
         };
-        values.extend(pick(&f));
+        values.extend(pick(f));
         if line == 0 {
             columns = vec![vec![]; layout.len()];
         }
         let first = layout.machine.reading(0);
-        for (column, slope) in columns.iter_mut().zip(&slopes) {
+        let (moduli, others) = found.derivatives.split_at(layout.machine.groups);
+        let (ks, others) = others.split_at(2);
+        let gains = |rows: bool| [factor(f, rows, 0), factor(f, rows, 1)];
+        let (ki, sensors) = (gains(false), gains(true));
+        let slopes = moduli
+            .iter()
+            .chain(&ki)
+            .chain(ks)
+            .chain(&sensors)
+            .chain(others);
+        for (column, slope) in columns.iter_mut().zip(slopes) {
             column.extend(pick(slope));
         }
         for column in columns.iter_mut().skip(first) {

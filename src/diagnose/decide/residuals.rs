@@ -85,28 +85,21 @@ pub(crate) fn channels(
     let origin = case.origin();
     let held_taps = !evidence.taps.is_empty();
     let mut all = vec![];
-    let models = |speed: f64| -> Result<_, DiagnoseError> {
-        Ok((
-            case.model.assemble(&origin.p, &[], speed, false)?,
-            case.model
-                .assemble(&fitted.small, &fitted.effects, speed, false)?,
-        ))
+    let model = |p: &[f64], effects: &[Effect], speed: f64, omega: &[f64]| -> Result<_, _> {
+        let assembled = case.model.assemble(p, effects, speed, false)?;
+        Ok::<_, DiagnoseError>(assembled.responses(omega))
+    };
+    // Before and after, the correction in place of the latter where there is one.
+    let both = |speed: f64, omega: &[f64], own: Option<&Vec<Square>>| -> Result<_, _> {
+        let after = match own {
+            Some(own) => own.clone(),
+            None => model(&fitted.small, &fitted.effects, speed, omega)?,
+        };
+        Ok::<_, DiagnoseError>((model(&origin.p, &[], speed, omega)?, after))
     };
     for (s, sweep) in evidence.sweeps.iter().enumerate() {
-        let (before, after) = models(sweep.speed_rad_s)?;
         let own = correction.and_then(|c| c.sweeps.get(s));
-        let pairs: Vec<(Square, Square)> = sweep
-            .omega_rad_s
-            .iter()
-            .enumerate()
-            .map(|(line, w)| {
-                let corrected = own.and_then(|c| c.get(line).copied());
-                (
-                    before.line(*w, None).response,
-                    corrected.unwrap_or_else(|| after.line(*w, None).response),
-                )
-            })
-            .collect();
+        let (before, after) = both(sweep.speed_rad_s, &sweep.omega_rad_s, own)?;
         for n in 0..16 {
             let (i, j) = (n / 4, n % 4);
             all.push(Channel {
@@ -115,8 +108,8 @@ pub(crate) fn channels(
                 held_out: !held_taps && held_out(i, j),
                 omega_rad_s: sweep.omega_rad_s.clone(),
                 measured: sweep.response.iter().map(|g| g[n]).collect(),
-                before: pairs.iter().map(|p| p.0[SIDE * i + j]).collect(),
-                after: pairs.iter().map(|p| p.1[SIDE * i + j]).collect(),
+                before: before.iter().map(|f| f[SIDE * i + j]).collect(),
+                after: after.iter().map(|f| f[SIDE * i + j]).collect(),
                 sigma: (0..sweep.omega_rad_s.len())
                     .map(|line| sweep.sigma(line, i, j))
                     .collect(),
@@ -124,23 +117,20 @@ pub(crate) fn channels(
         }
     }
     for (t, tap) in evidence.taps.iter().enumerate() {
-        let (before, after) = models(tap.speed_rad_s)?;
         let own = correction.and_then(|c| c.taps.get(t));
-        let (mut without, mut with) = (vec![], vec![]);
-        for (line, w) in tap.omega_rad_s.iter().enumerate() {
-            let corrected = own.and_then(|c| c.get(line).copied());
-            let f = corrected.unwrap_or_else(|| after.line(*w, None).response);
-            without.push(tap.close(line, &before.line(*w, None).response).0);
-            with.push(tap.close(line, &f).0);
-        }
+        let (before, after) = both(tap.speed_rad_s, &tap.omega_rad_s, own)?;
+        let closed = |all: &[Square]| -> Vec<c64> {
+            let lines = all.iter().enumerate();
+            lines.map(|(line, f)| tap.close(line, f).0).collect()
+        };
         all.push(Channel {
             record: Record::Hammer(tap.axis),
             speed_rad_s: tap.speed_rad_s,
             held_out: true,
             omega_rad_s: tap.omega_rad_s.clone(),
             measured: tap.compliance.clone(),
-            before: without,
-            after: with,
+            before: closed(&before),
+            after: closed(&after),
             sigma: (0..tap.omega_rad_s.len()).map(|l| tap.sigma(l)).collect(),
         });
     }

@@ -93,8 +93,8 @@ impl Problem<'_> {
         if let Some(smooth) = self.smooth(model_error)? {
             let amplitude = smooth.amplitude(&here.residual, at.smooth);
             if amplitude != at.smooth {
-                let blocks = here.jacobian.blocks_mut();
-                smooth.apply(&mut here.residual, blocks, at.smooth, amplitude);
+                smooth.apply(&mut here.residual, at.smooth, amplitude);
+                here.jacobian.tune(amplitude);
                 at.smooth = amplitude;
             }
         }
@@ -221,8 +221,7 @@ impl Problem<'_> {
         let (r, j) = (&here.residual, &here.jacobian);
         let data_chi2: f64 = r.iter().map(|r| r * r).sum();
         let mut normal = j.normal();
-        let residual = Mat::from_fn(r.len(), 1, |i, _| r[i]);
-        let mut slope = j.transpose_times(&residual);
+        let mut slope = j.transpose_times(r);
         for (k, (weight, pull)) in self.model.layout.pull(&at.p).enumerate() {
             normal[(k, k)] += weight;
             slope[(k, 0)] += pull;

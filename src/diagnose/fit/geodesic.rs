@@ -46,9 +46,10 @@ impl Problem<'_> {
             return Ok(None);
         };
         let straight = here.jacobian.times(&near);
-        let second = Mat::from_fn(there.len(), 1, |i, _| {
-            2.0 / (NEAR * NEAR) * (there[i] - here.residual[i] + straight[(i, 0)])
-        });
+        let both = there.iter().zip(&here.residual).zip(&straight);
+        let second =
+            both.map(|((there, here), along)| 2.0 / (NEAR * NEAR) * (there - here + along));
+        let second: Vec<f64> = second.collect();
         let mut pull = here.jacobian.transpose_times(&second);
         for (k, held) in gauss_newton.held.iter().enumerate() {
             if *held {

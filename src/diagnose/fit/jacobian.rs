@@ -1,24 +1,53 @@
 //! Derivatives of whitened residuals, in blocks of rows that are made, and multiplied, in parallel.
+//!
+//! Where residuals have errors in common, the derivatives J are to be multiplied by the root T = I − U D Uᵀ of their
+//! covariance ([`Smooth`]). They are kept as they were made, beside W = UᵀJ: (TJ)ᵀ(TJ) = JᵀJ − Wᵀ(2D − D²)W, and no
+//! row is written again.
 
+use super::super::data::common_error::Smooth;
 use crate::linalg::Mat;
+use crate::linalg::gram::{add_gram, dot_in_lanes, mirrored};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Residuals × parameters.
 #[derive(Clone, Debug)]
 pub struct Jacobian {
     blocks: Vec<Mat<f64>>,
     columns: usize,
+    common: Option<Common>,
+}
+
+/// Errors in common, and what the derivatives have of them.
+#[derive(Clone, Debug)]
+struct Common {
+    smooth: Arc<Smooth>,
+    amplitude: f64,
+    /// W of every group, directions × parameters.
+    shares: Vec<Mat<f64>>,
 }
 
 impl Jacobian {
-    /// Blocks of rows, one below the other, all of them with `columns` columns.
-    pub fn new(blocks: Vec<Mat<f64>>, columns: usize) -> Self {
-        Self { blocks, columns }
+    /// Blocks of rows, one below the other, all of them with `columns` columns, of residuals with smooth errors of an
+    /// amplitude, if there are any.
+    pub fn new(blocks: Vec<Mat<f64>>, columns: usize, smooth: Option<(Arc<Smooth>, f64)>) -> Self {
+        let common = smooth.map(|(smooth, amplitude)| Common {
+            shares: smooth.shares(&blocks, columns),
+            smooth,
+            amplitude,
+        });
+        Self {
+            blocks,
+            columns,
+            common,
+        }
     }
 
-    /// The blocks.
-    pub(super) fn blocks_mut(&mut self) -> &mut [Mat<f64>] {
-        &mut self.blocks
+    /// Another amplitude of the smooth errors.
+    pub(super) fn tune(&mut self, amplitude: f64) {
+        if let Some(common) = &mut self.common {
+            common.amplitude = amplitude;
+        }
     }
 
     /// Number of parameters.
@@ -28,33 +57,67 @@ impl Jacobian {
 
     /// JᵀJ, columns × columns; summed in the order of the rows.
     pub fn normal(&self) -> Mat<f64> {
-        let parts = self.blocks.par_iter().map(|b| b.transpose() * b);
-        self.sum(parts.collect(), self.columns)
+        let part = |b: &Mat<f64>| {
+            let mut own = Mat::zeros(self.columns, self.columns);
+            add_gram(&mut own, b.as_ref());
+            own
+        };
+        let parts: Vec<Mat<f64>> = self.blocks.par_iter().map(part).collect();
+        let mut all = mirrored(self.sum(parts, self.columns));
+        for (w, taken) in self.taken() {
+            all -= w.transpose() * taken;
+        }
+        all
     }
 
-    /// J times a matrix of as many rows as J has columns.
-    pub fn times(&self, right: &Mat<f64>) -> Mat<f64> {
-        let parts: Vec<Mat<f64>> = self.blocks.par_iter().map(|b| b * right).collect();
-        let values = parts.iter().flat_map(|part| {
-            let rows = 0..part.nrows();
-            rows.flat_map(move |i| (0..part.ncols()).map(move |j| part[(i, j)]))
+    /// JᵀJ of the columns of each of `widths`, one behind the other, by itself.
+    pub(crate) fn normal_of_each(&self, widths: &[usize]) -> Vec<Mat<f64>> {
+        let firsts = widths.iter().scan(0, |next, width| {
+            *next += width;
+            Some((*next - width, *width))
         });
-        let values: Vec<f64> = values.collect();
-        let columns = right.ncols();
-        Mat::from_fn(values.len() / columns.max(1), columns, |i, j| {
-            values[i * columns + j]
-        })
+        let firsts: Vec<(usize, usize)> = firsts.collect();
+        let shares = self.taken();
+        let own = |(first, width): &(usize, usize)| {
+            let mut all = Mat::zeros(*width, *width);
+            for block in &self.blocks {
+                add_gram(&mut all, block.subcols(*first, *width));
+            }
+            let mut all = mirrored(all);
+            for (w, taken) in &shares {
+                all -= w.subcols(*first, *width).transpose() * taken.subcols(*first, *width);
+            }
+            all
+        };
+        firsts.par_iter().map(own).collect()
+    }
+
+    /// J times a column of as many rows as J has columns.
+    pub fn times(&self, right: &Mat<f64>) -> Vec<f64> {
+        let parts: Vec<Mat<f64>> = self.blocks.par_iter().map(|b| b * right).collect();
+        let values = parts.iter().flat_map(|part| part.col_as_slice(0).iter());
+        let mut values: Vec<f64> = values.copied().collect();
+        if let Some(common) = &self.common {
+            common.smooth.apply(&mut values, 0.0, common.amplitude);
+        }
+        values
     }
 
     /// Jᵀ times the derivatives of the same residuals to other parameters.
     pub(crate) fn transpose_times_columns(&self, other: &Self) -> Mat<f64> {
         let both = self.blocks.par_iter().zip(&other.blocks);
         let parts = both.map(|(a, b)| a.transpose() * b);
-        self.sum(parts.collect(), other.columns)
+        let mut all = self.sum(parts.collect(), other.columns);
+        if let Some(common) = &other.common {
+            for ((_, taken), w) in self.taken().iter().zip(&common.shares) {
+                all -= taken.transpose() * w;
+            }
+        }
+        all
     }
 
-    /// Jᵀ times a matrix of as many rows.
-    pub(crate) fn transpose_times(&self, right: &Mat<f64>) -> Mat<f64> {
+    /// Jᵀ times a column of as many rows.
+    pub(crate) fn transpose_times(&self, right: &[f64]) -> Mat<f64> {
         let mut first = 0;
         let firsts: Vec<usize> = self
             .blocks
@@ -64,14 +127,45 @@ impl Jacobian {
                 first - b.nrows()
             })
             .collect();
+        let whole;
+        let right = match &self.common {
+            Some(common) => {
+                let mut values = right.to_vec();
+                common.smooth.apply(&mut values, 0.0, common.amplitude);
+                whole = values;
+                &whole
+            }
+            None => right,
+        };
         let parts = self.blocks.par_iter().zip(firsts).map(|(block, first)| {
-            block.transpose() * right.submatrix(first, 0, block.nrows(), right.ncols())
+            let own = &right[first..first + block.nrows()];
+            Mat::from_fn(self.columns, 1, |c, _| {
+                dot_in_lanes(block.col_as_slice(c), own)
+            })
         });
-        self.sum(parts.collect(), right.ncols())
+        self.sum(parts.collect(), 1)
+    }
+
+    /// W of every group, and (2D − D²)W.
+    fn taken(&self) -> Vec<(&Mat<f64>, Mat<f64>)> {
+        let Some(common) = &self.common else {
+            return vec![];
+        };
+        let groups = common.smooth.groups.iter().zip(&common.shares);
+        groups
+            .map(|(group, w)| {
+                let factors: Vec<f64> = group.taken(common.amplitude).collect();
+                let taken = Mat::from_fn(w.nrows(), w.ncols(), |k, c| factors[k] * w[(k, c)]);
+                (w, taken)
+            })
+            .collect()
     }
 
     fn sum(&self, parts: Vec<Mat<f64>>, columns: usize) -> Mat<f64> {
-        let zero = Mat::zeros(self.columns, columns);
-        parts.iter().fold(zero, |sum, part| sum + part)
+        let mut all = Mat::zeros(self.columns, columns);
+        for part in &parts {
+            all += part;
+        }
+        all
     }
 }

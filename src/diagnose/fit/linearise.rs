@@ -4,14 +4,14 @@
 
 use super::super::DiagnoseError;
 use super::super::data::covariance::{reciprocals, whiten, whiten_with};
+use super::columns::{Prediction, order};
 use super::hypothesis::{self, Hypothesis};
 use super::jacobian::Jacobian;
-use super::nuisance::Layout;
 use super::problem::{Point, Problem};
 use crate::linalg::{Mat, c64};
 use crate::spindle::response::probe::Probe;
 use crate::spindle::response::term::Number;
-use crate::spindle::response::{Assembled, Assembly, Line, Receptance, SIDE, Square, ZERO};
+use crate::spindle::response::{Assembled, Assembly, LineSlopes, Receptance, SIDE, Square, ZERO};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -35,17 +35,6 @@ impl Record {
             Self::HammerTest(_) => HEIGHT.1,
         }
     }
-}
-
-/// A line of the model that records are compared with.
-pub(super) struct Prediction<'a> {
-    pub(super) f: &'a Square,
-    pub(super) derivatives: &'a [Square],
-    /// Columns of the Jacobian.
-    pub(super) order: &'a [Column],
-    /// Nuisance parameters.
-    pub(super) p: &'a [f64],
-    pub(super) model_error: f64,
 }
 
 /// A frequency at a speed, and the lines of the records that were measured there.
@@ -258,11 +247,13 @@ impl Problem<'_> {
             None => speeds.iter().map(assemble).collect::<Result<_, _>>()?,
         };
         let line = |t: usize, task: &Task| match &known {
-            Some((shaft, electronics)) => Line::round(&shaft[t], electronics, task.omega, &numbers),
+            Some((shaft, electronics)) => {
+                LineSlopes::round(&shaft[t], electronics, task.omega, &numbers)
+            }
             None => {
                 let own = &models[task.speed];
                 let first = own.ports() - probes.len();
-                own.line_with(task.omega, layout.map(|l| &l.machine), first, &numbers)
+                own.line_slopes(task.omega, layout.map(|l| &l.machine), first, &numbers)
             }
         };
         let tasks = self.tasks(&speeds);
@@ -280,8 +271,7 @@ impl Problem<'_> {
                 for (t, task) in piece.iter().enumerate() {
                     let line = line(first * PIECE + t, task);
                     let predicted = Prediction {
-                        f: &line.response,
-                        derivatives: &line.derivatives,
+                        line: &line,
                         order: &order,
                         p: &at.p,
                         model_error,
@@ -300,12 +290,14 @@ impl Problem<'_> {
             blocks.push(block);
             shaft.extend(receptances);
         }
-        if let Some(smooth) = self.smooth(model_error)? {
-            smooth.apply(&mut residual, &mut blocks, 0.0, at.smooth);
+        let smooth = self.smooth(model_error)?;
+        if let Some(smooth) = &smooth {
+            smooth.apply(&mut residual, 0.0, at.smooth);
         }
+        let smooth = smooth.map(|smooth| (smooth, at.smooth));
         Ok(Linearised {
             residual,
-            jacobian: Jacobian::new(blocks, width),
+            jacobian: Jacobian::new(blocks, width, smooth.filter(|_| width > 0)),
             shaft,
         })
     }
@@ -318,21 +310,15 @@ impl Problem<'_> {
         predicted: &Prediction,
         (r, block): (&mut Vec<f64>, &mut Mat<f64>),
     ) {
-        let Prediction {
-            f,
-            derivatives,
-            order,
-            p,
-            model_error,
-        } = *predicted;
+        let (f, p) = (&predicted.line.response, predicted.p);
         let first = r.len();
         match record {
             Record::Sweep(s) => {
-                if let Some(levitation) = self.levitated(model_error) {
+                if let Some(levitation) = self.levitated(predicted.model_error) {
                     return self.compare_levitated((s, line, levitation), predicted, (r, block));
                 }
                 let sweep = &self.evidence.sweeps[s];
-                let rows = sweep.whitening(line, model_error, self.usage.off_diagonal);
+                let rows = sweep.whitening(line, predicted.model_error, self.usage.off_diagonal);
                 let g = &sweep.response[line];
                 let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[self.model.layout.axis(s, i)]);
                 for i in 0..4 {
@@ -342,44 +328,32 @@ impl Problem<'_> {
                     push(r, &d);
                 }
                 let pivots = rows.each_ref().map(reciprocals);
-                for (c, column) in order.iter().enumerate() {
-                    for i in 0..4 {
-                        let own = |f: &Square, by: f64| -> [c64; 4] {
-                            std::array::from_fn(|j| f[SIDE * i + j] * by)
-                        };
-                        let mut d: [c64; 4] = match *column {
-                            Column::Line(k) => own(&derivatives[k], gain[i]),
-                            Column::Axis(record, axis) if (record, axis) == (s, i) => own(f, 1.0),
-                            // The block is zero from the start.
-                            Column::Axis(..) | Column::Nothing => continue,
-                            Column::Signal(b) if b != i / 2 => continue,
-                            _ => std::array::from_fn(|j| {
-                                column.entry(f, derivatives, i, j) * gain[i]
-                            }),
-                        };
+                let seen = |change: &Square, gain: &[f64; 4]| {
+                    let mut all = [ZERO; 16];
+                    for (i, all) in all.chunks_exact_mut(4).enumerate() {
+                        let mut d: [c64; 4] =
+                            std::array::from_fn(|j| change[SIDE * i + j] * gain[i]);
                         whiten_with(&rows[i], &pivots[i], &mut d);
-                        write(block, first + 8 * i, c, &d);
+                        all.copy_from_slice(&d);
                     }
-                }
+                    all
+                };
+                predicted.write(Some(s), &gain, seen, (block, first));
             }
             Record::HammerTest(t) => {
                 let tap = &self.evidence.taps[t];
-                let sd = tap.sd(line, model_error);
+                let sd = tap.sd(line, predicted.model_error);
                 let (h, left, right) = tap.close(line, f);
                 push(r, &[(tap.compliance[line] - h) / sd]);
-                for (c, column) in order.iter().enumerate() {
+                let seen = |change: &Square, _: &[f64; 4]| {
                     let mut sum = ZERO;
-                    if matches!(column, Column::Axis(..) | Column::Nothing) {
-                        continue;
+                    for (left, row) in left.iter().zip(change.chunks_exact(SIDE)) {
+                        let along = row.iter().zip(&right);
+                        sum += left * along.fold(ZERO, |sum, (d, right)| sum + d * right);
                     }
-                    for i in 0..SIDE {
-                        let row: c64 = (0..SIDE)
-                            .map(|j| column.entry(f, derivatives, i, j) * right[j])
-                            .sum();
-                        sum += left[i] * row;
-                    }
-                    write(block, first, c, &[sum / sd]);
-                }
+                    [sum / sd]
+                };
+                predicted.write(None, &[1.0; 4], seen, (block, first));
             }
         }
     }
@@ -389,68 +363,6 @@ impl Problem<'_> {
 /// shaft, a housing has a frequency.
 pub(crate) fn assembled_with_size(kind: EffectKind) -> bool {
     matches!(kind, EffectKind::ToolJoint | EffectKind::HousingMode)
-}
-
-/// Where the derivative to a parameter comes from.
-pub(super) enum Column {
-    /// None: the parameter changes nothing.
-    Nothing,
-    /// A derivative of the line.
-    Line(usize),
-    /// Logarithm of the force constant of a bearing.
-    Current(usize),
-    /// Logarithm of the sensor gain of a bearing.
-    Signal(usize),
-    /// Gain of an axis in a sweep.
-    Axis(usize, usize),
-}
-
-/// Columns in the order of the parameters: the small ones where there is a layout, then the `coordinates` of effects.
-/// `readings` stand behind those in a line.
-fn order(
-    layout: Option<&Layout>,
-    coordinates: usize,
-    readings: &[Option<usize>; 4],
-) -> Vec<Column> {
-    let mut all = vec![];
-    if let Some(layout) = layout {
-        all.extend((0..layout.machine.groups).map(Column::Line));
-        all.extend([0, 1].map(Column::Current));
-        all.extend([0, 1].map(|b| Column::Line(layout.machine.groups + b)));
-        all.extend([0, 1].map(Column::Signal));
-        all.extend((layout.machine.groups + 2..layout.machine.analytic()).map(Column::Line));
-        let reading = |r: &Option<usize>| match r {
-            Some(k) => Column::Line(layout.machine.analytic() + k),
-            None => Column::Nothing,
-        };
-        all.extend(readings.iter().map(reading));
-        for s in 0..layout.sweeps {
-            all.extend((0..4).map(|i| Column::Axis(s, i)));
-        }
-    }
-    let small = layout.map_or(0, |l| l.machine.analytic());
-    all.extend((small..small + coordinates).map(Column::Line));
-    all
-}
-
-impl Column {
-    /// ∂F_ij; an axis gain moves rows of its sweep only, not F.
-    pub(super) fn entry(&self, f: &Square, slopes: &[Square], i: usize, j: usize) -> c64 {
-        let own = |f: &Square| f[SIDE * i + j];
-        match *self {
-            Self::Line(k) => own(&slopes[k]),
-            Self::Current(b) if j / 2 == b => own(f),
-            Self::Signal(b) if i / 2 == b => own(f),
-            _ => ZERO,
-        }
-    }
-}
-
-pub(super) fn write(block: &mut Mat<f64>, row: usize, column: usize, values: &[c64]) {
-    for (k, v) in values.iter().enumerate() {
-        block[(row + 2 * k, column)] = std::f64::consts::SQRT_2 * v.re;
-        block[(row + 2 * k + 1, column)] = std::f64::consts::SQRT_2 * v.im;
-    }
 }
 
 pub(super) fn push(all: &mut Vec<f64>, values: &[c64]) {

@@ -1,6 +1,7 @@
 //! The most probable parameters of a set of effects, with nuisance parameters.
 
 pub mod case;
+mod columns;
 pub(crate) mod estimate;
 pub(crate) mod geodesic;
 pub mod hypothesis;

@@ -79,14 +79,13 @@ impl Problem<'_> {
             jacobian,
             ..
         } = self.newest(from, model_error, shaft)?;
-        let r = Mat::from_fn(here.len(), 1, |i, _| here[i]);
         let step = NewStep {
             model_error,
             data: here.iter().map(|r| r * r).sum(),
-            small: base.jacobian.transpose_times(&r),
+            small: base.jacobian.transpose_times(&here),
             cross: base.jacobian.transpose_times_columns(&jacobian),
             own: jacobian.normal(),
-            new: jacobian.transpose_times(&r),
+            new: jacobian.transpose_times(&here),
         };
         self.new_step(base, from, theta, &step)
     }
@@ -106,13 +105,14 @@ impl Problem<'_> {
         let Linearised {
             residual, jacobian, ..
         } = self.beside(from, model_error, further)?;
-        let r = Mat::from_fn(residual.len(), 1, |i, _| residual[i]);
         let data = residual.iter().map(|r| r * r).sum();
-        let small = base.jacobian.transpose_times(&r);
+        let small = base.jacobian.transpose_times(&residual);
         let cross = base.jacobian.transpose_times_columns(&jacobian);
-        let (own, new) = (jacobian.normal(), jacobian.transpose_times(&r));
+        let new = jacobian.transpose_times(&residual);
+        let widths: Vec<usize> = further.iter().map(|h| h.nothing().len()).collect();
+        let own = jacobian.normal_of_each(&widths);
         let mut first = 0;
-        let each = further.iter().map(|h| {
+        let each = further.iter().zip(own).map(|(h, own)| {
             let theta = h.nothing();
             let d = theta.len();
             let step = NewStep {
@@ -120,7 +120,7 @@ impl Problem<'_> {
                 data,
                 small: small.clone(),
                 cross: cross.submatrix(0, first, cross.nrows(), d).to_owned(),
-                own: own.submatrix(first, first, d, d).to_owned(),
+                own,
                 new: new.submatrix(first, 0, d, 1).to_owned(),
             };
             first += d;

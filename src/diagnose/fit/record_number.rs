@@ -116,7 +116,8 @@ impl RecordNumber<'_> {
     }
 
     /// How far χ² falls at most in a linear model of the number and the nuisance parameters (a score test): a scalar of
-    /// χ² distribution with one degree of freedom where the number is right, the nuisance parameters fitted.
+    /// χ² distribution with one degree of freedom where the number is right, the nuisance parameters fitted. `known`
+    /// are the linearisations there of the record and of all others.
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
@@ -124,8 +125,9 @@ impl RecordNumber<'_> {
         &self,
         from: &Numbered,
         model_error: f64,
+        known: (&Linear, &[&Linear]),
     ) -> Result<f64, DiagnoseError> {
-        let (normal, slope) = self.equations(from, model_error)?;
+        let (normal, slope) = self.bordered(from, model_error, known)?;
         let step = solve(&normal, &slope)?;
         let n = step.nrows() - 1;
         // What is left of the number's own curvature once the nuisance parameters follow.
@@ -149,40 +151,46 @@ impl RecordNumber<'_> {
         model_error: f64,
     ) -> Result<(Mat<f64>, Mat<f64>), DiagnoseError> {
         let own = (self.own)(from.number);
-        let moved = (self.own)(from.number + self.difference);
         let rest = self.problem(self.rest).linear(&from.at, model_error)?;
         let here = self.problem(&own).linear(&from.at, model_error)?;
+        self.bordered(from, model_error, (&here, &[&rest]))
+    }
+
+    /// The same from linearisations of the record and of the others.
+    fn bordered(
+        &self,
+        from: &Numbered,
+        model_error: f64,
+        (here, others): (&Linear, &[&Linear]),
+    ) -> Result<(Mat<f64>, Mat<f64>), DiagnoseError> {
+        let moved = (self.own)(from.number + self.difference);
         let there = self.problem(&moved).residual(&from.at, model_error)?;
         let n = from.at.p.len();
-        let along = Mat::from_fn(there.len(), 1, |i, _| {
-            (here.residual()[i] - there[i]) / self.difference
-        });
-        let right = |l: &Linear| {
-            let r = l.residual();
-            let r = Mat::from_fn(r.len(), 1, |i, _| r[i]);
-            l.parts().0.transpose_times(&r)
-        };
-        let slopes = [right(&rest), right(&here)];
+        let both = here.residual().iter().zip(&there);
+        let along = both.map(|(here, there)| (here - there) / self.difference);
+        let along: Vec<f64> = along.collect();
         let cross = here.parts().0.transpose_times(&along);
-        let own_curvature: f64 = (0..along.nrows()).map(|i| along[(i, 0)].powi(2)).sum();
-        let pull: f64 = (0..along.nrows())
-            .map(|i| along[(i, 0)] * here.residual()[i])
-            .sum();
-        let priors: Vec<(f64, f64)> = self.model.layout.pull(&from.at.p).collect();
-        let normal = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
-            (true, true) => {
-                let both = rest.parts().1[(i, j)] + here.parts().1[(i, j)];
-                // Each of the two holds the priors.
-                if i == j { both - priors[i].0 } else { both }
+        let own_curvature: f64 = along.iter().map(|a| a * a).sum();
+        let pull: f64 = along.iter().zip(here.residual()).map(|(a, r)| a * r).sum();
+        let mut normal = Mat::zeros(n + 1, n + 1);
+        let mut slope = Mat::zeros(n + 1, 1);
+        for linear in others.iter().chain([&here]) {
+            let (jacobian, own) = linear.parts();
+            let right = jacobian.transpose_times(linear.residual());
+            for k in 0..n {
+                slope[(k, 0)] += right[(k, 0)];
+                (0..n).for_each(|l| normal[(k, l)] += own[(k, l)]);
             }
-            (true, false) => cross[(i, 0)],
-            (false, true) => cross[(j, 0)],
-            (false, false) => own_curvature + UNKNOWN,
-        });
-        let slope = Mat::from_fn(n + 1, 1, |k, _| match k < n {
-            true => slopes[0][(k, 0)] + slopes[1][(k, 0)] + priors[k].1,
-            false => pull,
-        });
+        }
+        for (k, (weight, pull)) in self.model.layout.pull(&from.at.p).enumerate() {
+            // Each of them holds the priors.
+            normal[(k, k)] -= others.len() as f64 * weight;
+            slope[(k, 0)] += pull;
+            normal[(k, n)] = cross[(k, 0)];
+            normal[(n, k)] = cross[(k, 0)];
+        }
+        normal[(n, n)] = own_curvature + UNKNOWN;
+        slope[(n, 0)] = pull;
         Ok((normal, slope))
     }
 }

@@ -70,8 +70,8 @@ impl Problem<'_> {
             f64::from(u8::from(k == column))
         });
         let slope = here.jacobian.times(&unit);
-        let residual = here.residual.iter().enumerate();
-        let residual: Vec<f64> = residual.map(|(i, r)| r - arm * slope[(i, 0)]).collect();
+        let residual = here.residual.iter().zip(&slope);
+        let residual: Vec<f64> = residual.map(|(r, slope)| r - arm * slope).collect();
         let data: f64 = residual.iter().map(|r| r * r).sum();
         Ok((residual, data + self.prior(&at.p)))
     }

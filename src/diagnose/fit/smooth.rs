@@ -12,6 +12,7 @@ use super::problem::Problem;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::data::common_error::{Group, LARGEST, Smooth};
 use crate::diagnose::data::covariance::whiten;
+use crate::linalg::gram::add_gram;
 use crate::linalg::{Mat, c64, symmetric_eigen};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -173,7 +174,10 @@ fn entries(
 
 /// The directions of B that matter.
 fn group(rows: Vec<usize>, b: &Mat<f64>) -> Result<Option<Group>, DiagnoseError> {
-    let (values, vectors) = symmetric_eigen(&(b.transpose() * b))?;
+    let mut gram = Mat::zeros(b.ncols(), b.ncols());
+    add_gram(&mut gram, b.as_ref());
+    // The lower triangle is read.
+    let (values, vectors) = symmetric_eigen(&gram)?;
     let kept: Vec<usize> = (0..values.len())
         .filter(|k| LARGEST * LARGEST * values[*k] > NEGLIGIBLE)
         .collect();

@@ -76,7 +76,7 @@ pub(crate) fn correct(
         let scene = place.scene(case.model, &p, &[], tap.speed_rad_s, false)?;
         let mut all = vec![];
         for omega in &tap.omega_rad_s {
-            let view = scene.view(*omega, None);
+            let view = scene.view(*omega);
             let x = view.bound(&interpolated(known, *omega));
             let mut f = view.response;
             for (d, x) in view.directions.iter().zip(&x) {

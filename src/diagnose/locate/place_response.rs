@@ -2,18 +2,16 @@
 //!
 //! A place offers directions D_a at a line: F_new = F + Σ X_a D_a holds exactly for any law there, however large.  On
 //! the shaft X = (Δ⁻¹ − G)⁻¹ of a law Δ (forces −Δ q), forwards and backwards apart where x and y are coupled; in the
-//! electronics X is the relative change itself. [`PlaceResponse::moved`] is the response with X and its derivatives to
-//! the nuisance parameters, Δ held: dH_new = dH + dB X C + B X dC + B X dG X C.
+//! electronics X is the relative change itself.
 
 use super::super::DiagnoseError;
 use super::super::fit::model::Model;
-use super::super::fit::nuisance::Layout;
 use super::joint::STIFFEST_JOINT;
 use super::place::Place;
 use crate::linalg::c64;
 use crate::spindle::response::channels::MAGNETS;
 use crate::spindle::response::electronics::ElectronicsLine;
-use crate::spindle::response::ported::{Ported, factor};
+use crate::spindle::response::ported::Ported;
 use crate::spindle::response::{Assembled, Assembly, SIDE, Square, ZERO};
 use crate::spindle::{Effect, EffectKind, Location};
 
@@ -22,7 +20,7 @@ pub(super) const ONE: c64 = c64::new(1.0, 0.0);
 /// A machine with open ports for a place, at one speed.
 pub(crate) struct OpenedPlace<'a> {
     pub(super) place: &'a Place,
-    assembled: Assembled,
+    pub(super) assembled: Assembled,
     extra: Vec<usize>,
     /// Forwards and backwards have laws of their own.
     pub(super) split: bool,
@@ -31,7 +29,7 @@ pub(crate) struct OpenedPlace<'a> {
 /// One line of an opened place.
 pub(crate) struct PlaceResponse<'a> {
     pub(super) scene: &'a OpenedPlace<'a>,
-    electronics: ElectronicsLine,
+    pub(super) electronics: ElectronicsLine,
     pub(super) plus: Ported,
     pub(super) minus: Option<Ported>,
     /// F without a law.
@@ -43,8 +41,8 @@ pub(crate) struct PlaceResponse<'a> {
 /// B, C, G of one sign of frequency: 3×m, m×3, m×m.
 pub(super) struct PortBlocks {
     pub(super) m: usize,
-    b: Vec<c64>,
-    c: Vec<c64>,
+    pub(super) b: Vec<c64>,
+    pub(super) c: Vec<c64>,
     pub(super) g: Vec<c64>,
 }
 
@@ -99,14 +97,12 @@ impl Place {
 }
 
 impl OpenedPlace<'_> {
-    /// One line; with derivatives when there is a layout.
-    pub(crate) fn view(&self, omega_rad_s: f64, layout: Option<&Layout>) -> PlaceResponse<'_> {
+    /// One line.
+    pub(crate) fn view(&self, omega_rad_s: f64) -> PlaceResponse<'_> {
         let a = &self.assembled;
-        let parameters = layout.map(|l| &l.machine);
         let electronics = a.electronics_line(omega_rad_s);
-        let plus = a.ported(omega_rad_s, &self.extra, parameters);
-        let minus =
-            (a.coupled() || self.split).then(|| a.ported(-omega_rad_s, &self.extra, parameters));
+        let plus = a.ported(omega_rad_s, &self.extra);
+        let minus = (a.coupled() || self.split).then(|| a.ported(-omega_rad_s, &self.extra));
         // The directions are those of a machine without springs in one plane: near enough to tell where something is.
         let response = match a.has_plane_springs() {
             true => a.line(omega_rad_s, None).response,
@@ -125,13 +121,8 @@ impl OpenedPlace<'_> {
     }
 
     pub(super) fn bond(&self, at: &Ported) -> PortBlocks {
-        self.bond_of(at, &at.response, true)
-    }
-
-    /// PortBlocks of a matrix of the shape of `at`; of a derivative without the parts that are constant.
-    fn bond_of(&self, at: &Ported, values: &[c64], whole: bool) -> PortBlocks {
         let (n, m) = (at.side, at.side - 3);
-        let v = |r: usize, c: usize| values[r * n + c];
+        let v = |r: usize, c: usize| at.response[r * n + c];
         if *self.place != Place::Housing {
             return PortBlocks {
                 m,
@@ -141,7 +132,7 @@ impl OpenedPlace<'_> {
             };
         }
         let ks = self.assembled.negative_stiffness();
-        let unit = |i: usize| if whole && i < 2 { ONE } else { ZERO };
+        let unit = |i: usize| if i < 2 { ONE } else { ZERO };
         let b = (0..3).map(|o| unit(o) + v(o, 3) * ks[0] + v(o, 4) * ks[1]);
         let c = (0..3).map(|i| unit(i) + v(3, i) * ks[0] + v(4, i) * ks[1]);
         let g = (0..2).fold(ZERO, |sum, f| {
@@ -154,22 +145,6 @@ impl OpenedPlace<'_> {
             c: c.collect(),
             g: vec![g],
         }
-    }
-
-    /// Derivative of the bond to analytic parameter `i` of the layout's order (moduli, ln ks, ln ζ).
-    fn bond_slope(&self, at: &Ported, i: usize, groups: usize) -> PortBlocks {
-        let mut d = self.bond_of(at, &at.slopes[i], false);
-        if *self.place == Place::Housing && (groups..groups + 2).contains(&i) {
-            let (f, ks) = (i - groups, self.assembled.negative_stiffness());
-            for o in 0..3 {
-                d.b[o] += at.at(o, 3 + f) * ks[f];
-                d.c[o] += at.at(3 + f, o) * ks[f];
-            }
-            let row = (0..2).fold(ONE, |s, e| s + at.at(3 + f, 3 + e) * ks[e]);
-            let column = (0..2).fold(ZERO, |s, e| s + at.at(3 + e, 3 + f) * ks[e]);
-            d.g[0] += (row + column) * ks[f];
-        }
-        d
     }
 }
 
@@ -212,7 +187,7 @@ impl PlaceResponse<'_> {
 
     /// Linear change that a unit law makes to any response of this kind (a derivative too); `None` where it is not a
     /// mixture of entries.
-    fn mixed(&self, f: &Square) -> Option<Square> {
+    pub(super) fn mixed(&self, f: &Square) -> Option<Square> {
         let rows = |pick: &dyn Fn(usize, usize) -> c64| -> Square {
             std::array::from_fn(|n| pick(n / SIDE, n % SIDE))
         };
@@ -243,30 +218,27 @@ impl PlaceResponse<'_> {
         })
     }
 
-    /// Change when rows or columns are read further along the shaft: with its slope. The magnet that moves with an
-    /// actuator counts in the response itself, not in derivatives (`whole` false), where it is a small part of a small
-    /// part.
-    fn tilted(&self, plus: &[c64], minus: Option<&[c64]>, whole: bool) -> Square {
+    /// Change when rows or columns are read further along the shaft: with its slope, and with the magnet that moves
+    /// with an actuator.
+    fn tilted(&self) -> Square {
         let side = self.plus.side;
         let ks = self.scene.assembled.negative_stiffness();
-        let pick = |v: &[c64]| -> [c64; 9] {
+        let pick = |at: &Ported| -> [c64; 9] {
+            let v = &at.response;
             std::array::from_fn(|n| match self.scene.place {
                 Place::SensorPlane(b) if n / 3 == *b => v[3 * side + n % 3],
                 Place::ActuatorPlane(b) => {
                     let (o, i) = (n / 3, n % 3);
                     let (slope, own) = (v[o * side + 3], v[o * side + b]);
-                    let mut change = if i == *b { slope } else { ZERO };
-                    if whole {
-                        let magnet = slope * v[4 * side + i] + own * v[3 * side + i];
-                        change += magnet * ks[*b];
-                    }
-                    change
+                    let change = if i == *b { slope } else { ZERO };
+                    let magnet = slope * v[4 * side + i] + own * v[3 * side + i];
+                    change + magnet * ks[*b]
                 }
                 _ => ZERO,
             })
         };
-        self.electronics
-            .apply(&pick(plus), minus.map(&pick).as_ref())
+        let minus = self.minus.as_ref().map(pick);
+        self.electronics.apply(&pick(&self.plus), minus.as_ref())
     }
 
     fn offered(&self) -> Vec<Square> {
@@ -277,11 +249,7 @@ impl PlaceResponse<'_> {
         let minus = self.minus.as_ref();
         match place {
             Place::SensorPlane(_) | Place::ActuatorPlane(_) => {
-                vec![self.tilted(
-                    &self.plus.response,
-                    minus.map(|m| m.response.as_slice()),
-                    true,
-                )]
+                vec![self.tilted()]
             }
             place if place.mechanical() => {
                 let nothing = [ZERO; 9];
@@ -327,102 +295,10 @@ impl PlaceResponse<'_> {
             _ => vec![],
         }
     }
-
-    /// ∂F to an analytic parameter without a law.
-    fn analytic(&self, i: usize) -> Square {
-        let minus = self.minus.as_ref().map(|m| m.block(&m.slopes[i]));
-        self.electronics
-            .apply(&self.plus.block(&self.plus.slopes[i]), minus.as_ref())
-    }
-
-    /// F with X, and its derivatives to the nuisance parameters (without axis gains), the law held.
-    pub(crate) fn moved(&self, x: &[c64], layout: &Layout) -> (Square, Vec<Square>) {
-        let mut f = self.response;
-        for (d, x) in self.directions.iter().zip(x) {
-            for (f, d) in f.iter_mut().zip(d) {
-                *f += d * x;
-            }
-        }
-        let first = x.first().copied().unwrap_or(ZERO);
-        let analytic = layout.machine.analytic();
-        let mut slopes: Vec<Square> = Vec::with_capacity(analytic + 4);
-        let mechanical = self.scene.place.mechanical();
-        for i in 0..analytic {
-            let own = match self.scene.place {
-                _ if mechanical => self.bonded(i, x, layout.machine.groups),
-                Place::SensorPlane(_) | Place::ActuatorPlane(_) => {
-                    let d = self.analytic(i);
-                    let minus = self.minus.as_ref().map(|m| m.slopes[i].as_slice());
-                    let tilted = self.tilted(&self.plus.slopes[i], minus, false);
-                    std::array::from_fn(|n| d[n] + first * tilted[n])
-                }
-                _ => {
-                    let d = self.analytic(i);
-                    match self.mixed(&d) {
-                        Some(m) => std::array::from_fn(|n| d[n] + first * m[n]),
-                        None => d,
-                    }
-                }
-            };
-            slopes.push(own);
-        }
-        // The order of the layout: moduli, ki, ks, sensor gains, damping, mesh.
-        let mut all: Vec<Square> = slopes.drain(..layout.machine.groups).collect();
-        let gain = |rows: bool, b: usize| match self.mixed(&factor(&self.response, rows, b)) {
-            Some(m) => {
-                let d = factor(&self.response, rows, b);
-                std::array::from_fn(|n| d[n] + first * m[n])
-            }
-            None => factor(&f, rows, b),
-        };
-        all.extend([0, 1].map(|b| gain(false, b)));
-        all.extend(slopes.drain(..2));
-        all.extend([0, 1].map(|b| gain(true, b)));
-        all.extend(slopes);
-        (f, all)
-    }
-
-    /// ∂F to an analytic parameter with a law on the shaft.
-    fn bonded(&self, i: usize, x: &[c64], groups: usize) -> Square {
-        let scene = self.scene;
-        let one = |at: &Ported, x: &[c64]| -> [c64; 9] {
-            let (bond, slope) = (scene.bond(at), scene.bond_slope(at, i, groups));
-            let m = bond.m;
-            let x = matrix(m, x);
-            let left = product(&bond.b, &x, 3, m, m);
-            let right = product(&x, &bond.c, m, m, 3);
-            let across = product(&left, &slope.g, 3, m, m);
-            let (a, b, c) = (
-                product(&slope.b, &right, 3, m, 3),
-                product(&left, &slope.c, 3, m, 3),
-                product(&across, &right, 3, m, 3),
-            );
-            let own = at.block(&at.slopes[i]);
-            std::array::from_fn(|n| own[n] + a[n] + b[n] + c[n])
-        };
-        let half = x.len() / 2;
-        match (&self.minus, scene.place) {
-            (Some(minus), _) if scene.split => {
-                let back: Vec<c64> = x[half..].iter().map(|z| z.conj()).collect();
-                self.electronics
-                    .apply(&one(&self.plus, &x[..half]), Some(&one(minus, &back)))
-            }
-            (_, Place::Apart(_)) => {
-                let (a, b) = (one(&self.plus, &x[..1]), one(&self.plus, &x[1..]));
-                let (a, b) = (
-                    self.electronics.apply(&a, None),
-                    self.electronics.apply(&b, None),
-                );
-                let (a, b) = (axis_of(&a, 0), axis_of(&b, 1));
-                std::array::from_fn(|n| a[n] + b[n])
-            }
-            _ => self.electronics.apply(&one(&self.plus, x), None),
-        }
-    }
 }
 
 /// The entries of one axis.
-fn axis_of(f: &Square, axis: usize) -> Square {
+pub(super) fn axis_of(f: &Square, axis: usize) -> Square {
     std::array::from_fn(|n| {
         if n / SIDE % 2 == axis && n % SIDE % 2 == axis {
             f[n]

@@ -8,8 +8,11 @@ use super::super::DiagnoseError;
 use super::super::data::covariance::whiten;
 use super::super::data::evidence::{Subset, SweepEvidence};
 use super::super::fit::case::Case;
+use super::super::fit::nuisance::Layout;
+use super::basis::{Basis, power};
 use super::place::Place;
 use super::place_response::{OpenedPlace, PlaceResponse};
+use crate::linalg::gram::{add_gram, mirrored};
 use crate::linalg::{Mat, c64, solve};
 use crate::spindle::response::{SIDE, Square, ZERO};
 
@@ -21,8 +24,10 @@ const COLLET: [f64; 2] = [5e-9, 1e-5];
 const INSIGNIFICANT: f64 = 3.0;
 /// Longest step of a nuisance parameter: a factor stays one.
 const LONGEST_STEP: f64 = 0.3;
-/// Part of a direction below which it repeats the others (rounding of the small springs it comes from).
-const DEPENDENT: f64 = 1e-9;
+/// Real residuals of a line.
+const HEIGHT: usize = 32;
+/// Lines whose derivatives are multiplied in one piece.
+const PIECE: usize = 16;
 
 /// Nuisance parameters with a free law at a place.
 #[derive(Clone, Debug)]
@@ -54,90 +59,9 @@ pub(crate) struct Fitted<'v> {
     rows: [[c64; 16]; 4],
 }
 
-/// Orthonormal directions of a line, whitened, with the triangle that leads back.
-struct Basis {
-    q: Vec<[c64; 16]>,
-    /// Index of the direction behind each q, and R (columns over q).
-    kept: Vec<usize>,
-    r: Vec<Vec<c64>>,
-}
-
-impl Basis {
-    fn new(directions: &[[c64; 16]]) -> Self {
-        let mut basis = Self {
-            q: vec![],
-            kept: vec![],
-            r: vec![],
-        };
-        for (i, d) in directions.iter().enumerate() {
-            let own = power(d).sqrt();
-            let (mut v, mut column) = (*d, vec![]);
-            for q in &basis.q {
-                let share = dot(q, &v);
-                for (v, q) in v.iter_mut().zip(q) {
-                    *v -= q * share;
-                }
-                column.push(share);
-            }
-            let left = power(&v).sqrt();
-            if own > 0.0 && left > DEPENDENT * own {
-                column.push(c64::new(left, 0.0));
-                basis.q.push(v.map(|x| x / left));
-                basis.kept.push(i);
-                basis.r.push(column);
-            }
-        }
-        basis
-    }
-
-    /// What lies beyond the directions.
-    fn beyond(&self, v: &[c64; 16]) -> [c64; 16] {
-        let mut v = *v;
-        for q in &self.q {
-            let share = dot(q, &v);
-            for (v, q) in v.iter_mut().zip(q) {
-                *v -= q * share;
-            }
-        }
-        v
-    }
-
-    /// Least squares X of `v` and standard deviations for whitened noise of χ² = 2|w|².
-    fn solve(&self, v: &[c64; 16], count: usize) -> (Vec<c64>, Vec<f64>) {
-        let n = self.q.len();
-        let (mut x, mut sd) = (vec![ZERO; count], vec![0.0; count]);
-        let mut z: Vec<c64> = self.q.iter().map(|q| dot(q, v)).collect();
-        // R⁻¹ by back substitution; variance of X_a is the squared row a of R⁻¹.
-        let mut inverse = vec![vec![ZERO; n]; n];
-        for k in (0..n).rev() {
-            let pivot = self.r[k][k];
-            for c in k..n {
-                let mut sum = if c == k { c64::new(1.0, 0.0) } else { ZERO };
-                for l in k + 1..n {
-                    sum -= self.r[l][k] * inverse[l][c];
-                }
-                inverse[k][c] = sum / pivot;
-            }
-            for l in k + 1..n {
-                let shift = self.r[l][k] * z[l];
-                z[k] -= shift;
-            }
-            z[k] /= pivot;
-        }
-        for (k, at) in self.kept.iter().enumerate() {
-            x[*at] = z[k];
-            sd[*at] = inverse[k].iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
-        }
-        (x, sd)
-    }
-}
-
-fn dot(a: &[c64; 16], b: &[c64; 16]) -> c64 {
-    a.iter().zip(b).fold(ZERO, |s, (a, b)| s + a.conj() * b)
-}
-
-fn power(a: &[c64; 16]) -> f64 {
-    a.iter().map(|v| v.norm_sqr()).sum()
+/// Real and imaginary parts, one after the other.
+fn parts(v: &[c64; 16]) -> [f64; HEIGHT] {
+    std::array::from_fn(|k| if k % 2 == 0 { v[k / 2].re } else { v[k / 2].im })
 }
 
 /// What a law is fitted with.
@@ -176,7 +100,7 @@ pub(crate) fn lines(
         let scene: OpenedPlace = place.scene(case.model, p, &[], sweep.speed_rad_s, derivatives)?;
         for line in (0..sweep.omega_rad_s.len()).step_by(usage.stride) {
             let omega = sweep.omega_rad_s[line];
-            let view = scene.view(omega, derivatives.then_some(layout));
+            let view = scene.view(omega);
             let rows = sweep.whitening(line, model_error, usage.off_diagonal);
             let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(s, i)]);
             let residual = residual(sweep, line, &view.response, &gain, &rows);
@@ -250,12 +174,14 @@ pub(crate) fn settle(
     }
     let mut p = from.to_vec();
     let mut best: Option<Settled> = None;
+    // Derivatives of some lines, and what they leave of the residuals in the last column.
+    let mut block = Mat::zeros(HEIGHT * PIECE, n + 1);
     for (model_error, steps) in stages {
         best = None;
         for step in 0..=*steps {
             let last = step == *steps;
-            let (mut normal, mut slope) = (vec![0.0; n * n], vec![0.0; n]);
-            let (mut chi2, mut numbers) = (0.0, 0);
+            let mut gram = Mat::zeros(n + 1, n + 1);
+            let (mut chi2, mut numbers, mut filled) = (0.0, 0, 0);
             let fit = LawFit {
                 place,
                 p: &p,
@@ -266,10 +192,17 @@ pub(crate) fn settle(
             lines(case, &fit, |line| {
                 chi2 += line.chi2.1;
                 numbers += line.basis.q.len();
-                if !last {
-                    line.accumulate(layout, &p, &mut normal, &mut slope);
+                if last {
+                    return;
+                }
+                line.write(layout, &p, (&mut block, filled));
+                filled += HEIGHT;
+                if filled == block.nrows() {
+                    add_gram(&mut gram, block.as_ref());
+                    filled = 0;
                 }
             })?;
+            add_gram(&mut gram, block.subrows(0, filled));
             let here = Settled {
                 chi2: chi2 + priors.prior(&p),
                 numbers,
@@ -290,10 +223,11 @@ pub(crate) fn settle(
                 break;
             }
             let pulls: Vec<(f64, f64)> = priors.pull(&p).collect();
+            let gram = mirrored(gram);
             let matrix = Mat::from_fn(n, n, |i, j| {
-                normal[i * n + j] + if i == j { pulls[i].0 } else { 0.0 }
+                2.0 * gram[(i, j)] + if i == j { pulls[i].0 } else { 0.0 }
             });
-            let right = Mat::from_fn(n, 1, |i, _| slope[i] + pulls[i].1);
+            let right = Mat::from_fn(n, 1, |i, _| 2.0 * gram[(n, i)] + pulls[i].1);
             let step = solve(&matrix, &right)?;
             for (i, p) in p.iter_mut().enumerate() {
                 *p += step[(i, 0)].clamp(-LONGEST_STEP, LONGEST_STEP);
@@ -308,38 +242,60 @@ pub(crate) fn settle(
 }
 
 impl Fitted<'_> {
-    /// Adds 2 Re JᴴPJ and 2 Re JᴴPr of this line.
-    fn accumulate(
-        &self,
-        layout: &super::super::fit::nuisance::Layout,
-        p: &[f64],
-        normal: &mut [f64],
-        slope: &mut [f64],
-    ) {
+    /// Writes PJ and Pr of this line, real and imaginary parts apart, into the rows of `block` from `first` on; columns
+    /// that do not depend on the line stay as they are.
+    fn write(&self, layout: &Layout, p: &[f64], (block, first): (&mut Mat<f64>, usize)) {
         let n = layout.len();
-        let (f, slopes) = self.view.moved(&self.x, layout);
+        let machine = &layout.machine;
+        let slopes = self.view.slopes(&self.x, machine);
         let gain: [f64; 4] = std::array::from_fn(|i| 1.0 + p[layout.axis(self.sweep, i)]);
-        let mut columns: Vec<(usize, [c64; 16])> = slopes
+        let left =
+            |d: &Square, gain: &[f64; 4]| parts(&self.basis.beyond(&whitened(d, gain, &self.rows)));
+        let mut column = |k: usize, values: &[f64; HEIGHT]| {
+            block.col_as_slice_mut(k)[first..first + HEIGHT].copy_from_slice(values);
+        };
+        let units: Vec<[[f64; HEIGHT]; 2]> = slopes
+            .units
             .iter()
-            .enumerate()
-            .map(|(c, d)| (c, self.basis.beyond(&whitened(d, &gain, &self.rows))))
+            .map(|unit| {
+                let real = left(unit, &gain);
+                let turned = |k: usize| match k % 2 {
+                    0 => -real[k + 1],
+                    _ => real[k - 1],
+                };
+                [real, std::array::from_fn(turned)]
+            })
             .collect();
-        for i in 0..4 {
-            let mut own = [0.0; 4];
-            own[i] = 1.0;
-            let column = self.basis.beyond(&whitened(&f, &own, &self.rows));
-            columns.push((layout.axis(self.sweep, i), column));
-        }
-        for (a, (i, column)) in columns.iter().enumerate() {
-            slope[*i] += 2.0 * dot(column, &self.residual).re;
-            for (j, other) in &columns[..=a] {
-                let value = 2.0 * dot(column, other).re;
-                normal[i * n + j] += value;
-                if i != j {
-                    normal[j * n + i] += value;
+        let groups = machine.groups;
+        for (k, entries) in slopes.entries.chunks_exact(units.len()).enumerate() {
+            let mut values = [0.0; HEIGHT];
+            for (entry, [real, turned]) in entries.iter().zip(&units) {
+                for (value, (a, b)) in values.iter_mut().zip(real.iter().zip(turned)) {
+                    *value += entry.re * a + entry.im * b;
                 }
             }
+            // Moduli, ks, damping and mesh, among which ki and sensor gains stand.
+            let at = match k.checked_sub(groups) {
+                None => k,
+                Some(b @ 0..2) => machine.ks(b),
+                Some(further) => machine.damping(0) + further - 2,
+            };
+            column(at, &values);
         }
+        for b in 0..2 {
+            column(machine.ki(b), &left(&slopes.gains[b], &gain));
+            column(machine.gain(b), &left(&slopes.gains[2 + b], &gain));
+        }
+        for (sweep, i) in (0..layout.sweeps).flat_map(|s| (0..4).map(move |i| (s, i))) {
+            let mut values = [0.0; HEIGHT];
+            if sweep == self.sweep {
+                let mut own = [0.0; 4];
+                own[i] = 1.0;
+                values = left(&slopes.response, &own);
+            }
+            column(layout.axis(sweep, i), &values);
+        }
+        column(n, &parts(&self.residual));
     }
 
     /// R x of the triangle that whitens X.

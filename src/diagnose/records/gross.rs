@@ -5,6 +5,7 @@ use super::super::data::measurement::{Axis, Measurement, RecordId};
 use super::finding::FoundFault;
 use crate::identify::{hammer_plausibility, open_loop, sweep_plausibility};
 use crate::spindle::Machine;
+use rayon::prelude::*;
 
 /// The gross mistakes of all records, and the measurement without them.
 ///
@@ -15,8 +16,9 @@ pub(crate) fn without_gross_faults<'a>(
     measurement: &Measurement<'a>,
 ) -> Result<(Vec<FoundFault>, Measurement<'a>), DiagnoseError> {
     let (mut found, mut right) = (vec![], measurement.clone());
-    for record in measurement.records() {
-        let faults = match record {
+    let records: Vec<RecordId> = measurement.records().collect();
+    let each = records.par_iter().map(|record| {
+        Ok(match *record {
             RecordId::Sweep(s) => {
                 let sweep = &measurement.sweeps[s];
                 let frf = open_loop(sweep)?;
@@ -27,7 +29,10 @@ pub(crate) fn without_gross_faults<'a>(
                 let axis = usize::from(tap.axis == Axis::Y);
                 hammer_plausibility("", &tap.frf, axis, machine, tap.controller)?.faults
             }
-        };
+        })
+    });
+    let each: Vec<_> = each.collect::<Result<_, DiagnoseError>>()?;
+    for (record, faults) in records.into_iter().zip(each) {
         for fault in faults {
             right = right.corrected(record, fault);
             found.push(FoundFault {

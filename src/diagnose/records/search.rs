@@ -12,6 +12,8 @@ use super::super::decide::candidate::{FAILING_CHI2, HOPELESS_CHI2, MODEL_ERRORS,
 use super::super::decide::judgement::{Overall, further, overall};
 use super::super::decide::screening::FIRST_EFFECT_BIC_GAIN;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
+use super::super::fit::prediction::Linear;
+use super::super::fit::problem::Problem;
 use super::super::fit::record_number::{Numbered, RecordNumber};
 use super::clipped::{beyond, clippings};
 use super::finding::{Alternatives, FoundFault};
@@ -108,16 +110,40 @@ fn hidden<'a>(trial: &Trial<'a>, null: &Standing) -> Result<Option<Explained<'a>
         failure: f64::INFINITY,
         model_error: FINAL_MODEL_ERROR,
     };
-    let mut worth: Vec<(Suspect, f64)> = vec![];
+    let mut tried: Vec<Suspect> = vec![];
     for s in suspects(&trial.machine, &trial.evidence, &trial.measurement) {
-        let twin = |w: &(Suspect, f64)| w.0.record == s.record && w.0.family == s.family;
-        if !worth.iter().any(twin) {
-            let fall = with_number(trial, &s, |n| {
-                n.predicted_fall(&from(&s), FINAL_MODEL_ERROR)
-            })?;
-            worth.push((s, fall));
+        let twin = |w: &Suspect| w.record == s.record && w.family == s.family;
+        if !tried.iter().any(twin) {
+            tried.push(s);
         }
     }
+    let records: Vec<RecordId> = trial.measurement.records().collect();
+    let alone = records.par_iter().map(|record| {
+        let (alone, _) = trial.evidence.apart(*record);
+        let problem = Problem {
+            model: &trial.model,
+            evidence: &alone,
+            usage: Subset::ALL,
+            effects: &[],
+        };
+        problem.linear(&null.candidate.fit.at, FINAL_MODEL_ERROR)
+    });
+    let alone: Vec<Linear> = alone.collect::<Result<_, _>>()?;
+    let fall = |s: &Suspect| {
+        let both = || records.iter().zip(&alone);
+        let own = both().find(|(record, _)| **record == s.record);
+        let others = both().filter(|(record, _)| **record != s.record);
+        let others: Vec<&Linear> = others.map(|(_, linear)| linear).collect();
+        let Some((_, own)) = own else {
+            return Ok((*s, 0.0));
+        };
+        let fall = with_number(trial, s, |n| {
+            n.predicted_fall(&from(s), FINAL_MODEL_ERROR, (own, &others))
+        })?;
+        Ok((*s, fall))
+    };
+    let worth = tried.par_iter().map(fall);
+    let mut worth: Vec<(Suspect, f64)> = worth.collect::<Result<_, DiagnoseError>>()?;
     worth.retain(|w| w.1 > needed);
     worth.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut best: Option<Explained<'a>> = None;

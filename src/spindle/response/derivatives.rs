@@ -11,7 +11,19 @@ use crate::rotor::modes::RIGID;
 impl Assembled {
     /// Coordinates behind the closed loops between outputs and inputs.
     pub(super) fn behind(&self, at: &Planar, w: f64, outs: &[usize], ins: &[usize]) -> Adjoint {
-        let (p, d, n) = (self.driven, self.dynamic, outs.len());
+        let (left, right) = self.forces(at, w, outs, ins);
+        self.adjoint(at, outs.len(), left, right)
+    }
+
+    /// Forces at the ports of a force at each output, outputs × ports, and of each input, ports × inputs.
+    pub(super) fn forces(
+        &self,
+        at: &Planar,
+        w: f64,
+        outs: &[usize],
+        ins: &[usize],
+    ) -> (Vec<c64>, Vec<c64>) {
+        let (p, n) = (self.driven, outs.len());
         let gains = self.gains(w);
         let (mut left, mut right) = (vec![ZERO; n * p], vec![ZERO; p * n]);
         for (o, out) in outs.iter().enumerate() {
@@ -26,6 +38,18 @@ impl Assembled {
                 right[port * n + i] += gain * at.entry(*port, *input);
             }
         }
+        (left, right)
+    }
+
+    /// Coordinates behind forces at the ports, `left` n × ports and `right` ports × n.
+    pub(super) fn adjoint(
+        &self,
+        at: &Planar,
+        n: usize,
+        left: Vec<c64>,
+        right: Vec<c64>,
+    ) -> Adjoint {
+        let (p, d) = (self.driven, self.dynamic);
         let (mut xl, mut xr) = (vec![ZERO; n * d], vec![ZERO; d * n]);
         for k in 0..d {
             for o in 0..n {
@@ -48,43 +72,57 @@ impl Assembled {
         }
     }
 
-    /// Derivatives to the logarithm of every modulus, then to the mesh; none when the hypothesis was assembled without
-    /// derivatives.
-    pub(super) fn strains(&self, behind: &Adjoint, w: f64) -> Vec<Vec<c64>> {
+    /// Derivatives to the logarithm of every modulus, then to the mesh, each n × n, one behind the other; none when the
+    /// hypothesis was assembled without derivatives.
+    pub(super) fn strains(&self, behind: &Adjoint, w: f64) -> Vec<c64> {
         let mut all = self.strain.as_ref().map_or(vec![], |s| s.slopes(behind));
+        let mesh = all.len().saturating_sub(behind.n * behind.n);
         // Z − w⁴C where a stiffness is Z + K.
-        for entry in all.last_mut().into_iter().flatten() {
+        for entry in &mut all[mesh..] {
             *entry *= -w.powi(4);
         }
         all
     }
 
-    /// Derivatives to the nuisance parameters: moduli, ks, ln ζ and mesh, of which the strains are known.
-    pub(super) fn small(
+    /// Closed receptances from each magnet, outputs × inputs: through its port.
+    pub(super) fn through_magnets(
         &self,
         at: &Planar,
-        w: f64,
-        (outs, ins): (&[usize], &[usize]),
-        behind: &Adjoint,
-        strains: &[Vec<c64>],
-        parameters: &MachineParameters,
-    ) -> Vec<Vec<c64>> {
-        let d = self.dynamic;
-        let mut all = Vec::with_capacity(parameters.analytic());
-        let (mesh, moduli) = strains.split_last().unzip();
-        all.extend_from_slice(moduli.unwrap_or_default());
-        for (port, ks) in MAGNETS.into_iter().zip(self.negative_stiffness()) {
-            let entry = |o: usize, i: usize| at.entry(o, port) * at.entry(port, i) * ks;
+        outs: &[usize],
+        ins: &[usize],
+    ) -> [Vec<c64>; 2] {
+        MAGNETS.map(|port| {
             let pairs = outs.iter().flat_map(|o| ins.iter().map(move |i| (*o, *i)));
-            all.push(pairs.map(|(o, i)| entry(o, i)).collect());
+            pairs
+                .map(|(o, i)| at.entry(o, port) * at.entry(port, i))
+                .collect()
+        })
+    }
+
+    /// Derivatives to the nuisance parameters: moduli, ks, ln ζ and mesh, each n × n, one behind the other. The strains
+    /// and what goes through the magnets are known.
+    pub(super) fn small(
+        &self,
+        w: f64,
+        behind: &Adjoint,
+        strains: &[c64],
+        through_magnets: &[Vec<c64>; 2],
+        parameters: &MachineParameters,
+    ) -> Vec<c64> {
+        let (d, size) = (self.dynamic, behind.n * behind.n);
+        let mut all = Vec::with_capacity(parameters.analytic() * size);
+        let (moduli, mesh) = strains.split_at(strains.len().saturating_sub(size));
+        all.extend_from_slice(moduli);
+        for (through, ks) in through_magnets.iter().zip(self.negative_stiffness()) {
+            all.extend(through.iter().map(|h| h * ks));
         }
         for mode in 0..DAMPED_MODES {
             let last = mode + 1 == DAMPED_MODES;
             let until = if last { d } else { RIGID + mode + 1 };
             let modes = (RIGID + mode).min(d)..until.min(d);
-            all.push(self.through(behind, modes, |k| c64::new(0.0, w * self.damping.modal[k])));
+            all.extend(self.through(behind, modes, |k| c64::new(0.0, w * self.damping.modal[k])));
         }
-        all.extend(mesh.cloned());
+        all.extend_from_slice(mesh);
         all
     }
 

@@ -14,7 +14,7 @@ pub(crate) const LOWPASS_DAMPING: f64 = 0.707;
 
 /// The electronics at one line: 2×2 blocks (x, y) of each bearing, row-major.
 #[derive(Clone, Debug)]
-pub struct ElectronicsLine {
+pub(crate) struct ElectronicsLine {
     /// Forces per commanded currents, N/A.
     force: [[c64; 4]; 2],
     /// Signals per displacements, −.
@@ -23,7 +23,7 @@ pub struct ElectronicsLine {
 
 impl ElectronicsLine {
     /// The electronics of a machine at angular frequency `omega_rad_s`.
-    pub fn new(machine: &Effective, omega_rad_s: f64) -> Self {
+    pub(crate) fn new(machine: &Effective, omega_rad_s: f64) -> Self {
         let s = c64::new(0.0, omega_rad_s);
         let delay = (-s * machine.delay_s).exp();
         let blocks = |gain: c64, shape: [[f64; 2]; 2]| -> [c64; 4] {
@@ -42,7 +42,7 @@ impl ElectronicsLine {
     }
 
     /// F from the closed receptance forwards and backwards (3×3: sensors and tool from magnets and tool).
-    pub fn apply(&self, plus: &[c64; 9], minus: Option<&[c64; 9]>) -> Square {
+    pub(crate) fn apply(&self, plus: &[c64; 9], minus: Option<&[c64; 9]>) -> Square {
         let mut f = [ZERO; SIDE * SIDE];
         let apart = self.force.iter().chain(&self.axes).all(apart);
         for k in 0..9 {
@@ -69,6 +69,27 @@ impl ElectronicsLine {
         }
         if !apart {
             self.surround(&mut f, SIDE);
+        }
+        f
+    }
+
+    /// F of one unit in an entry of the receptance (row-major 3×3), from x to x, or from x to y.
+    pub(crate) fn unit(&self, entry: usize, across: bool) -> Square {
+        let (o, i) = (entry / 3, entry % 3);
+        let (one, zero) = (c64::new(1.0, 0.0), ZERO);
+        let shaft = if across {
+            [zero, -one, one, zero]
+        } else {
+            [one, zero, zero, one]
+        };
+        let by = |a: &[c64; 4], b: &[c64; 4]| -> [c64; 4] {
+            std::array::from_fn(|n| a[n / 2 * 2] * b[n % 2] + a[n / 2 * 2 + 1] * b[2 + n % 2])
+        };
+        let forced = self.force.get(i).map_or(shaft, |m| by(&shaft, m));
+        let block = self.axes.get(o).map_or(forced, |m| by(m, &forced));
+        let mut f = [ZERO; SIDE * SIDE];
+        for (n, value) in block.into_iter().enumerate() {
+            f[(2 * o + n / 2) * SIDE + 2 * i + n % 2] = value;
         }
         f
     }

@@ -12,7 +12,6 @@ use super::parameters::MachineParameters;
 use super::term::{Number, Sum, Term};
 use crate::linalg::c64;
 use crate::spindle::effects::Plane;
-use std::cell::LazyCell;
 
 /// The shaft at one line, both ways round.
 pub(super) struct Whirl {
@@ -124,7 +123,7 @@ impl Assembled {
             let between = (&outs[..inner], &ins[..inner]);
             let w = whirl.omega_rad_s;
             let slopes = |at: &Planar, w: f64| {
-                self.slopes_between((at, w, whirl.first), parameters, numbers, between)
+                self.slopes((at, w, whirl.first), parameters, numbers, between)
             };
             let plus = slopes(&whirl.forward, w);
             let minus = whirl.backward.as_ref().map(|b| slopes(b, -w));
@@ -137,8 +136,10 @@ impl Assembled {
                     _ => ZERO,
                 }
             };
-            let small = plus.len() - numbers.len();
-            derivatives.extend((0..plus.len()).map(|k| {
+            let size = inner * inner;
+            let count = plus.len() / size;
+            let small = count - numbers.len();
+            derivatives.extend((0..count).map(|k| {
                 let mut own = match k.checked_sub(small).map(|n| &numbers[n]) {
                     Some(Number::Electronics(change)) => {
                         return change.slope(&self.effective, &response, w);
@@ -146,7 +147,7 @@ impl Assembled {
                     Some(Number::InPlane(sum, plane)) => in_plane(sum, *plane, whirl.first, w, x),
                     _ => {
                         let open = in_pairs(inner, |n| {
-                            planar(plus[k][n], minus.as_ref().map(|m| m[k][n]))
+                            planar(plus[k * size + n], minus.as_ref().map(|m| m[k * size + n]))
                         });
                         closed.change(&open, 2 * inner)
                     }
@@ -172,30 +173,6 @@ impl Assembled {
             side,
             loops,
         }
-    }
-
-    /// Derivatives of the receptance between ports, springs in one plane open: to moduli, ks, ln ζ and mesh when there
-    /// are parameters, then to numbers; zero for those that are not on the shaft.
-    fn slopes_between(
-        &self,
-        (at, w, first): (&Planar, f64, usize),
-        parameters: Option<&MachineParameters>,
-        numbers: &[Number],
-        (outs, ins): (&[usize], &[usize]),
-    ) -> Vec<Vec<c64>> {
-        let behind = LazyCell::new(|| self.behind(at, w, outs, ins));
-        let strains = LazyCell::new(|| self.strains(&behind, w));
-        let small = parameters.map(|l| self.small(at, w, (outs, ins), &behind, &strains, l));
-        let mut all = small.unwrap_or_default();
-        all.extend(numbers.iter().map(|number| {
-            let mut own = vec![ZERO; outs.len() * ins.len()];
-            if let Number::Shaft(sum) = number {
-                let whirl = (at, w, first);
-                self.add_sensitivity(whirl, sum, (outs, ins), &behind, &strains, &mut own);
-            }
-            own
-        }));
-        all
     }
 }
 

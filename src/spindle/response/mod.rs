@@ -40,4 +40,5 @@ pub use assembled::{Assembled, Receptance};
 pub use assembly::Assembly;
 pub use channels::{SIDE, Square, ZERO};
 pub use line::Line;
+pub(crate) use line::LineSlopes;
 pub use reduced::ReducedMachine;

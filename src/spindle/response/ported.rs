@@ -4,22 +4,23 @@
 //! ∂x_q/∂f, G = ∂x_q/∂f_q: with the places among the ports, B, C and G are entries of one matrix, and so are their
 //! derivatives  −L dK R.
 
-use super::assembled::Assembled;
-use super::channels::{IN, OUT, SIDE, Square, ZERO};
+use super::assembled::{Assembled, Planar};
+use super::channels::{IN, MAGNETS, OUT, SIDE, Square, ZERO};
 use super::electronics::ElectronicsLine;
 use super::parameters::MachineParameters;
 use crate::linalg::c64;
 
 /// Receptance between places at one signed frequency: rows front sensor, rear sensor, tool, then the further ones;
 /// columns front bearing, rear bearing, tool, then the further ones.
-#[derive(Clone, Debug)]
-pub struct Ported {
+pub(crate) struct Ported {
     /// Rows and columns.
     pub side: usize,
     /// Entries, row-major.
     pub response: Vec<c64>,
-    /// Derivatives to moduli, to ln ks front and rear, to ln ζ, and to the mesh, in that order.
-    pub slopes: Vec<Vec<c64>>,
+    at: Planar,
+    w: f64,
+    outs: Vec<usize>,
+    ins: Vec<usize>,
 }
 
 impl Assembled {
@@ -29,7 +30,7 @@ impl Assembled {
     }
 
     /// F of a receptance between sensors, tool and bearings.
-    pub fn response(
+    pub(crate) fn response(
         electronics: &ElectronicsLine,
         plus: &Ported,
         minus: Option<&Ported>,
@@ -38,13 +39,8 @@ impl Assembled {
         electronics.apply(&plus.block(&plus.response), minus.as_ref())
     }
 
-    /// Receptance at a signed frequency with the further ports `extra`; with derivatives when there are parameters.
-    pub(crate) fn ported(
-        &self,
-        w: f64,
-        extra: &[usize],
-        parameters: Option<&MachineParameters>,
-    ) -> Ported {
+    /// Receptance at a signed frequency with the further ports `extra`.
+    pub(crate) fn ported(&self, w: f64, extra: &[usize]) -> Ported {
         let at = self.planar(w);
         let outs: Vec<usize> = OUT.iter().chain(extra).copied().collect();
         let ins: Vec<usize> = IN.iter().chain(extra).copied().collect();
@@ -53,17 +49,81 @@ impl Assembled {
         for out in &outs {
             response.extend(ins.iter().map(|i| at.entry(*out, *i)));
         }
-        let slopes = parameters.map_or(vec![], |parameters| {
-            let behind = self.behind(&at, w, &outs, &ins);
-            let strains = self.strains(&behind, w);
-            self.small(&at, w, (&outs, &ins), &behind, &strains, parameters)
-        });
         Ported {
             side,
             response,
-            slopes,
+            at,
+            w,
+            outs,
+            ins,
         }
     }
+
+    /// Derivatives of L H R of this receptance H, two rows by two columns, to moduli, ln ks front and rear, ln ζ and
+    /// mesh in that order; L is 2 × side, R side × 2.
+    pub(crate) fn ported_slopes(
+        &self,
+        ported: &Ported,
+        (left, right): (&[c64], &[c64]),
+        parameters: &MachineParameters,
+    ) -> Vec<[c64; 4]> {
+        let Ported {
+            side,
+            at,
+            w,
+            outs,
+            ins,
+            ..
+        } = ported;
+        let (forces, reach) = self.forces(at, *w, outs, ins);
+        let ports = reach.len() / side;
+        let forces = product(left, &forces, (2, *side, ports));
+        let reach = product(&reach, right, (ports, *side, 2));
+        let behind = self.adjoint(at, 2, forces, reach);
+        let strains = self.strains(&behind, *w);
+        let mut all: Vec<[c64; 4]> = Vec::with_capacity(parameters.analytic());
+        let through_magnets = MAGNETS.map(|port| {
+            let from = |o: usize| {
+                (0..*side).fold(ZERO, |s, a| {
+                    s + left[o * side + a] * at.entry(outs[a], port)
+                })
+            };
+            let to = |i: usize| {
+                (0..*side).fold(ZERO, |s, b| s + at.entry(port, ins[b]) * right[2 * b + i])
+            };
+            let (from, to) = ([from(0), from(1)], [to(0), to(1)]);
+            std::array::from_fn(|n| from[n / 2] * to[n % 2])
+        });
+        let slopes = self.small(
+            *w,
+            &behind,
+            &strains,
+            &through_magnets.map(|t: [c64; 4]| t.to_vec()),
+            parameters,
+        );
+        all.extend(
+            slopes
+                .chunks_exact(4)
+                .map(|s| std::array::from_fn(|n| s[n])),
+        );
+        all
+    }
+}
+
+/// Product of two row-major matrices, rows × inner and inner × columns.
+fn product(a: &[c64], b: &[c64], (rows, inner, columns): (usize, usize, usize)) -> Vec<c64> {
+    let mut c = vec![ZERO; rows * columns];
+    for i in 0..rows {
+        for l in 0..inner {
+            let factor = a[i * inner + l];
+            if factor != ZERO {
+                for j in 0..columns {
+                    c[i * columns + j] += factor * b[l * columns + j];
+                }
+            }
+        }
+    }
+    c
 }
 
 impl Ported {

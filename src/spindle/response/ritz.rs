@@ -16,6 +16,7 @@ use crate::rotor::modes::RIGID;
 use crate::rotor::tilt::Tilt;
 use crate::rotor::{PlanarModes, Rotor, Section};
 use crate::spindle::{Machine, SpindleError};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept
@@ -258,9 +259,13 @@ fn strains(
     let scale: Vec<f64> = (0..n)
         .map(|k| (SLOW_RAD_S * SLOW_RAD_S + stiffness[(k, k)].max(0.0)).recip())
         .collect();
-    for matrix in groups.iter().chain([mesh]) {
-        let own = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
-        let (values, vectors) = symmetric_eigen(&own)?;
+    let matrices: Vec<&Mat<f64>> = groups.iter().chain([mesh]).collect();
+    let each = matrices.into_par_iter().map(|matrix| {
+        symmetric_eigen(&Mat::from_fn(n, n, |i, j| {
+            matrix[(i, j)] * scale[i] * scale[j]
+        }))
+    });
+    for (values, vectors) in each.collect::<Result<Vec<_>, _>>()? {
         let largest = values.last().copied().unwrap_or_default();
         let from = columns.len();
         for (k, value) in values.iter().enumerate() {

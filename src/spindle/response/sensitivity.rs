@@ -22,7 +22,7 @@ impl Assembled {
         sum: &Sum,
         (outs, ins): (&[usize], &[usize]),
         behind: &impl Deref<Target = Adjoint>,
-        strains: &impl Deref<Target = Vec<Vec<c64>>>,
+        strains: &impl Deref<Target = Vec<c64>>,
         all: &mut [c64],
     ) {
         for (factor, term) in sum {
@@ -46,11 +46,15 @@ impl Assembled {
         term: Term,
         w: f64,
         behind: &impl Deref<Target = Adjoint>,
-        strains: &impl Deref<Target = Vec<Vec<c64>>>,
+        strains: &impl Deref<Target = Vec<c64>>,
     ) -> Option<Vec<c64>> {
         let modes = RIGID..self.dynamic;
         Some(match term {
-            Term::Modulus(group) => strains.get(group).cloned().unwrap_or_default(),
+            Term::Modulus(group) => {
+                let size = behind.n * behind.n;
+                let own = strains.get(group * size..(group + 1) * size);
+                own.map_or(vec![], <[c64]>::to_vec)
+            }
             Term::Damping(mode) => {
                 let own = (RIGID + mode).min(self.dynamic)..(RIGID + mode + 1).min(self.dynamic);
                 self.through(behind, own, |k| c64::new(0.0, w * self.damping.modal[k]))

@@ -52,45 +52,44 @@ impl Strain {
         }
     }
 
-    /// ∂H to the logarithm of every group's stiffness and to the mesh, n × n row-major.
-    pub(super) fn slopes(&self, behind: &Adjoint) -> Vec<Vec<c64>> {
+    /// ∂H to the logarithm of every group's stiffness and to the mesh, each n × n row-major, one behind the other.
+    pub(super) fn slopes(&self, behind: &Adjoint) -> Vec<c64> {
         let n = behind.n;
         let dynamic = behind.right.len() / n.max(1);
         let ports = behind.right_ports.len() / n.max(1);
         // Left and right coordinates, real and imaginary parts apart: 4n columns.
-        let coordinates = Mat::from_fn(dynamic + ports, 4 * n, |k, c| {
-            let (i, right) = (c / 4, c % 4 >= 2);
-            let value = match (k.checked_sub(dynamic), right) {
-                (None, false) => behind.left[i * dynamic + k],
-                (None, true) => behind.right[k * n + i],
-                (Some(q), false) => behind.left_ports[i * ports + q],
-                (Some(q), true) => behind.right_ports[q * n + i],
-            };
-            if c % 2 == 0 { value.re } else { value.im }
-        });
+        let mut coordinates = Mat::zeros(dynamic + ports, 4 * n);
+        for i in 0..n {
+            let left = behind.left[i * dynamic..(i + 1) * dynamic].iter();
+            let left = left.chain(&behind.left_ports[i * ports..(i + 1) * ports]);
+            let right = behind.right[i..].iter().step_by(n);
+            let right = right.chain(behind.right_ports[i..].iter().step_by(n));
+            for (k, (left, right)) in left.zip(right).enumerate() {
+                coordinates[(k, 4 * i)] = left.re;
+                coordinates[(k, 4 * i + 1)] = left.im;
+                coordinates[(k, 4 * i + 2)] = right.re;
+                coordinates[(k, 4 * i + 3)] = right.im;
+            }
+        }
         let strains = &self.strains * coordinates;
         let part = |i: usize, part: usize, range: &Range<usize>| {
-            let column = strains.col(4 * i + part).try_as_col_major();
-            column.map_or(&[][..], |c| &c.as_slice()[range.clone()])
+            &strains.col_as_slice(4 * i + part)[range.clone()]
         };
-        self.of_group
-            .iter()
-            .map(|range| {
-                let mut slope = Vec::with_capacity(n * n);
-                for o in 0..n {
-                    let (a, b) = (part(o, 0, range), part(o, 1, range));
-                    for i in 0..n {
-                        let (c, d) = (part(i, 2, range), part(i, 3, range));
-                        let (mut re, mut im) = (0.0, 0.0);
-                        for (((a, b), c), d) in a.iter().zip(b).zip(c).zip(d) {
-                            re -= a * c - b * d;
-                            im -= a * d + b * c;
-                        }
-                        slope.push(c64::new(re, im));
+        let mut slopes = Vec::with_capacity(self.of_group.len() * n * n);
+        for range in &self.of_group {
+            for o in 0..n {
+                let (a, b) = (part(o, 0, range), part(o, 1, range));
+                for i in 0..n {
+                    let (c, d) = (part(i, 2, range), part(i, 3, range));
+                    let (mut re, mut im) = (0.0, 0.0);
+                    for (((a, b), c), d) in a.iter().zip(b).zip(c).zip(d) {
+                        re -= a * c - b * d;
+                        im -= a * d + b * c;
                     }
+                    slopes.push(c64::new(re, im));
                 }
-                slope
-            })
-            .collect()
+            }
+        }
+        slopes
     }
 }
