@@ -7,6 +7,7 @@ use super::finer_mesh::FinerMesh;
 use super::ritz::ReducedShaft;
 use super::shaft_modes::{Modes, modes};
 use crate::linalg::Mat;
+use crate::linalg::gram::mirrored;
 use crate::spindle::{Effect, EffectKind, Location, SpindleError};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -126,15 +127,17 @@ impl MovedShaft {
 /// Stiffness with moduli `scale` times their own, and with the fitted joint, n×n.
 fn stiffness(shaft: &ReducedShaft, scale: &[f64], joint: Option<&Effect>) -> Mat<f64> {
     let n = shaft.len();
-    let mut k = shaft.stiffness.clone();
+    // Symmetric: the lower triangle says all.
+    let mut lower = shaft.stiffness.clone();
     for (group, scale) in shaft.groups.iter().zip(scale).filter(|(_, s)| **s != 1.0) {
         for j in 0..n {
-            let column = k.col_as_slice_mut(j).iter_mut();
-            for (k, own) in column.zip(group.col_as_slice(j)) {
+            let column = lower.col_as_slice_mut(j)[j..].iter_mut();
+            for (k, own) in column.zip(&group.col_as_slice(j)[j..]) {
                 *k += (scale - 1.0) * own;
             }
         }
     }
+    let mut k = mirrored(lower);
     if let (Some(effect), Some(rows)) = (joint, &shaft.joint) {
         for (row, value) in rows.iter().zip(&effect.values) {
             k = Mat::from_fn(n, n, |i, j| k[(i, j)] + value * row[i] * row[j]);
