@@ -3,7 +3,7 @@
 use super::pictures::{Picture, PictureName};
 use super::plot::diagnosis as plot;
 use super::plot::style::Role;
-use super::plot::{Curve, Figure, picture};
+use super::plot::{Curve, Figure};
 use super::results::{ResultsError, ResultsFolder};
 use super::tables::Table;
 use crate::diagnose::Diagnosis;
@@ -13,7 +13,6 @@ use crate::diagnose::locate::place::Place;
 use crate::spindle::Location;
 use crate::spindle::effects::AXIS_NAMES as AXES;
 use crate::spindle::response::SIDE;
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// A figure with its name.
@@ -31,17 +30,7 @@ pub fn stage(folder: &mut ResultsFolder, d: &Diagnosis) -> Result<(), ResultsErr
     figures.extend(laws(d));
     figures.extend(ranking(d));
     figures.extend(channels(d));
-    let drawn = figures.par_iter().map(|(name, figure)| {
-        let failed = |source| ResultsError::Picture {
-            stem: name.stem(),
-            source,
-        };
-        picture(figure).map_err(failed)
-    });
-    let drawn: Vec<_> = drawn.collect::<Result<_, _>>()?;
-    for ((name, _), drawn) in figures.into_iter().zip(drawn) {
-        folder.add_picture(name, drawn)?;
-    }
+    folder.add_plots(figures)?;
     hypotheses(folder, d)?;
     correction(folder, d)?;
     let mut table = Table::with_columns(&["data", "gap_before", "gap_after"]);

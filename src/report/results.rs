@@ -121,7 +121,7 @@ impl ResultsFolder {
         name: impl Into<PictureName>,
         figure: &Figure,
     ) -> Result<(), ResultsError> {
-        self.add_plots(vec![(name.into(), figure)])
+        self.add_drawn(name.into(), picture(figure))
     }
 
     /// As [`Self::add_plot`] of each figure; they are drawn side by side.
@@ -130,20 +130,27 @@ impl ResultsFolder {
     /// As [`Self::add_plot`].
     pub(crate) fn add_plots(
         &mut self,
-        figures: Vec<(PictureName, &Figure)>,
+        figures: Vec<(PictureName, Figure)>,
     ) -> Result<(), ResultsError> {
-        let drawn: Vec<Result<Picture, PlotError>> = figures
-            .par_iter()
-            .map(|(_, figure)| picture(figure))
+        let drawn: Vec<_> = figures
+            .into_par_iter()
+            .map(|(name, figure)| (name, picture(&figure)))
             .collect();
-        for ((name, _), drawn) in figures.into_iter().zip(drawn) {
-            let drawn = drawn.map_err(|source| ResultsError::Picture {
-                stem: name.stem(),
-                source,
-            })?;
-            self.add_picture(name, drawn)?;
-        }
-        Ok(())
+        drawn
+            .into_iter()
+            .try_for_each(|(name, drawn)| self.add_drawn(name, drawn))
+    }
+
+    fn add_drawn(
+        &mut self,
+        name: PictureName,
+        drawn: Result<Picture, PlotError>,
+    ) -> Result<(), ResultsError> {
+        let drawn = drawn.map_err(|source| ResultsError::Picture {
+            stem: name.stem(),
+            source,
+        })?;
+        self.add_picture(name, drawn)
     }
 
     /// Stages `plots/<stem>.svg` and `plots/<stem>.csv`.

@@ -83,11 +83,8 @@ impl Report {
         &mut self,
         figures: impl IntoIterator<Item = (N, Figure)>,
     ) -> Result<(), ReportError> {
-        let figures: Vec<(PictureName, Figure)> = figures
-            .into_iter()
-            .map(|(name, figure)| (name.into(), figure))
-            .collect();
-        let figures = figures.iter().map(|(name, figure)| (name.clone(), figure));
+        let figures = figures.into_iter();
+        let figures = figures.map(|(name, figure)| (name.into(), figure));
         Ok(self.folder.add_plots(figures.collect())?)
     }
 
