@@ -4,11 +4,11 @@
 
 use super::joint::STIFFEST_JOINT;
 use super::place::Place;
-use super::place_response::{ONE, PlaceResponse, matrix, pairs, product};
+use super::place_response::{ONE, PlaceResponse, matrix, pairs};
 use crate::linalg::c64;
 use crate::linalg::small::eliminate;
 use crate::spindle::response::ZERO;
-use crate::spindle::response::ported::Ported;
+use crate::spindle::response::ported::{Ported, product};
 
 impl PlaceResponse<'_> {
     /// Δ of a sign from X, or X from Δ: X (1 + G X)⁻¹ and Δ (1 − G Δ)⁻¹.
@@ -16,7 +16,7 @@ impl PlaceResponse<'_> {
         let bond = self.scene.bond(at);
         let m = bond.m;
         let mut to = matrix(m, from);
-        let mut unit = product(&to, &bond.g, m, m, m);
+        let mut unit = product(&to, &bond.g, (m, m, m));
         for (i, u) in unit.iter_mut().enumerate() {
             *u = *u * sign + if i % (m + 1) == 0 { ONE } else { ZERO };
         }

@@ -162,18 +162,6 @@ pub(super) fn matrix(m: usize, x: &[c64]) -> Vec<c64> {
     full
 }
 
-pub(super) fn product(a: &[c64], b: &[c64], rows: usize, inner: usize, columns: usize) -> Vec<c64> {
-    let mut c = vec![ZERO; rows * columns];
-    for i in 0..rows {
-        for l in 0..inner {
-            for j in 0..columns {
-                c[i * columns + j] += a[i * inner + l] * b[l * columns + j];
-            }
-        }
-    }
-    c
-}
-
 impl PlaceResponse<'_> {
     /// The place.
     pub(crate) fn place(&self) -> &Place {

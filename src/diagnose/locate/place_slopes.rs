@@ -7,11 +7,11 @@
 //! every parameter.
 
 use super::place::Place;
-use super::place_response::{ONE, PlaceResponse, axis_of, matrix, product};
+use super::place_response::{ONE, PlaceResponse, axis_of, matrix};
 use crate::linalg::c64;
 use crate::spindle::response::channels::planar;
 use crate::spindle::response::parameters::MachineParameters;
-use crate::spindle::response::ported::{Ported, factor};
+use crate::spindle::response::ported::{Ported, factor, product};
 use crate::spindle::response::{Square, ZERO};
 
 /// The response of a line with a law, and what its derivatives are made of.
@@ -144,8 +144,8 @@ impl PlaceResponse<'_> {
                 let bond = self.scene.bond(at);
                 let m = bond.m;
                 let x = matrix(m, x);
-                let on_left = product(&bond.b, &x, 3, m, m);
-                let on_right = product(&x, &bond.c, m, m, 3);
+                let on_left = product(&bond.b, &x, (3, m, m));
+                let on_right = product(&x, &bond.c, (m, m, 3));
                 for b in 0..2 {
                     for a in 0..m {
                         left[b * side + 3 + a] = on_left[b * m + a];

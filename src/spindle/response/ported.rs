@@ -81,7 +81,6 @@ impl Assembled {
         let reach = product(&reach, right, (ports, *side, 2));
         let behind = self.adjoint(at, 2, forces, reach);
         let strains = self.strains(&behind, *w);
-        let mut all: Vec<[c64; 4]> = Vec::with_capacity(parameters.analytic());
         let through_magnets = MAGNETS.map(|port| {
             let from = |o: usize| {
                 (0..*side).fold(ZERO, |s, a| {
@@ -92,26 +91,20 @@ impl Assembled {
                 (0..*side).fold(ZERO, |s, b| s + at.entry(port, ins[b]) * right[2 * b + i])
             };
             let (from, to) = ([from(0), from(1)], [to(0), to(1)]);
-            std::array::from_fn(|n| from[n / 2] * to[n % 2])
+            (0..4).map(|n| from[n / 2] * to[n % 2]).collect()
         });
-        let slopes = self.small(
-            *w,
-            &behind,
-            &strains,
-            &through_magnets.map(|t: [c64; 4]| t.to_vec()),
-            parameters,
-        );
-        all.extend(
-            slopes
-                .chunks_exact(4)
-                .map(|s| std::array::from_fn(|n| s[n])),
-        );
-        all
+        let slopes = self.small(*w, &behind, &strains, &through_magnets, parameters);
+        let each = slopes.chunks_exact(4);
+        each.map(|s| std::array::from_fn(|n| s[n])).collect()
     }
 }
 
 /// Product of two row-major matrices, rows × inner and inner × columns.
-fn product(a: &[c64], b: &[c64], (rows, inner, columns): (usize, usize, usize)) -> Vec<c64> {
+pub(crate) fn product(
+    a: &[c64],
+    b: &[c64],
+    (rows, inner, columns): (usize, usize, usize),
+) -> Vec<c64> {
     let mut c = vec![ZERO; rows * columns];
     for i in 0..rows {
         for l in 0..inner {
