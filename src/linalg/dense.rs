@@ -145,7 +145,7 @@ fn sorted(mut values: Vec<c64>) -> Vec<c64> {
     values
 }
 
-fn stuck(n: usize) -> NumericError {
+pub(super) fn stuck(n: usize) -> NumericError {
     NumericError::NoConvergence {
         what: "eigenvalue iteration",
         iterations: n,
@@ -158,23 +158,32 @@ fn stuck(n: usize) -> NumericError {
 /// # Errors
 /// [`NumericError::NoConvergence`] when the iteration fails, [`NumericError::NotFinite`] for bad data.
 pub fn symmetric_eigen(a: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), NumericError> {
+    let n = a.nrows();
+    let (unit, scale) = of_unit_norm(a)?;
+    let evd = unit.self_adjoint_eigen(Side::Lower).map_err(|_| stuck(n))?;
+    let values = (0..n).map(|i| evd.S().column_vector()[i] * scale).collect();
+    Ok((values, evd.U().to_owned()))
+}
+
+/// A symmetric matrix divided by a power of two to a norm of about 1, and that power: faer's divide and conquer loses
+/// all accuracy on matrices of norm 1e14 (n ≥ 200).
+///
+/// # Errors
+/// [`NumericError::NotFinite`] for bad data.
+pub(super) fn of_unit_norm(a: &Mat<f64>) -> Result<(Mat<f64>, f64), NumericError> {
     if !a.is_all_finite() {
         return Err(NumericError::NotFinite {
             what: "symmetric eigenvalues",
         });
     }
-    let n = a.nrows();
-    // faer's divide and conquer loses all accuracy on matrices of norm 1e14 (n ≥ 200): hand it one of norm about 1.
     let norm = a.norm_max();
     let scale = if norm > 0.0 {
         norm.log2().round().exp2()
     } else {
         1.0
     };
-    let unit = Mat::from_fn(n, n, |i, j| a[(i, j)] / scale);
-    let evd = unit.self_adjoint_eigen(Side::Lower).map_err(|_| stuck(n))?;
-    let values = (0..n).map(|i| evd.S().column_vector()[i] * scale).collect();
-    Ok((values, evd.U().to_owned()))
+    let unit = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale);
+    Ok((unit, scale))
 }
 
 /// A real matrix as a complex one.
