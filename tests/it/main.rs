@@ -3,7 +3,7 @@
 // A test tells its story in one piece.
 #![allow(clippy::too_many_lines)]
 
-/// That of the program, so that tests inside this process take as long as its commands.
+/// The allocator of the program: tests inside this process take as long as its commands.
 #[cfg(feature = "cli")]
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
