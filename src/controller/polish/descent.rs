@@ -2,16 +2,15 @@
 //! Lagrangian, as its steps show it ([`Curvature`]).
 //!
 //! Merit φ = max log compliance + ρ Σ_limits max(0, largest log over its limit). Each step linearises the values near
-//! their group's largest and solves [`curved_step`] with ½ δxᵀBδx + (λ/2)|p|², in coordinates in which |p|² is the
-//! mean square relative change of the loop (metric M of [`Loss::metric_rows`], p = M^{1/2} δx), so that the step does
-//! not depend on how the controller is written. A step that raises φ or changes the encirclements of a rotor's det(I −
+//! their group's largest and solves [`curved_step`] with ½ δxᵀ(λM + B)δx, in which δxᵀMδx is the mean square relative
+//! change of the loop ([`Loss::metric`]), so that the step does not depend on how the controller is written. A step that raises φ or changes the encirclements of a rotor's det(I −
 //! G K) is refused and shortened; B learns from it all the same.
 
 use super::loss::{Evaluation, Loss};
 use super::structure::Structure;
 use super::values::{GROUPS, Group, LIMITS, Value, WINDOW};
 use crate::controller::{ControllerError, in_step};
-use crate::linalg::{Mat, symmetric_eigen};
+use crate::linalg::{Mat, NumericError};
 use crate::robust::minimax::curvature::Curvature;
 use crate::robust::minimax::proximal::{HEAVIEST, after_refusal, after_step, is_accepted};
 use crate::robust::minimax::step::{LinearValue, MinimaxStep, StepRule, curved_step};
@@ -31,15 +30,15 @@ pub(crate) const PENALTY: f64 = 8.0;
 const LARGEST_PROGRAMME: usize = 240;
 /// Steps over which progress is judged.
 const PATIENCE: usize = 6;
-/// Proximal weight at the start: |p| of a few percent.
+/// Proximal weight at the start: changes of the loop of a few percent.
 const FIRST_WEIGHT: f64 = 1.0;
-/// Smallest eigenvalue of the metric relative to its largest: directions that change nothing stay bounded.
+/// Share of the metric's trace that is added: directions that change nothing stay bounded.
 const FLAT: f64 = 1e-9;
 /// The metric is renewed after so many accepted steps.
 const METRIC_AGE: usize = 4;
 /// Weight of a parameter's own natural step in the metric.
 const OWN_STEP: f64 = 1.0;
-/// Lines skipped between the rows of the metric, and weight of a relative change of K itself.
+/// Every so many lines one of the metric, and weight of a relative change of K itself.
 const METRIC: (usize, f64) = (3, 0.2);
 
 /// What a descent keeps from one round to the next.
@@ -87,7 +86,7 @@ pub(crate) fn descend(
     loss.rescale(&mut found);
     let turns = found.turns.clone();
     let mut merit = found.merit(PENALTY);
-    let mut whiten = whitening(loss, law, x, &found)?;
+    let mut metric = metric_of(loss, law, x, &found)?;
     let mut age = 0;
     let mut history = vec![merit];
     let mut steps = 0;
@@ -103,7 +102,7 @@ pub(crate) fn descend(
         if participants.is_empty() {
             break;
         }
-        let step = step_for(&participants, &likely, &whiten.coordinates, memory);
+        let step = step_for(&participants, &likely, &metric, memory);
         let Some(MinimaxStep {
             step,
             predicted,
@@ -132,7 +131,7 @@ pub(crate) fn descend(
         let accepted = same && is_accepted(kept, promised);
         if same {
             let change = slope_change((loss, law), (&trial, &next), &participants, &binding);
-            memory.curvature.learn(&step, &change, || whiten.metric());
+            memory.curvature.learn(&step, &change, || metric.clone());
         }
         likely = binding
             .iter()
@@ -153,7 +152,7 @@ pub(crate) fn descend(
         history.push(merit);
         age += 1;
         if age >= METRIC_AGE {
-            whiten = whitening(loss, law, x, &found)?;
+            metric = metric_of(loss, law, x, &found)?;
             age = 0;
         }
         let past = history.len().checked_sub(1 + PATIENCE).map(|k| history[k]);
@@ -168,7 +167,7 @@ pub(crate) fn descend(
 fn step_for(
     participants: &[Participant],
     likely: &[Value],
-    whiten: &Mat<f64>,
+    metric: &Mat<f64>,
     memory: &Memory,
 ) -> Option<MinimaxStep> {
     let linear: Vec<LinearValue> = participants
@@ -187,7 +186,7 @@ fn step_for(
         penalty: PENALTY,
         proximal: memory.weight,
     };
-    curved_step(&linear, &likely, (whiten, &memory.curvature), &rule)
+    curved_step(&linear, &likely, (metric, &memory.curvature), &rule)
 }
 
 /// Slope of the Lagrangian at `trial` less that before the step.
@@ -212,51 +211,27 @@ fn slope_change(
     (0..law.parameters()).map(change).collect()
 }
 
-/// Coordinates p of a step δx = M^{-1/2} p.
-struct Whitening {
-    /// M^{-1/2}, parameters × coordinates.
-    coordinates: Mat<f64>,
-    /// M^{1/2}, coordinates × parameters.
-    root: Mat<f64>,
-}
-
-impl Whitening {
-    /// M.
-    fn metric(&self) -> Mat<f64> {
-        self.root.transpose() * &self.root
-    }
-}
-
-fn whitening(
+/// The metric of a step: mean square relative change of the loop, and natural steps.
+fn metric_of(
     loss: &Loss,
     law: &dyn Structure,
     x: &[f64],
     found: &Evaluation,
-) -> Result<Whitening, ControllerError> {
-    let n = law.parameters();
-    let mut rows = loss.metric_rows(&*law.with(x), found, METRIC);
+) -> Result<Mat<f64>, ControllerError> {
+    let mut metric = loss.metric(&*law.with(x), found, METRIC);
+    let n = metric.nrows();
     for (k, natural) in law.natural_steps(x).into_iter().enumerate() {
-        let mut row = vec![0.0; n];
-        row[k] = OWN_STEP / natural;
-        rows.push(row);
+        // In units of a parameter's own effect the largest eigenvalue is at most n: what is added acts on directions,
+        // not on units.
+        let own = metric[(k, k)] + (OWN_STEP / natural).powi(2);
+        metric[(k, k)] = own * (1.0 + FLAT * n as f64);
     }
-    let transposed = Mat::from_fn(n, rows.len(), |j, i| rows[i][j]);
-    let gram = &transposed * transposed.transpose();
-    // Parameters in units of their own effect, so that the floor below acts on directions, not on units.
-    let unit: Vec<f64> = (0..n)
-        .map(|j| {
-            let size = gram[(j, j)].sqrt();
-            if size > 0.0 { 1.0 / size } else { 1.0 }
-        })
-        .collect();
-    let metric = Mat::from_fn(n, n, |i, j| gram[(i, j)] * unit[i] * unit[j]);
-    let (values, vectors) = symmetric_eigen(&metric).map_err(in_step("metric of the polish"))?;
-    let floor = FLAT * values.last().copied().unwrap_or(1.0);
-    let root = |k: usize| values[k].max(floor).sqrt();
-    Ok(Whitening {
-        coordinates: Mat::from_fn(n, n, |i, k| unit[i] * vectors[(i, k)] / root(k)),
-        root: Mat::from_fn(n, n, |k, i| vectors[(i, k)] * root(k) / unit[i]),
-    })
+    if metric.is_all_finite() {
+        return Ok(metric);
+    }
+    Err(in_step("metric of the polish")(NumericError::NotFinite {
+        what: "metric",
+    }))
 }
 
 /// Values near the largest of their group with their derivatives.

@@ -1,10 +1,13 @@
 //! Derivatives of the values of a [`Loss`], and the metric of a step.
 
 use super::loss::{Evaluation, Loss, largest_singular};
-use super::matrix2::{Matrix2, ZERO, outer, product, row_times, times};
+use super::matrix2::{
+    Matrix2, ZERO, adjoint, hermitian_eigen, outer, product, row_times, squared, times,
+};
 use super::structure::Fixed;
 use super::values::{Group, Value};
-use crate::linalg::c64;
+use crate::linalg::gram::{add_gram, mirrored};
+use crate::linalg::{Mat, c64};
 use rayon::prelude::*;
 
 impl Loss {
@@ -135,54 +138,60 @@ impl Loss {
         (q, square)
     }
 
-    /// Rows whose squares sum to [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest,
-    /// relative: S_u δK G, and in the controller itself, δK/‖K‖ weighted by `own`. Every `stride`-th line.
-    pub(crate) fn metric_rows(
+    /// [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in
+    /// the controller itself, δK/‖K‖ weighted by `own`; a quadratic form of the step. Every `stride`-th line.
+    ///
+    /// With S_uᴴS_u = Σ α_a u_a u_aᴴ and G Gᴴ = Σ β_b v_b v_bᴴ the sum of both squares at a line is that of
+    /// (α_a β_b + own²/‖K‖²)^{1/2} u_aᴴ δK v_b over the four pairs.
+    pub(crate) fn metric(
         &self,
         law: &dyn Fixed,
         found: &Evaluation,
         (stride, own): (usize, f64),
-    ) -> Vec<Vec<f64>> {
+    ) -> Mat<f64> {
         let lines: Vec<usize> = (0..self.lines.len()).step_by(stride.max(1)).collect();
-        let share = (METRIC_LINES / lines.len().max(1) as f64).sqrt();
-        let rows: Vec<Vec<Vec<f64>>> = lines
-            .par_iter()
-            .map(|k| {
-                let state = &found.lines[*k];
-                let (l, g) = (&state.loops[0], &self.rotors[0].directions[0][*k]);
-                let size = state
-                    .gain
-                    .iter()
-                    .flatten()
-                    .map(c64::norm_sqr)
-                    .sum::<f64>()
-                    .sqrt();
-                let mut rows = vec![];
-                let mut push = |q: &Matrix2| {
-                    for turn in [c64::new(share, 0.0), c64::new(0.0, -share)] {
-                        let q = q.map(|r| r.map(|v| v * turn));
-                        rows.push((q, vec![0.0; law.parameters()]));
-                    }
-                };
-                let su = l.input_sensitivity(&g.loops);
-                for (a, row) in su.iter().enumerate() {
-                    for b in 0..2 {
-                        let column = [g.loops[0][b], g.loops[1][b]];
-                        push(&outer(&column, row, 1.0.into()));
-                        let mut q = [[ZERO; 2]; 2];
-                        q[b][a] = (own / size.max(f64::MIN_POSITIVE)).into();
-                        push(&q);
+        let share = METRIC_LINES / lines.len().max(1) as f64;
+        let n = law.parameters();
+        let rows = |k: usize| {
+            let state = &found.lines[k];
+            let (l, g) = (&state.loops[0], &self.rotors[0].directions[0][k]);
+            let gain = state.gain.iter().flatten().map(c64::norm_sqr).sum::<f64>();
+            let relative = own * own / gain.max(f64::MIN_POSITIVE);
+            let (alpha, u) = hermitian_eigen(&squared(&adjoint(&l.input_sensitivity(&g.loops))));
+            let (beta, v) = hermitian_eigen(&squared(&g.loops));
+            let mut rows = vec![];
+            for a in 0..2 {
+                for b in 0..2 {
+                    let weight = (share * (alpha[a] * beta[b] + relative)).sqrt();
+                    let row = u[a].map(|z| z.conj());
+                    for turn in [c64::new(weight, 0.0), c64::new(0.0, -weight)] {
+                        rows.push((outer(&v[b], &row, turn), vec![0.0; n]));
                     }
                 }
-                law.add_gradients(&self.lines[*k], &mut rows);
-                rows.into_iter().map(|(_, row)| row).collect()
+            }
+            law.add_gradients(&self.lines[k], &mut rows);
+            rows
+        };
+        let parts: Vec<Mat<f64>> = lines
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let rows: Vec<(Matrix2, Vec<f64>)> = chunk.iter().flat_map(|k| rows(*k)).collect();
+                let mut lower = Mat::zeros(n, n);
+                add_gram(
+                    &mut lower,
+                    Mat::from_fn(rows.len(), n, |i, j| rows[i].1[j]).as_ref(),
+                );
+                lower
             })
             .collect();
-        rows.into_iter().flatten().collect()
+        let sum = parts
+            .iter()
+            .fold(Mat::zeros(n, n), |sum: Mat<f64>, part| sum + part);
+        mirrored(sum)
     }
 }
 
-/// Lines whose noise one task sums.
+/// Lines that one task sums over.
 const CHUNK: usize = 64;
 /// Lines over which a change is taken to be spread.
 const METRIC_LINES: f64 = 20.0;

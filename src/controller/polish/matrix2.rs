@@ -49,3 +49,70 @@ pub(crate) fn outer(v: &[c64; 2], w: &[c64; 2], scale: c64) -> Matrix2 {
         [v[1] * w[0] * scale, v[1] * w[1] * scale],
     ]
 }
+
+/// Aᴴ.
+pub(crate) fn adjoint(a: &Matrix2) -> Matrix2 {
+    [
+        [a[0][0].conj(), a[1][0].conj()],
+        [a[0][1].conj(), a[1][1].conj()],
+    ]
+}
+
+/// A Aᴴ.
+pub(crate) fn squared(a: &Matrix2) -> Matrix2 {
+    product(a, &adjoint(a))
+}
+
+/// Eigenvalues of a positive semidefinite matrix, the larger first, and its eigenvectors of unit length.
+pub(crate) fn hermitian_eigen(a: &Matrix2) -> ([f64; 2], [[c64; 2]; 2]) {
+    let (mean, half) = (
+        0.5 * (a[0][0].re + a[1][1].re),
+        0.5 * (a[0][0].re - a[1][1].re),
+    );
+    let beside = a[0][1];
+    let apart = half.hypot(beside.norm());
+    // Of the two forms of the vector the one without cancellation.
+    let v = match half >= 0.0 {
+        true => [c64::from(half + apart), beside.conj()],
+        false => [beside, c64::from(apart - half)],
+    };
+    let size = (v[0].norm_sqr() + v[1].norm_sqr()).sqrt();
+    let v = match size > 0.0 {
+        true => v.map(|z| z / size),
+        false => [ONE, ZERO],
+    };
+    let values = [mean + apart, (mean - apart).max(0.0)];
+    (values, [v, [-v[1].conj(), v[0].conj()]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eigenvalues_and_vectors_put_a_matrix_together_again() {
+        let z = c64::new;
+        for a in [
+            [[z(2.0, 0.0), z(0.3, -0.7)], [z(0.1, 0.2), z(1.0, 1.0)]],
+            [[z(1.0, 0.0), ZERO], [ZERO, z(3.0, 0.0)]],
+            [[z(1.0, 1.0), ZERO], [ZERO, z(1.0, -1.0)]],
+            [[ZERO, z(1e-9, 0.0)], [z(0.0, 2.0), ZERO]],
+            [[ZERO; 2]; 2],
+        ] {
+            let square = squared(&a);
+            let (values, v) = hermitian_eigen(&square);
+            assert!(values[0] >= values[1] && values[1] >= 0.0);
+            for i in 0..2 {
+                for j in 0..2 {
+                    let again = (0..2)
+                        .map(|k| v[k][i] * v[k][j].conj() * values[k])
+                        .sum::<c64>();
+                    assert!((again - square[i][j]).norm() <= 1e-14 * values[0]);
+                    let inner = v[i][0].conj() * v[j][0] + v[i][1].conj() * v[j][1];
+                    let unit = if i == j { 1.0 } else { 0.0 };
+                    assert!((inner - unit).norm() < 1e-14);
+                }
+            }
+        }
+    }
+}

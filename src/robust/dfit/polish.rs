@@ -55,8 +55,8 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         let Some(curvature) = curvature(data, &best, &binding, measure) else {
             break;
         };
-        let whiten = &measure.whitening;
-        let found = scaled_step(&rows, error, &binding, (whiten, &curvature), weight);
+        let shape = (&measure.matrix, &curvature);
+        let found = scaled_step(&rows, error, &binding, shape, weight);
         let Some((step, predicted)) = found else {
             weight = after_refusal(weight, false);
             continue;
@@ -71,7 +71,7 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         let promised = error - predicted - curvature.half_along(&step.step);
         if !is_accepted(error - next, promised) {
             let seen = corrected(&rows, &errors(data, &trial), &step.step);
-            let again = scaled_step(&seen, error, &binding, (whiten, &curvature), weight);
+            let again = scaled_step(&seen, error, &binding, shape, weight);
             if let Some((again, _)) = again {
                 let other = moved(&again.step);
                 let level = weighted_error(data, &other);
@@ -123,7 +123,7 @@ fn scaled_step(
     rows: &[LinearValue],
     error: f64,
     binding: &[(usize, f64)],
-    (whiten, curvature): (&Mat<f64>, &Curvature),
+    shape: (&Mat<f64>, &Curvature),
     weight: f64,
 ) -> Option<(MinimaxStep, f64)> {
     let root = error.sqrt();
@@ -139,7 +139,7 @@ fn scaled_step(
         proximal: weight,
     };
     let likely: Vec<usize> = binding.iter().map(|(k, _)| *k).collect();
-    let mut found = curved_step(&scaled, &likely, (whiten, curvature), &rule)?;
+    let mut found = curved_step(&scaled, &likely, shape, &rule)?;
     found.step.iter_mut().for_each(|s| *s *= root);
     let predicted = found.predicted * error;
     Some((found, predicted))
@@ -157,7 +157,7 @@ fn corrected(before: &[LinearValue], after: &[LinearValue], step: &[f64]) -> Vec
 
 /// Metric of the parameters over the data.
 fn metric_of(data: &Magnitudes, fit: &Factors) -> Option<Metric> {
-    Metric::new(std::slice::from_ref(fit), &data.omega_rad_s)
+    Metric::new(fit, &data.omega_rad_s)
 }
 
 /// Curvature of the Lagrangian of the errors that bound at the step before, without its negative part; none before the

@@ -10,7 +10,7 @@ use crate::augment::GeneralizedPlant;
 use crate::linalg::Mat;
 use crate::linalg::dense::dot;
 use crate::robust::dfit::factors::Limits;
-use crate::robust::dfit::metric::Metric;
+use crate::robust::dfit::metric::metric;
 use crate::robust::hinf::{HinfSettings, optimal_level_with_slopes};
 use crate::robust::minimax::curvature::Curvature;
 use crate::robust::minimax::proximal::{HEAVIEST, after_refusal, after_step, is_accepted};
@@ -116,17 +116,14 @@ impl Descent<'_> {
         if before.is_empty() {
             return false;
         }
-        let Some(metric) = self.metric(&course.scales) else {
-            return false;
-        };
-        let whiten = &metric.whitening;
+        let metric = self.metric(&course.scales);
         let rule = StepRule {
             limits: 0,
             penalty: 0.0,
             proximal: course.weight,
         };
         let seen: Vec<LinearValue> = [course.levels.as_slice(), &course.cuts].concat();
-        let found = curved_step(&seen, &[], (whiten, &course.curvature), &rule);
+        let found = curved_step(&seen, &[], (&metric, &course.curvature), &rule);
         let trial = found.and_then(|step| {
             let pairs = before.iter().zip(&step.step);
             let x: Vec<f64> = pairs.map(|(x, s)| x + s).collect();
@@ -140,9 +137,7 @@ impl Descent<'_> {
         let promised = course.ln_level - step.predicted - course.curvature.half_along(&step.step);
         let kept = course.ln_level - ln_level;
         let change = slope_change(&step, &seen, &levels);
-        course
-            .curvature
-            .learn(&step.step, &change, || metric.matrix);
+        course.curvature.learn(&step.step, &change, || metric);
         if promised <= PROMISE {
             return false;
         }
@@ -208,12 +203,12 @@ impl Descent<'_> {
         Some((ln_level, values.collect()))
     }
 
-    /// Metric of the parameters over the range; `None` when its eigenvalues fail.
-    fn metric(&self, scales: &DScales) -> Option<Metric> {
+    /// Metric of the parameters over the range.
+    fn metric(&self, scales: &DScales) -> Mat<f64> {
         let (lo, hi) = self.limits.ln_omega;
         let at = |k: usize| (lo + (hi - lo) * (k as f64 + 0.5) / POINTS as f64).exp();
         let omega_rad_s: Vec<f64> = (0..POINTS).map(at).collect();
-        Metric::new(scales.free(), &omega_rad_s)
+        metric(scales.free(), &omega_rad_s)
     }
 }
 

@@ -21,18 +21,13 @@ impl Curvature {
         Self(Some(b))
     }
 
-    /// Wᵀ B W + λI for coordinates p with δx = W p.
-    pub(crate) fn seen_in(&self, whiten: &Mat<f64>, weight: f64) -> Mat<f64> {
-        let n = whiten.ncols();
-        let plain = |i: usize, j: usize| if i == j { weight } else { 0.0 };
+    /// B + λM for a metric M.
+    pub(crate) fn beside(&self, metric: &Mat<f64>, weight: f64) -> Mat<f64> {
         match &self.0 {
-            None => Mat::from_fn(n, n, plain),
-            Some(b) => {
-                let seen = whiten.transpose() * b * whiten;
-                Mat::from_fn(n, n, |i, j| {
-                    0.5 * (seen[(i, j)] + seen[(j, i)]) + plain(i, j)
-                })
-            }
+            None => metric * faer::Scale(weight),
+            Some(b) => Mat::from_fn(metric.nrows(), metric.ncols(), |i, j| {
+                b[(i, j)] + weight * metric[(i, j)]
+            }),
         }
     }
 
@@ -124,7 +119,7 @@ mod tests {
             learnt.learn(&step, &times(&h, &step), unit);
             steps.push(step);
         }
-        let found = learnt.seen_in(&unit(), 0.0);
+        let found = learnt.beside(&unit(), 0.0);
         assert!((found - &h).norm_max() < 1e-12);
         let half = 0.5 * dot(&steps[2], &times(&h, &steps[2]));
         assert!((learnt.half_along(&steps[2]) - half).abs() < 1e-12);
@@ -145,7 +140,7 @@ mod tests {
             let after = learnt.half_along(&step);
             assert!(after > 0.0 && (after / before - DAMPED).abs() < 1e-9);
         }
-        let values = crate::linalg::symmetric_eigen(&learnt.seen_in(&unit(), 0.0));
+        let values = crate::linalg::symmetric_eigen(&learnt.beside(&unit(), 0.0));
         let least = values.map_or(f64::NAN, |(values, _)| values[0]);
         assert!(least > 0.0, "{least}");
     }

@@ -63,19 +63,19 @@ pub fn minimax_step(
     })
 }
 
-/// The step δx = W p with (λ/2)|p|² + ½ δxᵀBδx in the place of the proximal term, B the `curvature` and λ the proximal
-/// weight of the rule; `None` where that term is not positive definite or the programme fails.
+/// The step δx with ½ δxᵀ(λM + B)δx in the place of the proximal term, M a `metric` of the parameters, B the `curvature`
+/// and λ the proximal weight of the rule; `None` where λM + B is not positive definite or the programme fails.
 pub(crate) fn curved_step(
     values: &[LinearValue],
     likely: &[usize],
-    (whiten, curvature): (&Mat<f64>, &Curvature),
+    (metric, curvature): (&Mat<f64>, &Curvature),
     rule: &StepRule,
 ) -> Option<MinimaxStep> {
-    let n = whiten.nrows();
-    // |Lᵀp|² = pᵀ(WᵀBW + λI)p.
-    let factor = DefiniteFactor::new(&curvature.seen_in(whiten, rule.proximal))?;
+    let n = metric.nrows();
+    // |p|² = δxᵀ(λM + B)δx of p = Lᵀδx.
+    let factor = DefiniteFactor::new(&curvature.beside(metric, rule.proximal))?;
     let slopes = Mat::from_fn(n, values.len(), |i, k| values[k].gradient[i]);
-    let turned = factor.solve_lower(whiten.transpose() * slopes);
+    let turned = factor.solve_lower(slopes);
     let turned: Vec<LinearValue> = values
         .iter()
         .enumerate()
@@ -90,8 +90,7 @@ pub(crate) fn curved_step(
         ..*rule
     };
     let found = minimax_step(&turned, likely, &rule).ok()?;
-    let p = factor.solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
-    let step = whiten * p;
+    let step = factor.solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
     Some(MinimaxStep {
         step: (0..n).map(|i| step[(i, 0)]).collect(),
         ..found
