@@ -10,10 +10,13 @@ use super::loss::{Evaluation, Loss};
 use super::structure::Structure;
 use super::values::{GROUPS, Group, LIMITS, Value, WINDOW};
 use crate::controller::{ControllerError, in_step};
+use crate::linalg::dense::dot;
 use crate::linalg::{Mat, NumericError};
 use crate::robust::minimax::curvature::Curvature;
-use crate::robust::minimax::proximal::{HEAVIEST, after_refusal, after_step, is_accepted};
-use crate::robust::minimax::step::{LinearValue, MinimaxStep, StepRule, curved_step};
+use crate::robust::minimax::proximal::{
+    HEAVIEST, after_corrected_step, after_refusal, after_step, is_accepted, is_short,
+};
+use crate::robust::minimax::step::{CurvedProgramme, LinearValue, MinimaxStep, StepRule};
 
 /// Effort of a descent.
 #[derive(Clone, Copy, Debug)]
@@ -72,23 +75,68 @@ struct Participant {
     slope: Vec<f64>,
 }
 
+/// Where a descent stands.
+struct Place {
+    x: Vec<f64>,
+    found: Evaluation,
+    merit: f64,
+}
+
+/// A step tried from a place.
+struct Trial {
+    step: MinimaxStep,
+    place: Place,
+    /// By how much the merit falls.
+    kept: f64,
+    /// The turns of every rotor that counts are those of the place.
+    same: bool,
+}
+
+impl Place {
+    fn new(loss: &mut Loss, law: &dyn Structure, x: Vec<f64>) -> Self {
+        let mut found = loss.evaluate_near(law, &x);
+        loss.rescale(&mut found);
+        let merit = found.merit(PENALTY);
+        Self { x, found, merit }
+    }
+
+    fn tried(&self, loss: &mut Loss, law: &dyn Structure, step: MinimaxStep) -> Trial {
+        let x = self.x.iter().zip(&step.step).map(|(v, s)| v + s).collect();
+        let place = Self::new(loss, law, x);
+        let (before, after) = (&self.found.turns, &place.found.turns);
+        Trial {
+            same: (0..before.len()).all(|r| !loss.active[r] || after[r] == before[r]),
+            kept: self.merit - place.merit,
+            step,
+            place,
+        }
+    }
+}
+
 /// Lowers the merit from `x`, in place; the number of steps tried.
 ///
 /// # Errors
-/// [`ControllerError`] when the eigenvalues of the metric fail.
+/// [`ControllerError`] when the metric is not finite.
 pub(crate) fn descend(
     loss: &mut Loss,
     law: &dyn Structure,
     x: &mut Vec<f64>,
     (effort, memory): (&Effort, &mut Memory),
 ) -> Result<usize, ControllerError> {
-    let mut found = loss.evaluate_near(law, x);
-    loss.rescale(&mut found);
-    let turns = found.turns.clone();
-    let mut merit = found.merit(PENALTY);
-    let mut metric = metric_of(loss, law, x, &found)?;
+    let mut place = Place::new(loss, law, std::mem::take(x));
+    let steps = descend_from(&mut place, (loss, law), (effort, memory));
+    *x = place.x;
+    steps
+}
+
+fn descend_from(
+    place: &mut Place,
+    (loss, law): (&mut Loss, &dyn Structure),
+    (effort, memory): (&Effort, &mut Memory),
+) -> Result<usize, ControllerError> {
+    let mut metric = metric_of(loss, law, place)?;
     let mut age = 0;
-    let mut history = vec![merit];
+    let mut history = vec![place.merit];
     let mut steps = 0;
     let mut rows = None;
     let mut likely: Vec<Value> = vec![];
@@ -96,19 +144,18 @@ pub(crate) fn descend(
         steps += 1;
         let participants = match rows.take() {
             Some(rows) => rows,
-            None => participants_of(loss, law, x, &found),
+            None => participants_of(loss, law, place),
         };
         // No rotor counts whose loop is stable: there is nothing to descend on.
         if participants.is_empty() {
             break;
         }
-        let step = step_for(&participants, &likely, &metric, memory);
-        let Some(MinimaxStep {
-            step,
-            predicted,
-            binding,
-        }) = step
-        else {
+        let programme = programme_of(&participants, &metric, memory);
+        let first = programme.and_then(|programme| {
+            let step = programme.step(&among(&participants, &likely))?;
+            Some((programme, step))
+        });
+        let Some((mut programme, step)) = first else {
             memory.weight = after_refusal(memory.weight, false);
             rows = Some(participants);
             if memory.weight > HEAVIEST {
@@ -116,28 +163,30 @@ pub(crate) fn descend(
             }
             continue;
         };
-        let trial: Vec<f64> = x.iter().zip(&step).map(|(v, s)| v + s).collect();
-        let mut next = loss.evaluate_near(law, &trial);
-        loss.rescale(&mut next);
-        let next_merit = next.merit(PENALTY);
-        let same = (0..turns.len()).all(|r| !loss.active[r] || next.turns[r] == turns[r]);
-        let (promised, kept) = (
-            merit - predicted - memory.curvature.half_along(&step),
-            merit - next_merit,
-        );
+        let promised = place.merit - step.predicted - memory.curvature.half_along(&step.step);
         if promised < 1e-3 * effort.tolerance {
             break;
         }
-        let accepted = same && is_accepted(kept, promised);
-        if same {
-            let change = slope_change((loss, law), (&trial, &next), &participants, &binding);
-            memory.curvature.learn(&step, &change, || metric.clone());
+        let mut trial = place.tried(loss, law, step);
+        let mut is_corrected = false;
+        if trial.same && is_short(trial.kept, promised) {
+            programme.revalue(values_at(&trial, &participants).into_iter());
+            let binding: Vec<usize> = trial.step.binding.iter().map(|(k, _)| *k).collect();
+            let again = programme.step(&binding);
+            let again = again.map(|step| place.tried(loss, law, step));
+            if let Some(again) = again.filter(|again| again.same && again.kept > trial.kept) {
+                (trial, is_corrected) = (again, true);
+            }
         }
-        likely = binding
-            .iter()
-            .map(|(k, _)| participants[*k].value)
-            .collect();
-        if !accepted {
+        let (kept, same) = (trial.kept, trial.same);
+        if same {
+            let change = slope_change((loss, law), &trial, &participants);
+            let step = &trial.step.step;
+            memory.curvature.learn(step, &change, || metric.clone());
+        }
+        let binding = trial.step.binding.iter();
+        likely = binding.map(|(k, _)| participants[*k].value).collect();
+        if !(same && is_accepted(kept, promised)) {
             memory.weight = after_refusal(memory.weight, same && kept > -promised);
             rows = Some(participants);
             if memory.weight > HEAVIEST {
@@ -145,31 +194,31 @@ pub(crate) fn descend(
             }
             continue;
         }
-        memory.weight = after_step(memory.weight, kept, promised);
-        *x = trial;
-        found = next;
-        merit = found.merit(PENALTY);
-        history.push(merit);
+        memory.weight = match is_corrected {
+            true => after_corrected_step(memory.weight, kept, promised),
+            false => after_step(memory.weight, kept, promised),
+        };
+        *place = trial.place;
+        history.push(place.merit);
         age += 1;
         if age >= METRIC_AGE {
-            metric = metric_of(loss, law, x, &found)?;
+            metric = metric_of(loss, law, place)?;
             age = 0;
         }
         let past = history.len().checked_sub(1 + PATIENCE).map(|k| history[k]);
-        if past.is_some_and(|past| past - merit < effort.tolerance) {
+        if past.is_some_and(|past| past - place.merit < effort.tolerance) {
             break;
         }
     }
     Ok(steps)
 }
 
-/// The step of the parameters for the values that take part, of which `likely` bound at the step before.
-fn step_for(
+/// The programme of a step for the values that take part.
+fn programme_of(
     participants: &[Participant],
-    likely: &[Value],
     metric: &Mat<f64>,
     memory: &Memory,
-) -> Option<MinimaxStep> {
+) -> Option<CurvedProgramme> {
     let linear: Vec<LinearValue> = participants
         .iter()
         .map(|t| LinearValue {
@@ -178,30 +227,48 @@ fn step_for(
             gradient: t.slope.clone(),
         })
         .collect();
-    let likely: Vec<usize> = (0..participants.len())
-        .filter(|k| likely.iter().any(|v| v.is_same(&participants[*k].value)))
-        .collect();
     let rule = StepRule {
         limits: LIMITS,
         penalty: PENALTY,
         proximal: memory.weight,
     };
-    curved_step(&linear, &likely, (metric, &memory.curvature), &rule)
+    CurvedProgramme::new(&linear, (metric, &memory.curvature), &rule)
 }
 
-/// Slope of the Lagrangian at `trial` less that before the step.
+/// Numbers of the values that take part among some.
+fn among(participants: &[Participant], some: &[Value]) -> Vec<usize> {
+    let is_one = |k: &usize| some.iter().any(|v| v.is_same(&participants[*k].value));
+    (0..participants.len()).filter(is_one).collect()
+}
+
+/// Values before a step for which the linear model gives what was found at its end; one that is too low there to be
+/// kept stays.
+fn values_at(trial: &Trial, participants: &[Participant]) -> Vec<f64> {
+    let key = |v: &Value| (v.rotor, v.line, v.group, v.entry);
+    let mut after: Vec<&Value> = trial.place.found.values.iter().collect();
+    after.sort_by_key(|v| key(v));
+    let value = |p: &Participant| {
+        let found = after.binary_search_by_key(&key(&p.value), |v| key(v));
+        found.map_or(p.value.value, |k| {
+            after[k].value - dot(&p.slope, &trial.step.step)
+        })
+    };
+    participants.iter().map(value).collect()
+}
+
+/// Slope of the Lagrangian at the end of a step less that before it.
 fn slope_change(
     (loss, law): (&Loss, &dyn Structure),
-    (trial, next): (&[f64], &Evaluation),
+    trial: &Trial,
     participants: &[Participant],
-    binding: &[(usize, f64)],
 ) -> Vec<f64> {
-    let fixed = law.with(trial);
+    let fixed = law.with(&trial.place.x);
+    let binding = &trial.step.binding;
     let values: Vec<Value> = binding
         .iter()
         .map(|(k, _)| participants[*k].value)
         .collect();
-    let after = loss.gradients(&*fixed, next, &values);
+    let after = loss.gradients(&*fixed, &trial.place.found, &values);
     let change = |i: usize| {
         let parts = binding.iter().zip(&after);
         parts
@@ -212,13 +279,9 @@ fn slope_change(
 }
 
 /// The metric of a step: mean square relative change of the loop, and natural steps.
-fn metric_of(
-    loss: &Loss,
-    law: &dyn Structure,
-    x: &[f64],
-    found: &Evaluation,
-) -> Result<Mat<f64>, ControllerError> {
-    let mut metric = loss.metric(&*law.with(x), found, METRIC);
+fn metric_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Result<Mat<f64>, ControllerError> {
+    let x = &place.x;
+    let mut metric = loss.metric(&*law.with(x), &place.found, METRIC);
     let n = metric.nrows();
     for (k, natural) in law.natural_steps(x).into_iter().enumerate() {
         // In units of a parameter's own effect the largest eigenvalue is at most n: what is added acts on directions,
@@ -235,15 +298,10 @@ fn metric_of(
 }
 
 /// Values near the largest of their group with their derivatives.
-fn participants_of(
-    loss: &Loss,
-    law: &dyn Structure,
-    x: &[f64],
-    found: &Evaluation,
-) -> Vec<Participant> {
-    let fixed = law.with(x);
-    let values = near_largest(found);
-    let slopes = loss.gradients(&*fixed, found, &values);
+fn participants_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Vec<Participant> {
+    let fixed = law.with(&place.x);
+    let values = near_largest(&place.found);
+    let slopes = loss.gradients(&*fixed, &place.found, &values);
     let both = values.into_iter().zip(slopes);
     both.map(|(value, slope)| Participant { value, slope })
         .collect()

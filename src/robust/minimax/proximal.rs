@@ -16,14 +16,30 @@ pub(crate) fn is_accepted(kept: f64, promised: f64) -> bool {
     kept > LEAST * promised
 }
 
+/// True when a step keeps too little of what it promised to be followed by a longer one.
+pub(crate) fn is_short(kept: f64, promised: f64) -> bool {
+    kept <= LONGER * promised
+}
+
 /// The weight after a step that was accepted.
 pub(crate) fn after_step(weight: f64, kept: f64, promised: f64) -> f64 {
-    if kept > LONGER * promised {
+    if !is_short(kept, promised) {
         (weight * 0.4).max(LIGHTEST)
     } else if kept < SHORTER * promised {
         weight * 1.6
     } else {
         weight
+    }
+}
+
+/// The weight after a step that was accepted as corrected: where a correction was needed, the linear model is near its
+/// end. With a factor of 0.4 every other step was refused; 0.7, 0.85 and 1 led to the same stiffness within 0.5 % on
+/// six spindles, in 855, 814 and 1138 steps.
+pub(crate) fn after_corrected_step(weight: f64, kept: f64, promised: f64) -> f64 {
+    if is_short(kept, promised) {
+        after_step(weight, kept, promised)
+    } else {
+        (weight * 0.8).max(LIGHTEST)
     }
 }
 

@@ -63,38 +63,71 @@ pub fn minimax_step(
     })
 }
 
-/// The step δx with ½ δxᵀ(λM + B)δx in the place of the proximal term, M a `metric` of the parameters, B the `curvature`
-/// and λ the proximal weight of the rule; `None` where λM + B is not positive definite or the programme fails.
-pub(crate) fn curved_step(
-    values: &[LinearValue],
-    likely: &[usize],
-    (metric, curvature): (&Mat<f64>, &Curvature),
-    rule: &StepRule,
-) -> Option<MinimaxStep> {
-    let n = metric.nrows();
-    // |p|² = δxᵀ(λM + B)δx of p = Lᵀδx.
-    let factor = DefiniteFactor::new(&curvature.beside(metric, rule.proximal))?;
-    let slopes = Mat::from_fn(n, values.len(), |i, k| values[k].gradient[i]);
-    let turned = factor.solve_lower(slopes);
-    let turned: Vec<LinearValue> = values
-        .iter()
-        .enumerate()
-        .map(|(k, v)| LinearValue {
+/// A step δx with ½ δxᵀ(λM + B)δx in the place of the proximal term, M a metric of the parameters, B a curvature and λ
+/// the proximal weight.
+pub(crate) struct CurvedProgramme {
+    /// L of λM + B = L Lᵀ: |p|² = δxᵀ(λM + B)δx of p = Lᵀδx.
+    factor: DefiniteFactor,
+    /// The values with their gradients by p.
+    values: Vec<LinearValue>,
+    rule: StepRule,
+}
+
+impl CurvedProgramme {
+    /// The programme of some values; `None` where λM + B is not positive definite.
+    pub(crate) fn new(
+        values: &[LinearValue],
+        (metric, curvature): (&Mat<f64>, &Curvature),
+        rule: &StepRule,
+    ) -> Option<Self> {
+        let n = metric.nrows();
+        let factor = DefiniteFactor::new(&curvature.beside(metric, rule.proximal))?;
+        let slopes = Mat::from_fn(n, values.len(), |i, k| values[k].gradient[i]);
+        let turned = factor.solve_lower(slopes);
+        let turned = values.iter().enumerate().map(|(k, v)| LinearValue {
             limit: v.limit,
             value: v.value,
             gradient: (0..n).map(|i| turned[(i, k)]).collect(),
+        });
+        Some(Self {
+            values: turned.collect(),
+            rule: StepRule {
+                proximal: 1.0,
+                ..*rule
+            },
+            factor,
         })
-        .collect();
-    let rule = StepRule {
-        proximal: 1.0,
-        ..*rule
-    };
-    let found = minimax_step(&turned, likely, &rule).ok()?;
-    let step = factor.solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
-    Some(MinimaxStep {
-        step: (0..n).map(|i| step[(i, 0)]).collect(),
-        ..found
-    })
+    }
+
+    /// With other values, whose gradients are the same.
+    pub(crate) fn revalue(&mut self, values: impl Iterator<Item = f64>) {
+        for (own, value) in self.values.iter_mut().zip(values) {
+            own.value = value;
+        }
+    }
+
+    /// The step; the values of the numbers `likely` are expected to bind. `None` where the programme fails.
+    pub(crate) fn step(&self, likely: &[usize]) -> Option<MinimaxStep> {
+        let found = minimax_step(&self.values, likely, &self.rule).ok()?;
+        let n = found.step.len();
+        let step = self
+            .factor
+            .solve_upper(Mat::from_fn(n, 1, |i, _| found.step[i]));
+        Some(MinimaxStep {
+            step: (0..n).map(|i| step[(i, 0)]).collect(),
+            ..found
+        })
+    }
+}
+
+/// The step of a [`CurvedProgramme`]; `None` where λM + B is not positive definite or the programme fails.
+pub(crate) fn curved_step(
+    values: &[LinearValue],
+    likely: &[usize],
+    shape: (&Mat<f64>, &Curvature),
+    rule: &StepRule,
+) -> Option<MinimaxStep> {
+    CurvedProgramme::new(values, shape, rule)?.step(likely)
 }
 
 /// 0 for the objective, 1 + g for limit g.
