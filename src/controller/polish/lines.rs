@@ -90,3 +90,43 @@ pub(crate) fn sharp_lines(
     omega.dedup();
     omega.into_iter().map(|w| Line::new(w, period_s)).collect()
 }
+
+/// Frequencies half way between a line at which a value is larger than at its neighbours, and at least `floor`, and
+/// those neighbours, rad/s. On the flank of a resonance a line in every 0.6 half-widths leaves up to 4 % unseen between
+/// two of them, one in every 0.3 half-widths 1 %.
+pub(super) fn beside_peaks(lines: &[Line], value: impl Fn(usize) -> f64, floor: f64) -> Vec<f64> {
+    let at = |k: usize| lines[k].omega_rad_s;
+    let is_peak =
+        |k: &usize| value(*k) >= floor && value(*k) >= value(*k - 1) && value(*k) >= value(*k + 1);
+    (1..lines.len().saturating_sub(1))
+        .filter(is_peak)
+        .flat_map(|k| [0.5 * (at(k - 1) + at(k)), 0.5 * (at(k) + at(k + 1))])
+        .collect()
+}
+
+/// The lines with further ones.
+pub(super) fn with_further(lines: &[Line], omega_rad_s: &[f64], period_s: f64) -> Vec<Line> {
+    let mut all = lines.to_vec();
+    all.extend(omega_rad_s.iter().map(|w| Line::new(*w, period_s)));
+    all.sort_by(|a, b| a.omega_rad_s.total_cmp(&b.omega_rad_s));
+    all.dedup_by(|a, b| a.omega_rad_s == b.omega_rad_s);
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_peak_between_two_lines_gets_lines_on_both_sides() {
+        let lines: Vec<Line> = (1..=6).map(|k| Line::new(f64::from(k), 1e-4)).collect();
+        let values = [0.9, 0.2, 0.95, 0.94, 0.1, 0.5];
+        let found = beside_peaks(&lines, |k| values[k], 0.9);
+        assert_eq!(found, [2.5, 3.5]);
+        let more: Vec<f64> = with_further(&lines, &found, 1e-4)
+            .iter()
+            .map(|l| l.omega_rad_s)
+            .collect();
+        assert_eq!(more, [1.0, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0]);
+    }
+}

@@ -9,6 +9,7 @@
 
 use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAKEST};
 use super::line_scales::LineScales;
+use super::lines::beside_peaks;
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, outer, times};
 use super::responses::{Role, Rotor, SpecificationLine};
@@ -267,6 +268,17 @@ impl Loss {
             }
         }
         found.largest[Group::Specification as usize] = largest;
+    }
+
+    /// Frequencies beside the peaks of the specification's bounds that are near the limit, rad/s.
+    pub(super) fn beside_peaks(&self, found: &Evaluation) -> Vec<f64> {
+        let loops = self.specification.iter().flat_map(|s| 0..s.loops.len());
+        loops
+            .flat_map(|part| {
+                let sigma = |k: usize| found.lines[k].specification[part].sigma;
+                beside_peaks(&self.lines, sigma, NEAR * self.limits.mu)
+            })
+            .collect()
     }
 
     /// Flat indices of the loops of a rotor.

@@ -5,7 +5,7 @@
 
 use super::descent::{Effort, Memory, PENALTY, descend};
 use super::limits::WEAK_MAGNETS;
-use super::lines::sharp_lines;
+use super::lines::{sharp_lines, with_further};
 use super::loop_poles::{SampledPlants, oscillating};
 use super::loss::{Evaluation, Loss};
 use super::modal_law::ModalLaw;
@@ -346,6 +346,15 @@ impl<'a> Polisher<'a> {
         }
         let mut found = loss.evaluate(&self.law, &self.x);
         loss.rescale(&mut found);
+        let beside = loss.beside_peaks(&found);
+        if !beside.is_empty() {
+            let lines = with_further(&loss.lines, &beside, self.plants.period_s());
+            let active = loss.active.clone();
+            loss = loss_on(&self.plants, &self.task, lines, Some(&loss))?;
+            loss.active = active;
+            found = loss.evaluate(&self.law, &self.x);
+            loss.rescale(&mut found);
+        }
         self.figures = figures(&loss, &found);
         self.loss = loss;
         self.stale = false;
