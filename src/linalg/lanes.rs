@@ -20,6 +20,12 @@ pub(crate) fn groups(n: usize) -> usize {
     n.div_ceil(WIDTH)
 }
 
+/// Group of an entry of a column, and its place in the group.
+#[inline]
+pub(crate) fn place(i: usize) -> (usize, usize) {
+    (i / WIDTH, i % WIDTH)
+}
+
 /// Group `g` of a list of real numbers.
 #[inline]
 pub(crate) fn real_group(g: usize, at: impl Fn(usize) -> f64) -> [f64; WIDTH] {
@@ -29,6 +35,11 @@ pub(crate) fn real_group(g: usize, at: impl Fn(usize) -> f64) -> [f64; WIDTH] {
 impl Lanes {
     pub(crate) const ZERO: Self = Self {
         re: [0.0; WIDTH],
+        im: [0.0; WIDTH],
+    };
+
+    pub(crate) const ONE: Self = Self {
+        re: [1.0; WIDTH],
         im: [0.0; WIDTH],
     };
 
@@ -51,16 +62,22 @@ impl Lanes {
         list
     }
 
+    /// One of the four.
+    #[inline]
+    pub(crate) fn lane(&self, l: usize) -> c64 {
+        c64::new(self.re[l], self.im[l])
+    }
+
     /// Entry of a column.
     pub(crate) fn at(column: &[Self], i: usize) -> c64 {
-        let group = &column[i / WIDTH];
-        c64::new(group.re[i % WIDTH], group.im[i % WIDTH])
+        let (group, lane) = place(i);
+        column[group].lane(lane)
     }
 
     /// Sets an entry of a column.
     pub(crate) fn set(column: &mut [Self], i: usize, value: c64) {
-        let group = &mut column[i / WIDTH];
-        (group.re[i % WIDTH], group.im[i % WIDTH]) = (value.re, value.im);
+        let (g, l) = place(i);
+        (column[g].re[l], column[g].im[l]) = (value.re, value.im);
     }
 
     /// x + a y.
@@ -69,6 +86,34 @@ impl Lanes {
         Self {
             re: std::array::from_fn(|l| self.re[l] + (a.re * y.re[l] - a.im * y.im[l])),
             im: std::array::from_fn(|l| self.im[l] + (a.re * y.im[l] + a.im * y.re[l])),
+        }
+    }
+
+    /// Each entry times that of another group.
+    #[inline]
+    pub(crate) fn product(&self, y: &Self) -> Self {
+        Self {
+            re: std::array::from_fn(|l| self.re[l] * y.re[l] - self.im[l] * y.im[l]),
+            im: std::array::from_fn(|l| self.re[l] * y.im[l] + self.im[l] * y.re[l]),
+        }
+    }
+
+    /// x − y.
+    #[inline]
+    pub(crate) fn minus(&self, y: &Self) -> Self {
+        Self {
+            re: std::array::from_fn(|l| self.re[l] - y.re[l]),
+            im: std::array::from_fn(|l| self.im[l] - y.im[l]),
+        }
+    }
+
+    /// 1/entry.
+    #[inline]
+    pub(crate) fn reciprocal(&self) -> Self {
+        let squares = self.squares();
+        Self {
+            re: std::array::from_fn(|l| self.re[l] / squares[l]),
+            im: std::array::from_fn(|l| -self.im[l] / squares[l]),
         }
     }
 

@@ -9,10 +9,12 @@
 
 use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAKEST};
 use super::line_scales::LineScales;
+use super::line_state::{LineState, gathered_phase};
 use super::lines::beside_peaks;
 use super::loop_state::LoopState;
-use super::matrix2::{Matrix2, ZERO, outer, times};
-use super::responses::{Role, Rotor, SpecificationLine};
+use super::matrix2::{Matrix2, ONE, ZERO, outer, times};
+use super::packed_loops::PackedLoops;
+use super::responses::{LoopResponse, Role, Rotor, SpecificationLine};
 use super::specification_bound::{Bound, best_scales, bound};
 use super::structure::{Fixed, Line, Structure};
 use super::values::{Gathered, Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
@@ -20,14 +22,6 @@ use crate::linalg::c64;
 use crate::robust::structure::Structure as Blocks;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-
-pub(super) struct LineState {
-    pub gain: Matrix2,
-    /// Rotors × directions, flat.
-    pub loops: Vec<LoopState>,
-    /// One for each loop of the specification.
-    pub specification: Vec<Bound>,
-}
 
 /// A controller evaluated.
 pub(crate) struct Evaluation {
@@ -65,6 +59,10 @@ impl Evaluation {
 pub(crate) struct Loss {
     pub lines: Vec<Line>,
     pub rotors: Vec<Rotor>,
+    /// Loops that are evaluated one by one; they come first.
+    nominal: usize,
+    /// The others at each line, in groups.
+    others: Vec<Vec<PackedLoops>>,
     specification: Option<Specification>,
     pub limits: LoopLimits,
     /// Share of the band up to Nyquist that a line stands for.
@@ -114,8 +112,21 @@ impl Loss {
             })
             .collect();
         let active = vec![true; rotors.len()];
+        let is_nominal = |rotor: &&Rotor| matches!(rotor.role, Role::Rest | Role::TopSpeed);
+        let nominal = rotors.iter().take_while(is_nominal);
+        let nominal = nominal.map(|rotor| rotor.directions.len()).sum::<usize>();
+        let specified = specification.as_ref().map_or(0, |s| s.loops.len());
+        let nominal = nominal.max(specified);
+        let sides: Vec<&Vec<LoopResponse>> = rotors.iter().flat_map(|r| &r.directions).collect();
+        let others = |k: usize| {
+            let list: Vec<&LoopResponse> = sides[nominal..].iter().map(|side| &side[k]).collect();
+            PackedLoops::pack(&list)
+        };
+        let others = (0..lines.len()).into_par_iter().map(others).collect();
         Self {
             lines,
+            nominal,
+            others,
             rotors,
             specification,
             limits,
@@ -175,7 +186,7 @@ impl Loss {
         let sides: Vec<std::ops::Range<usize>> =
             (0..self.rotors.len()).map(|r| self.sides(r)).collect();
         let turns = |sides: &std::ops::Range<usize>| {
-            let turns: f64 = sides.clone().map(|side| gathered(&lines, side)).sum();
+            let turns: f64 = sides.clone().map(|side| gathered_phase(&lines, side)).sum();
             let both = if sides.len() == 1 { 2.0 * turns } else { turns };
             (both / TAU).round() as i64
         };
@@ -205,23 +216,37 @@ impl Loss {
     fn line_state(&self, law: &dyn Fixed, (k, floor): (usize, f64)) -> LineState {
         let gain = law.gain(&self.lines[k]);
         let free = law.without_integrators(&self.lines[k]);
-        let loops: Vec<LoopState> = self
-            .rotors
-            .iter()
-            .flat_map(|r| &r.directions)
+        let sides = self.rotors.iter().flat_map(|r| &r.directions);
+        let nominal: Vec<LoopState> = sides
+            .take(self.nominal)
             .map(|d| LoopState::new(&d[k], &gain, free))
             .collect();
+        let others = self.others[k].iter();
+        let others = others.map(|group| group.closed(&gain, free)).collect();
         let specified = self.specification.iter().flat_map(|s| &s.loops);
         let specification = specified
             .map(|part| {
-                let own = (&loops[part.side], loop_of(&self.rotors, part.side, k));
+                let own = (
+                    &nominal[part.side],
+                    &response(&self.rotors, part.side, k).loops,
+                );
                 bound(&part.lines[k], &part.scales[k], own, floor)
             })
             .collect();
         LineState {
             gain,
-            loops,
+            nominal,
+            others,
             specification,
+        }
+    }
+
+    /// The loop with a flat index at a line, but for its determinant.
+    pub(super) fn loop_state(&self, found: &Evaluation, line: usize, side: usize) -> LoopState {
+        let state = &found.lines[line];
+        match state.nominal.get(side) {
+            Some(own) => *own,
+            None => LoopState::new(response(&self.rotors, side, line), &state.gain, ONE),
         }
     }
 
@@ -244,10 +269,10 @@ impl Loss {
             .into_par_iter()
             .map(|(k, p)| {
                 let (part, state) = (&spec.loops[p], &found.lines[k]);
-                let own = &state.loops[part.side];
+                let own = &state.nominal[part.side];
                 let line = &part.lines[k];
                 let scales = LineScales::new(line, best_scales(line, &own.r, &spec.blocks));
-                let own = (own, loop_of(rotors, part.side, k));
+                let own = (own, &response(rotors, part.side, k).loops);
                 let bound = bound(line, &scales, own, 0.0);
                 (k, p, scales, bound)
             })
@@ -320,21 +345,20 @@ impl Loss {
         let (low, high) = (band.0 * TAU * (1.0 - 1e-9), band.1 * TAU * (1.0 + 1e-9));
         let mut noise = [0.0f64; 2];
         for (line, state) in lines.iter().enumerate() {
-            let loops = &state.loops[sides.clone()];
-            let mean = |f: &dyn Fn(&LoopState) -> c64| {
-                loops.iter().fold(ZERO, |sum, l| sum + f(l) * share)
+            let mean = |f: &dyn Fn(usize) -> c64| {
+                sides.clone().fold(ZERO, |sum, side| sum + f(side) * share)
             };
             let omega = self.lines[line].omega_rad_s;
             if weight > 0.0 && omega >= low && omega <= high {
-                let h = mean(&|l| l.compliance) * (weight * 1e6);
+                let h = mean(&|side| state.compliance(side)) * (weight * 1e6);
                 all.push(Group::Compliance, h.norm_sqr(), line, (0, 0));
             }
             for j in 0..2 {
-                let s = mean(&|l| l.s[j][j]) / limit;
+                let s = mean(&|side| state.sensitivity(side, j)) / limit;
                 all.push(group, s.norm_sqr(), line, (j, j));
             }
             if nominal {
-                for l in loops {
+                for l in &state.nominal[sides.clone()] {
                     for i in 0..2 {
                         let square = l.r[i][0].norm_sqr() + l.r[i][1].norm_sqr();
                         noise[i] += share * self.share[line] * square;
@@ -405,34 +429,12 @@ pub(super) fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
     (square.sqrt(), outer(&v, &u, (1.0 / square).into()))
 }
 
-/// Phase of det(I − G K) gathered over the lines, rad: that between the first and the last, and a turn for each time
-/// that it passes the negative real axis.
-fn gathered(lines: &[LineState], side: usize) -> f64 {
-    let at = |line: &LineState| line.loops[side].determinant;
-    if !lines.iter().all(|line| at(line).is_finite()) {
-        return f64::NAN;
+/// Responses of the loop with a flat index at a line.
+fn response(rotors: &[Rotor], mut side: usize, line: usize) -> &LoopResponse {
+    let mut rotor = 0;
+    while side >= rotors[rotor].directions.len() {
+        side -= rotors[rotor].directions.len();
+        rotor += 1;
     }
-    let turns: i32 = lines
-        .windows(2)
-        .map(|pair| {
-            let (a, b) = (at(&pair[0]), at(&pair[1]));
-            let forwards = a.re * b.im - a.im * b.re;
-            match (a.im >= 0.0, b.im >= 0.0) {
-                (true, false) if forwards > 0.0 => 1,
-                (false, true) if forwards < 0.0 => -1,
-                _ => 0,
-            }
-        })
-        .sum();
-    // Minus zero counts as zero above.
-    let phase = |line: Option<&LineState>| line.map_or(0.0, |l| (at(l).im + 0.0).atan2(at(l).re));
-    TAU * f64::from(turns) + phase(lines.last()) - phase(lines.first())
-}
-
-/// G of the loop with a flat index at a line.
-fn loop_of(rotors: &[Rotor], side: usize, line: usize) -> &Matrix2 {
-    let mut directions = rotors.iter().flat_map(|r| &r.directions);
-    directions
-        .nth(side)
-        .map_or(&[[ZERO; 2]; 2], |d| &d[line].loops)
+    &rotors[rotor].directions[side][line]
 }

@@ -53,11 +53,10 @@ impl Loss {
             Group::Compliance | Group::Sensitivity | Group::Margin => {
                 let sides = self.sides(value.rotor);
                 let share = 1.0 / sides.len() as f64;
-                let parts = state.loops[sides]
-                    .iter()
-                    .zip(&self.rotors[value.rotor].directions);
+                let parts = sides.zip(&self.rotors[value.rotor].directions);
                 let mut mean = ZERO;
-                for (l, responses) in parts {
+                for (side, responses) in parts {
+                    let l = self.loop_state(found, value.line, side);
                     let g = &responses[value.line];
                     let term = if value.group == Group::Compliance {
                         mean += share * l.compliance;
@@ -125,7 +124,7 @@ impl Loss {
     /// Q of the square of a noise current at one line, and that square.
     fn noise_derivative(&self, found: &Evaluation, value: &Value, line: usize) -> (Matrix2, f64) {
         let i = value.entry.0;
-        let loops = &found.lines[line].loops[self.sides(value.rotor)];
+        let loops = &found.lines[line].nominal[self.sides(value.rotor)];
         let (mut q, mut square) = ([[ZERO; 2]; 2], 0.0);
         for (l, responses) in loops.iter().zip(&self.rotors[value.rotor].directions) {
             let su = l.input_sensitivity(&responses[line].loops);
@@ -154,7 +153,7 @@ impl Loss {
         let n = law.parameters();
         let rows = |k: usize| {
             let state = &found.lines[k];
-            let (l, g) = (&state.loops[0], &self.rotors[0].directions[0][k]);
+            let (l, g) = (&state.nominal[0], &self.rotors[0].directions[0][k]);
             let gain = state.gain.iter().flatten().map(c64::norm_sqr).sum::<f64>();
             let relative = own * own / gain.max(f64::MIN_POSITIVE);
             let (alpha, u) = hermitian_eigen(&squared(&adjoint(&l.input_sensitivity(&g.loops))));
