@@ -137,7 +137,7 @@ const MOST_ROUNDS: usize = 5;
 const WORTH_A_CUT: f64 = 0.25;
 
 /// Share of stiffness that a round has to gain for another one to follow.
-const WORTH_A_ROUND: f64 = 0.005;
+const WORTH_A_ROUND: f64 = 0.01;
 
 /// True when the last round made the tool stiffer by more than [`WORTH_A_ROUND`].
 fn gained(rounds: &[PolishRound]) -> bool {
