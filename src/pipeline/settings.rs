@@ -103,7 +103,7 @@ pub struct PolishEffort {
 }
 
 impl Default for PolishEffort {
-    /// Eighty steps, and more as long as a round gains half a percent.
+    /// Eighty steps, and more as long as a round gains one percent.
     fn default() -> Self {
         Self {
             rounds: 2,

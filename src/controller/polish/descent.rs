@@ -2,9 +2,11 @@
 //! Lagrangian, as its steps show it ([`Curvature`]).
 //!
 //! Merit φ = max log compliance + ρ Σ_limits max(0, largest log over its limit). Each step linearises the values near
-//! their group's largest and solves [`curved_step`] with ½ δxᵀ(λM + B)δx, in which δxᵀMδx is the mean square relative
-//! change of the loop ([`Loss::metric`]), so that the step does not depend on how the controller is written. A step that raises φ or changes the encirclements of a rotor's det(I −
-//! G K) is refused and shortened; B learns from it all the same.
+//! their group's largest and solves a [`CurvedProgramme`] with ½ δxᵀ(λM + B)δx, in which δxᵀMδx is the mean square
+//! relative change of the loop ([`Loss::metric`]), so that the step does not depend on how the controller is written. A
+//! step that keeps little of what it promised is corrected once: the same linear model through the values found at its
+//! end (Fletcher 1982), because the limits that bind bend away from each other along the step. A step that raises φ or
+//! changes the encirclements of a rotor's det(I − G K) is refused and shortened; B learns from it all the same.
 
 use super::loss::{Evaluation, Loss};
 use super::structure::Structure;

@@ -139,9 +139,6 @@ impl Loss {
 
     /// [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in
     /// the controller itself, δK/‖K‖ weighted by `own`; a quadratic form of the step. Every `stride`-th line.
-    ///
-    /// With S_uᴴS_u = Σ α_a u_a u_aᴴ and G Gᴴ = Σ β_b v_b v_bᴴ the sum of both squares at a line is that of
-    /// (α_a β_b + own²/‖K‖²)^{1/2} u_aᴴ δK v_b over the four pairs.
     pub(crate) fn metric(
         &self,
         law: &dyn Fixed,
@@ -149,23 +146,18 @@ impl Loss {
         (stride, own): (usize, f64),
     ) -> Mat<f64> {
         let lines: Vec<usize> = (0..self.lines.len()).step_by(stride.max(1)).collect();
-        let share = METRIC_LINES / lines.len().max(1) as f64;
+        let share = (METRIC_LINES / lines.len().max(1) as f64).sqrt();
         let n = law.parameters();
         let rows = |k: usize| {
             let state = &found.lines[k];
             let (l, g) = (&state.nominal[0], &self.rotors[0].directions[0][k]);
             let gain = state.gain.iter().flatten().map(c64::norm_sqr).sum::<f64>();
             let relative = own * own / gain.max(f64::MIN_POSITIVE);
-            let (alpha, u) = hermitian_eigen(&squared(&adjoint(&l.input_sensitivity(&g.loops))));
-            let (beta, v) = hermitian_eigen(&squared(&g.loops));
             let mut rows = vec![];
-            for a in 0..2 {
-                for b in 0..2 {
-                    let weight = (share * (alpha[a] * beta[b] + relative)).sqrt();
-                    let row = u[a].map(|z| z.conj());
-                    for turn in [c64::new(weight, 0.0), c64::new(0.0, -weight)] {
-                        rows.push((outer(&v[b], &row, turn), vec![0.0; n]));
-                    }
+            for q in change_rows(&l.input_sensitivity(&g.loops), &g.loops, relative) {
+                for turn in [c64::new(share, 0.0), c64::new(0.0, -share)] {
+                    let q = q.map(|row| row.map(|v| v * turn));
+                    rows.push((q, vec![0.0; n]));
                 }
             }
             law.add_gradients(&self.lines[k], &mut rows);
@@ -190,6 +182,18 @@ impl Loss {
     }
 }
 
+/// Matrices Q for which Σ |tr(Q δK)|² = ‖S_u δK G‖² + `relative` ‖δK‖² for any δK.
+///
+/// With S_uᴴS_u = Σ α_a u_a u_aᴴ and G Gᴴ = Σ β_b v_b v_bᴴ their sum is that of (α_a β_b + relative) |u_aᴴ δK v_b|².
+fn change_rows(su: &Matrix2, g: &Matrix2, relative: f64) -> [Matrix2; 4] {
+    let (alpha, u) = hermitian_eigen(&squared(&adjoint(su)));
+    let (beta, v) = hermitian_eigen(&squared(g));
+    [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(a, b)| {
+        let weight = (alpha[a] * beta[b] + relative).sqrt();
+        outer(&v[b], &u[a].map(|z| z.conj()), weight.into())
+    })
+}
+
 /// Lines that one task sums over.
 const CHUNK: usize = 64;
 /// Lines over which a change is taken to be spread.
@@ -199,6 +203,33 @@ fn add(sum: &mut Matrix2, term: &Matrix2) {
     for i in 0..2 {
         for j in 0..2 {
             sum[i][j] += term[i][j];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_rows_hold_the_change_of_the_loop_and_of_the_controller() {
+        let z =
+            |k: usize, l: usize| c64::from_polar(1.0 / (1.0 + l as f64), (3 * k + 7 * l) as f64);
+        let matrix = |k: usize| [[z(k, 0), z(k, 1)], [z(k, 2), z(k, 3)]];
+        let (su, g, relative) = (matrix(1), matrix(4), 0.3);
+        let square = |m: &Matrix2| m.iter().flatten().map(c64::norm_sqr).sum::<f64>();
+        for k in 0..5 {
+            let change = matrix(10 + k);
+            let exact = square(&product(&product(&su, &change), &g)) + relative * square(&change);
+            let rows = change_rows(&su, &g, relative);
+            let found: f64 = rows
+                .iter()
+                .map(|q| {
+                    let through = product(q, &change);
+                    (through[0][0] + through[1][1]).norm_sqr()
+                })
+                .sum();
+            assert!((found / exact - 1.0).abs() < 1e-12, "{found} and {exact}");
         }
     }
 }

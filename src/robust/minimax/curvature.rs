@@ -23,12 +23,10 @@ impl Curvature {
 
     /// B + λM for a metric M.
     pub(crate) fn beside(&self, metric: &Mat<f64>, weight: f64) -> Mat<f64> {
-        match &self.0 {
-            None => metric * faer::Scale(weight),
-            Some(b) => Mat::from_fn(metric.nrows(), metric.ncols(), |i, j| {
-                b[(i, j)] + weight * metric[(i, j)]
-            }),
-        }
+        Mat::from_fn(metric.nrows(), metric.ncols(), |i, j| {
+            let own = self.0.as_ref().map_or(0.0, |b| b[(i, j)]);
+            own + weight * metric[(i, j)]
+        })
     }
 
     /// ½ sᵀBs.

@@ -182,3 +182,61 @@ fn by_interior_point(values: &[LinearValue], rule: &StepRule) -> Result<Vec<f64>
     };
     programme.solve()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(value: f64, gradient: [f64; 2]) -> LinearValue {
+        LinearValue {
+            limit: None,
+            value,
+            gradient: gradient.to_vec(),
+        }
+    }
+
+    #[test]
+    fn one_value_is_lowered_along_the_inverse_of_metric_and_curvature() {
+        let metric = Mat::from_fn(2, 2, |i, j| [[2.0, 0.5], [0.5, 1.0]][i][j]);
+        let curvature = Curvature::of(Mat::from_fn(2, 2, |i, j| [[1.0, -0.2], [-0.2, 3.0]][i][j]));
+        let rule = StepRule {
+            limits: 0,
+            penalty: 0.0,
+            proximal: 0.5,
+        };
+        let shape = (&metric, &curvature);
+        let found = curved_step(&[value(1.0, [1.0, -2.0])], &[], shape, &rule);
+        let found = found.expect("the matrix is positive definite").step;
+        // λM + B = [[2, 0.05], [0.05, 3.5]].
+        let determinant = 2.0 * 3.5 - 0.05 * 0.05;
+        let exact = [
+            -(3.5 + 0.05 * 2.0) / determinant,
+            (2.0 * 2.0 + 0.05) / determinant,
+        ];
+        for (found, exact) in found.iter().zip(exact) {
+            assert!((found - exact).abs() < 1e-10, "{found} and {exact}");
+        }
+    }
+
+    #[test]
+    fn a_programme_with_other_values_is_that_of_those_values() {
+        let (metric, curvature) = (Mat::identity(2, 2), Curvature::default());
+        let rule = StepRule {
+            limits: 0,
+            penalty: 0.0,
+            proximal: 1.0,
+        };
+        let list = |a: f64, b: f64| [value(a, [1.0, 0.3]), value(b, [-1.0, 0.2])];
+        let shape = (&metric, &curvature);
+        let programme = CurvedProgramme::new(&list(0.0, 0.1), shape, &rule);
+        let mut programme = programme.expect("the metric is positive definite");
+        programme.revalue([0.4, 0.2].into_iter());
+        let found = programme.step(&[]).expect("the programme has an answer");
+        let exact = curved_step(&list(0.4, 0.2), &[], shape, &rule);
+        let exact = exact.expect("the programme has an answer");
+        for (found, exact) in found.step.iter().zip(&exact.step) {
+            assert!((found - exact).abs() < 1e-12, "{found} and {exact}");
+        }
+        assert!((found.predicted - exact.predicted).abs() < 1e-12);
+    }
+}
