@@ -4,7 +4,6 @@
 use super::law::PidLaw;
 use crate::controller::polish::descent::{Effort, Memory, PENALTY, descend};
 use crate::controller::polish::loss::Loss;
-use crate::controller::polish::responses::{Role, Rotor};
 use crate::controller::verification_error::VerificationError;
 use crate::linalg::c64;
 use rayon::prelude::*;
@@ -31,11 +30,6 @@ pub(super) type FreshLoss<'a> =
 /// What a loss makes of parameters: rotors with an unstable loop, the machine as it is before those with shifted
 /// modes, then the merit.
 pub(super) type Judged = ([usize; 2], f64);
-
-/// The machine as it is, at rest and at top speed.
-pub(super) fn is_nominal(rotor: &Rotor) -> bool {
-    matches!(rotor.role, Role::Rest | Role::TopSpeed)
-}
 
 /// The better first.
 pub(super) fn order(a: &Judged, b: &Judged) -> Ordering {
@@ -126,7 +120,7 @@ impl Descent {
 pub(super) fn judged(loss: &Loss, law: &PidLaw, x: &[f64]) -> Judged {
     let mut lost = [0; 2];
     for (rotor, active) in loss.rotors.iter().zip(&loss.active) {
-        let shifted = usize::from(!is_nominal(rotor));
+        let shifted = usize::from(!rotor.role.is_nominal());
         lost[shifted] += usize::from(!active);
     }
     (lost, loss.evaluate(law, x).merit(PENALTY))

@@ -3,7 +3,7 @@
 //! what these lead to further, fewer and fewer of them ([`super::descents`]). Which of them ends best is not seen
 //! before.
 
-use super::descents::{Descent, Earlier, Judged, best_end, is_nominal, judged, order};
+use super::descents::{Descent, Earlier, Judged, best_end, judged, order};
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
 use super::start::{Start, StartRule, screen, starts};
@@ -151,7 +151,7 @@ impl<'a> Ground<'a> {
         // All raised and all lowered: the others have the turns on their lines.
         let ends = [shifted.first(), shifted.last()];
         let sampled = SampledPlants::of(&plants, |number, role| {
-            matches!(role, Role::Rest | Role::TopSpeed) || ends.contains(&Some(&number))
+            role.is_nominal() || ends.contains(&Some(&number))
         })?;
         Ok(Self {
             rotors: plants.on(&plain, &Known::NOTHING),
@@ -180,7 +180,7 @@ impl<'a> Ground<'a> {
         let nominal: Vec<_> = self
             .rotors
             .iter()
-            .filter(|rotor| is_nominal(rotor))
+            .filter(|rotor| rotor.role.is_nominal())
             .collect();
         let on = (self.plain.as_slice(), nominal.as_slice());
         let mut all: Vec<Start> = given

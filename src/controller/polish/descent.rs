@@ -37,13 +37,14 @@ const LARGEST_PROGRAMME: usize = 240;
 const PATIENCE: usize = 6;
 /// Proximal weight at the start: changes of the loop of a few percent.
 const FIRST_WEIGHT: f64 = 1.0;
-/// Share of the metric's trace that is added: directions that change nothing stay bounded.
+/// Added to the diagonal of the metric, relative to its trace, in units of the effect of each parameter: directions
+/// that change nothing stay bounded.
 const FLAT: f64 = 1e-9;
 /// The metric is renewed after so many accepted steps.
 const METRIC_AGE: usize = 4;
 /// Weight of a parameter's own natural step in the metric.
 const OWN_STEP: f64 = 1.0;
-/// Every so many lines one of the metric, and weight of a relative change of K itself.
+/// The metric takes one line of so many, and a relative change of K itself with this weight.
 const METRIC: (usize, f64) = (3, 0.2);
 
 /// What a descent keeps from one round to the next.
@@ -286,8 +287,7 @@ fn metric_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Result<Mat<f64>
     let mut metric = loss.metric(&*law.with(x), &place.found, METRIC);
     let n = metric.nrows();
     for (k, natural) in law.natural_steps(x).into_iter().enumerate() {
-        // In units of a parameter's own effect the largest eigenvalue is at most n: what is added acts on directions,
-        // not on units.
+        // In units of the effect of each parameter the diagonal is one and the trace n.
         let own = metric[(k, k)] + (OWN_STEP / natural).powi(2);
         metric[(k, k)] = own * (1.0 + FLAT * n as f64);
     }

@@ -112,8 +112,7 @@ impl Loss {
             })
             .collect();
         let active = vec![true; rotors.len()];
-        let is_nominal = |rotor: &&Rotor| matches!(rotor.role, Role::Rest | Role::TopSpeed);
-        let nominal = rotors.iter().take_while(is_nominal);
+        let nominal = rotors.iter().take_while(|rotor| rotor.role.is_nominal());
         let nominal = nominal.map(|rotor| rotor.directions.len()).sum::<usize>();
         let specified = specification.as_ref().map_or(0, |s| s.loops.len());
         let nominal = nominal.max(specified);
@@ -330,7 +329,7 @@ impl Loss {
             Role::Shifted => SHIFTED,
             Role::Overspeed | Role::Weak | Role::Weakest => 0.0,
         };
-        let nominal = matches!(role, Role::Rest | Role::TopSpeed);
+        let nominal = role.is_nominal();
         let (group, limit) = match role {
             Role::Rest | Role::TopSpeed => (Group::Sensitivity, self.limits.sensitivity),
             Role::Shifted | Role::Overspeed => (
@@ -406,7 +405,7 @@ const FAR: f64 = 0.8;
 /// A bound that no scale changes by more than this (logarithms) keeps its scales: with curvatures of the order of a
 /// tenth the optimum is lower by 1e-4 at most, less than what lines at other frequencies show.
 const FLAT: f64 = 3e-3;
-/// Lines whose bound is below this share of the limit keep their scales.
+/// Lines whose bound is below this share of the limit keep their scales, and a peak there gets no further lines.
 const NEAR: f64 = 0.92;
 
 /// Largest singular value σ of K and Q of its logarithm: v uᴴ/σ with K v = σ u.

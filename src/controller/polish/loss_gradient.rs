@@ -209,13 +209,12 @@ fn add(sum: &mut Matrix2, term: &Matrix2) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::matrix2::entry;
     use super::*;
 
     #[test]
     fn four_rows_hold_the_change_of_the_loop_and_of_the_controller() {
-        let z =
-            |k: usize, l: usize| c64::from_polar(1.0 / (1.0 + l as f64), (3 * k + 7 * l) as f64);
-        let matrix = |k: usize| [[z(k, 0), z(k, 1)], [z(k, 2), z(k, 3)]];
+        let matrix = |k: usize| [[entry(k, 0), entry(k, 1)], [entry(k, 2), entry(k, 3)]];
         let (su, g, relative) = (matrix(1), matrix(4), 0.3);
         let square = |m: &Matrix2| m.iter().flatten().map(c64::norm_sqr).sum::<f64>();
         for k in 0..5 {

@@ -81,21 +81,23 @@ impl PackedLoops {
 #[cfg(test)]
 mod tests {
     use super::super::loop_state::LoopState;
+    use super::super::matrix2::entry;
     use super::*;
 
     #[test]
     fn four_loops_at_a_time_are_those_of_one() {
-        let z =
-            |k: usize, l: usize| c64::from_polar(1.0 / (1.0 + l as f64), (3 * k + 7 * l) as f64);
         let list: Vec<LoopResponse> = (0..6)
             .map(|k| LoopResponse {
-                loops: [[z(k, 1), z(k, 2)], [z(k, 3), z(k, 4)]],
-                read: [z(k, 5), z(k, 6)],
-                drive: [z(k, 7), z(k, 8)],
-                tool: z(k, 9),
+                loops: [[entry(k, 1), entry(k, 2)], [entry(k, 3), entry(k, 4)]],
+                read: [entry(k, 5), entry(k, 6)],
+                drive: [entry(k, 7), entry(k, 8)],
+                tool: entry(k, 9),
             })
             .collect();
-        let (gain, free) = ([[z(1, 0), z(2, 3)], [z(4, 2), z(9, 1)]], z(5, 1));
+        let (gain, free) = (
+            [[entry(1, 0), entry(2, 3)], [entry(4, 2), entry(9, 1)]],
+            entry(5, 1),
+        );
         let packed = PackedLoops::pack(&list.iter().collect::<Vec<_>>());
         let closed: Vec<PackedState> = packed.iter().map(|g| g.closed(&gain, free)).collect();
         for (k, one) in list.iter().enumerate() {

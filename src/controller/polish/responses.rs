@@ -57,6 +57,13 @@ pub(crate) enum Role {
     Weakest,
 }
 
+impl Role {
+    /// The machine as modelled, at rest or at its top speed.
+    pub(crate) fn is_nominal(self) -> bool {
+        matches!(self, Self::Rest | Self::TopSpeed)
+    }
+}
+
 /// A rotor that the controller serves: one direction at rest, two at speed (forwards, backwards).
 #[derive(Clone, Debug)]
 pub(crate) struct Rotor {

@@ -344,16 +344,19 @@ impl<'a> Polisher<'a> {
         for r in 0..loss.active.len() {
             loss.active[r] = turns[r] == turns[0];
         }
-        let mut found = loss.evaluate(&self.law, &self.x);
-        loss.rescale(&mut found);
+        let rescaled = |loss: &mut Loss| {
+            let mut found = loss.evaluate(&self.law, &self.x);
+            loss.rescale(&mut found);
+            found
+        };
+        let mut found = rescaled(&mut loss);
         let beside = loss.beside_peaks(&found);
         if !beside.is_empty() {
             let lines = with_further(&loss.lines, &beside, self.plants.period_s());
             let active = loss.active.clone();
             loss = loss_on(&self.plants, &self.task, lines, Some(&loss))?;
             loss.active = active;
-            found = loss.evaluate(&self.law, &self.x);
-            loss.rescale(&mut found);
+            found = rescaled(&mut loss);
         }
         self.figures = figures(&loss, &found);
         self.loss = loss;

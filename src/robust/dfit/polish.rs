@@ -13,7 +13,7 @@ use crate::linalg::dense::dot;
 use crate::linalg::{Mat, symmetric_eigen};
 use crate::robust::minimax::curvature::Curvature;
 use crate::robust::minimax::proximal::{HEAVIEST, after_refusal, after_step, is_accepted};
-use crate::robust::minimax::step::{LinearValue, MinimaxStep, StepRule, curved_step};
+use crate::robust::minimax::step::{CurvedProgramme, LinearValue, MinimaxStep, StepRule};
 
 /// Largest weighted |ln(|d|/m)|.
 pub(crate) fn weighted_error(data: &Magnitudes, fit: &Factors) -> f64 {
@@ -56,8 +56,12 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
             break;
         };
         let shape = (&measure.matrix, &curvature);
-        let found = scaled_step(&rows, error, &binding, shape, weight);
-        let Some((step, predicted)) = found else {
+        let programme = scaled_programme(&rows, error, shape, weight);
+        let first = programme.and_then(|programme| {
+            let found = scaled_step(&programme, error, &binding)?;
+            Some((programme, found))
+        });
+        let Some((mut programme, (step, predicted))) = first else {
             weight = after_refusal(weight, false);
             continue;
         };
@@ -71,7 +75,8 @@ pub(crate) fn polish(data: &Magnitudes, start: Factors, steps: usize) -> Factors
         let promised = error - predicted - curvature.half_along(&step.step);
         if !is_accepted(error - next, promised) {
             let seen = corrected(&rows, &errors(data, &trial), &step.step);
-            let again = scaled_step(&seen, error, &binding, shape, weight);
+            programme.revalue(seen.into_iter().map(|value| value / error));
+            let again = scaled_step(&programme, error, &binding);
             if let Some((again, _)) = again {
                 let other = moved(&again.step);
                 let level = weighted_error(data, &other);
@@ -115,17 +120,14 @@ fn errors(data: &Magnitudes, fit: &Factors) -> Vec<LinearValue> {
     data.points().flat_map(pair).collect()
 }
 
-/// The step and the error that the linear model predicts.
-///
-/// The programme is solved for errors in units of the largest one and steps in units of its root, in which curvature
+/// The programme of a step for errors in units of the largest one and steps in units of its root, in which curvature
 /// and weight are the same: its tolerances are absolute.
-fn scaled_step(
+fn scaled_programme(
     rows: &[LinearValue],
     error: f64,
-    binding: &[(usize, f64)],
     shape: (&Mat<f64>, &Curvature),
     weight: f64,
-) -> Option<(MinimaxStep, f64)> {
+) -> Option<CurvedProgramme> {
     let root = error.sqrt();
     let scaled = |row: &LinearValue| LinearValue {
         limit: None,
@@ -138,21 +140,28 @@ fn scaled_step(
         penalty: 0.0,
         proximal: weight,
     };
+    CurvedProgramme::new(&scaled, shape, &rule)
+}
+
+/// The step of a [`scaled_programme`] and the error that the linear model predicts.
+fn scaled_step(
+    programme: &CurvedProgramme,
+    error: f64,
+    binding: &[(usize, f64)],
+) -> Option<(MinimaxStep, f64)> {
     let likely: Vec<usize> = binding.iter().map(|(k, _)| *k).collect();
-    let mut found = curved_step(&scaled, &likely, shape, &rule)?;
+    let mut found = programme.step(&likely)?;
+    let root = error.sqrt();
     found.step.iter_mut().for_each(|s| *s *= root);
     let predicted = found.predicted * error;
     Some((found, predicted))
 }
 
-/// Errors that are those found after a step, with their slopes from before it.
-fn corrected(before: &[LinearValue], after: &[LinearValue], step: &[f64]) -> Vec<LinearValue> {
+/// Errors before a step for which the linear model gives those found after it.
+fn corrected(before: &[LinearValue], after: &[LinearValue], step: &[f64]) -> Vec<f64> {
     let pairs = before.iter().zip(after);
-    let one = |(before, after): (&LinearValue, &LinearValue)| LinearValue {
-        value: after.value - dot(&before.gradient, step),
-        ..before.clone()
-    };
-    pairs.map(one).collect()
+    let pairs = pairs.map(|(before, after)| after.value - dot(&before.gradient, step));
+    pairs.collect()
 }
 
 /// Metric of the parameters over the data.
