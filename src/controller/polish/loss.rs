@@ -12,7 +12,7 @@ use super::line_scales::LineScales;
 use super::line_state::{LineState, gathered_phase};
 use super::lines::beside_peaks;
 use super::loop_state::LoopState;
-use super::matrix2::{Matrix2, ONE, ZERO, outer, times};
+use super::matrix2::{Matrix2, ONE, ZERO, adjoint, hermitian_eigen, outer, squared, times};
 use super::packed_loops::PackedLoops;
 use super::responses::{LoopResponse, Role, Rotor, SpecificationLine};
 use super::specification_bound::{Bound, best_scales, bound};
@@ -410,20 +410,7 @@ const NEAR: f64 = 0.92;
 
 /// Largest singular value σ of K and Q of its logarithm: v uᴴ/σ with K v = σ u.
 pub(super) fn largest_singular(k: &Matrix2) -> (f64, Matrix2) {
-    // KᴴK = [[a, c], [c̄, b]].
-    let a = k[0][0].norm_sqr() + k[1][0].norm_sqr();
-    let b = k[0][1].norm_sqr() + k[1][1].norm_sqr();
-    let c = k[0][0].conj() * k[0][1] + k[1][0].conj() * k[1][1];
-    let square = 0.5 * (a + b) + (0.25 * (a - b) * (a - b) + c.norm_sqr()).sqrt();
-    let v = if c.norm_sqr() > 0.0 {
-        [c, c64::new(square - a, 0.0)]
-    } else if a >= b {
-        [c64::new(1.0, 0.0), ZERO]
-    } else {
-        [ZERO, c64::new(1.0, 0.0)]
-    };
-    let size = (v[0].norm_sqr() + v[1].norm_sqr()).sqrt();
-    let v = v.map(|z| z / size);
+    let ([square, _], [v, _]) = hermitian_eigen(&squared(&adjoint(k)));
     let u = times(k, &v).map(|z| z.conj());
     (square.sqrt(), outer(&v, &u, (1.0 / square).into()))
 }
