@@ -73,17 +73,18 @@ pub fn sample_with_delay(
     let whole = (ratio + 1e-9).floor() as usize;
     let late = (ratio - whole as f64).max(0.0) * period_s;
     let split = late > 1e-9 * period_s;
-    let (a_full, b_full) = hold(&system.a, &system.b, period_s)?;
-    let commands = system.b.subcols(0, delayed).to_owned();
-    let (b_new, b_old) = if split {
-        let (a_rest, b_new) = hold(&system.a, &commands, period_s - late)?;
-        let (_, b_late) = hold(&system.a, &commands, late)?;
-        (b_new, &a_rest * &b_late)
+    let (a_full, b_full, b_new, b_old) = if split {
+        let (a_late, b_late) = hold(&system.a, &system.b, late)?;
+        let (a_rest, b_rest) = hold(&system.a, &system.b, period_s - late)?;
+        // What the first part of the sample does goes on through the second.
+        let b_early = &a_rest * &b_late;
+        let of_commands = |b: &Mat<f64>| b.subcols(0, delayed).to_owned();
+        let (b_new, b_old) = (of_commands(&b_rest), of_commands(&b_early));
+        (&a_rest * &a_late, b_rest + b_early, b_new, b_old)
     } else {
-        (
-            b_full.subcols(0, delayed).to_owned(),
-            Mat::zeros(n, delayed),
-        )
+        let (a_full, b_full) = hold(&system.a, &system.b, period_s)?;
+        let b_new = b_full.subcols(0, delayed).to_owned();
+        (a_full, b_full, b_new, Mat::zeros(n, delayed))
     };
     // Registers, newest command first: u(k−1), …, u(k−steps).
     let steps = whole + usize::from(split);
