@@ -94,12 +94,6 @@ impl Planar {
         self.re[i + j * self.rows] += value;
     }
 
-    /// |entry|².
-    pub(crate) fn squared(&self, i: usize, j: usize) -> f64 {
-        let (re, im) = self.at(i, j);
-        re * re + im * im
-    }
-
     /// Σ|entry|².
     pub(crate) fn sum_of_squares(&self) -> f64 {
         self.re.iter().chain(&self.im).map(|v| v * v).sum()

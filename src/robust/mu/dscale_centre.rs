@@ -5,7 +5,8 @@
 //! positive definite as long as the decrement is below one, and tr ZA_k = −μc_k for every block with A_k = ∂S/∂x_k, so
 //! no scale reaches below β − μ max(c_k / tr Z_k): for any scale some block has more gain in Z than that.
 
-use crate::linalg::planar::{Planar, add_scaled_conj};
+use crate::linalg::fixed::{Columns, Fixed};
+use crate::linalg::planar::Planar;
 use std::ops::Range;
 
 /// Columns and rows of M that a block owns.
@@ -53,8 +54,17 @@ const LEFT: f64 = 3e-3;
 
 /// Centres of a matrix with σ_max = 1 for its blocks, from x = 1.
 pub(crate) fn centres(m: &Planar, blocks: &[BlockRange], until: End) -> Centre {
+    match m.rows().max(m.cols()) {
+        0..=4 => centres_in::<Fixed<4>>(m, blocks, until),
+        5..=8 => centres_in::<Fixed<8>>(m, blocks, until),
+        _ => centres_in::<Planar>(m, blocks, until),
+    }
+}
+
+/// The same in matrices of some kind.
+fn centres_in<M: Columns>(m: &Planar, blocks: &[BlockRange], until: End) -> Centre {
     let n = blocks.len();
-    let mut work = Work::new(m, blocks);
+    let mut work = Work::<M>::new(m, blocks);
     let mut end = Centre {
         x: vec![1.0; n],
         at_least: 0.0,
@@ -123,21 +133,23 @@ pub(crate) fn centres(m: &Planar, blocks: &[BlockRange], until: End) -> Centre {
 }
 
 /// Storage of the matrices of a Newton step, and the derivatives of −log det S.
-struct Work<'a> {
-    m: &'a Planar,
+struct Work<'a, M> {
+    rows: usize,
+    cols: usize,
+    m: M,
     /// Mᵀ.
-    transposed: Planar,
+    transposed: M,
     blocks: &'a [BlockRange],
     /// S, then its Cholesky factor L.
-    s: Planar,
+    s: M,
     /// L⁻ᵀ.
-    inverse: Planar,
+    inverse: M,
     /// (L⁻¹Mᴴ)ᵀ.
-    half: Planar,
+    half: M,
     /// G = S⁻¹, MG, MGMᴴ; of the Hermitian ones the upper triangle.
-    g: Planar,
-    mg: Planar,
-    mgm: Planar,
+    g: M,
+    mg: M,
+    mgm: M,
     gradient: Vec<f64>,
     hessian: Vec<f64>,
     /// tr G over the columns of each block, and its derivatives by −x_j (row k: block k).
@@ -149,19 +161,28 @@ struct Work<'a> {
     curvature: f64,
 }
 
-impl<'a> Work<'a> {
-    fn new(m: &'a Planar, blocks: &'a [BlockRange]) -> Self {
+impl<'a, M: Columns> Work<'a, M> {
+    fn new(m: &Planar, blocks: &'a [BlockRange]) -> Self {
         let (p, q, n) = (m.rows(), m.cols(), blocks.len());
+        let (mut own, mut transposed) = (M::zeros(p, q), M::zeros(q, p));
+        for j in 0..q {
+            for i in 0..p {
+                own.set(i, j, m.at(i, j));
+                transposed.set(j, i, m.at(i, j));
+            }
+        }
         Self {
-            m,
-            transposed: Planar::from_fn(q, p, |i, j| m.at(j, i)),
+            rows: p,
+            cols: q,
+            m: own,
+            transposed,
             blocks,
-            s: Planar::zeros(q, q),
-            inverse: Planar::zeros(q, q),
-            half: Planar::zeros(p, q),
-            g: Planar::zeros(q, q),
-            mg: Planar::zeros(p, q),
-            mgm: Planar::zeros(p, p),
+            s: M::zeros(q, q),
+            inverse: M::zeros(q, q),
+            half: M::zeros(p, q),
+            g: M::zeros(q, q),
+            mg: M::zeros(p, q),
+            mgm: M::zeros(p, p),
             gradient: vec![0.0; n],
             hessian: vec![0.0; n * n],
             trace: vec![0.0; n],
@@ -173,7 +194,7 @@ impl<'a> Work<'a> {
 
     /// Cholesky factor of S; false when S is not positive definite.
     fn factor(&mut self, x: &[f64], level: f64) -> bool {
-        let q = self.m.cols();
+        let q = self.cols;
         self.s.clear();
         for ((w, z), x) in self.blocks.iter().zip(x) {
             for k in w.clone() {
@@ -182,8 +203,8 @@ impl<'a> Work<'a> {
             for i in z.clone() {
                 for j in 0..q {
                     let (re, im) = self.transposed.at(j, i);
-                    let row = self.transposed.part(j, q, i);
-                    add_scaled_conj(self.s.part_mut(j, q, j), (-x * re, -x * im), row);
+                    let row = (&self.transposed, i);
+                    self.s.add_conj(j..q, j, (-x * re, -x * im), row);
                 }
             }
         }
@@ -192,13 +213,13 @@ impl<'a> Work<'a> {
 
     /// −log det S, after `factor`.
     fn barrier(&self) -> f64 {
-        let diagonal = (0..self.m.cols()).map(|i| self.s.at(i, i).0.ln());
+        let diagonal = (0..self.cols).map(|i| self.s.at(i, i).0.ln());
         -2.0 * diagonal.sum::<f64>()
     }
 
     /// G, MG and MGMᴴ from the factor of S.
     fn products(&mut self) {
-        let (p, q) = (self.m.rows(), self.m.cols());
+        let (p, q) = (self.rows, self.cols);
         self.s.invert_lower_transposed(&mut self.inverse);
         for matrix in [&mut self.half, &mut self.g, &mut self.mg, &mut self.mgm] {
             matrix.clear();
@@ -206,22 +227,20 @@ impl<'a> Work<'a> {
         for r in 0..q {
             for j in 0..=r {
                 let a = self.inverse.at(j, r);
-                add_scaled_conj(self.half.part_mut(0, p, r), a, self.m.part(0, p, j));
+                self.half.add_conj(0..p, r, a, (&self.m, j));
             }
         }
         for j in 0..q {
             for r in j..q {
                 let a = self.inverse.at(j, r);
-                add_scaled_conj(self.mg.part_mut(0, p, j), a, self.half.part(0, p, r));
-                let own = self.inverse.part(0, j + 1, r);
-                add_scaled_conj(self.g.part_mut(0, j + 1, j), a, own);
+                self.mg.add_conj(0..p, j, a, (&self.half, r));
+                self.g.add_conj(0..j + 1, j, a, (&self.inverse, r));
             }
         }
         for b in 0..p {
             for r in 0..q {
                 let a = self.half.at(b, r);
-                let own = self.half.part(0, b + 1, r);
-                add_scaled_conj(self.mgm.part_mut(0, b + 1, b), a, own);
+                self.mgm.add_conj(0..b + 1, b, a, (&self.half, r));
             }
         }
     }
@@ -234,9 +253,8 @@ impl<'a> Work<'a> {
         self.by_level.fill(0.0);
         for k in 0..n {
             let (w, z) = &self.blocks[k];
-            let diagonal = |of: &Planar, span: &Range<usize>| -> f64 {
-                span.clone().map(|i| of.at(i, i).0).sum()
-            };
+            let diagonal =
+                |of: &M, span: &Range<usize>| -> f64 { span.clone().map(|i| of.at(i, i).0).sum() };
             let trace = diagonal(&self.g, w);
             self.trace[k] = trace;
             self.gradient[k] = diagonal(&self.mgm, z) - level * trace;
@@ -262,7 +280,7 @@ impl<'a> Work<'a> {
 }
 
 /// Σ|entry|² over rows and columns.
-fn squares(of: &Planar, rows: &Range<usize>, cols: &Range<usize>) -> f64 {
+fn squares<M: Columns>(of: &M, rows: &Range<usize>, cols: &Range<usize>) -> f64 {
     let mut sum = 0.0;
     for j in cols.clone() {
         for i in rows.clone() {
@@ -273,7 +291,7 @@ fn squares(of: &Planar, rows: &Range<usize>, cols: &Range<usize>) -> f64 {
 }
 
 /// The same for a Hermitian matrix of which the upper triangle is stored; `rows` are before `cols` or the same.
-fn squares_above(of: &Planar, rows: &Range<usize>, cols: &Range<usize>) -> f64 {
+fn squares_above<M: Columns>(of: &M, rows: &Range<usize>, cols: &Range<usize>) -> f64 {
     if rows.start != cols.start {
         return squares(of, rows, cols);
     }
@@ -302,8 +320,8 @@ struct Step {
 
 impl Step {
     /// `None` when the Hessian is not definite to rounding.
-    fn new(work: &Work, x: &[f64], level: f64) -> Option<Self> {
-        let (n, q) = (x.len(), work.m.cols());
+    fn new<M: Columns>(work: &Work<M>, x: &[f64], level: f64) -> Option<Self> {
+        let (n, q) = (x.len(), work.cols);
         // The scale of x is free: cᵀδ = 0 with c = 1 fixes it. There a multiple of ccᵀ changes nothing, and the Hessian
         // is nearly singular in the direction of x without it.
         let weight = (0..n).map(|k| work.hessian[k * n + k]).sum::<f64>() / n as f64;

@@ -118,8 +118,7 @@ fn upper_by_parts(
     let mut parts = vec![];
     for component in reduction::components(m, structure) {
         let own = component.part_of(m);
-        let scaling = irreducible(&own, &component.structure)?;
-        let upper = scaling.bound(&own);
+        let (scaling, upper) = irreducible(&own, &component.structure)?;
         parts.push(Part {
             component,
             scaling,
@@ -147,20 +146,22 @@ fn upper_by_parts(
     Ok((upper, whole, parts))
 }
 
-/// Scaling of a part that cannot be reduced further.
-fn irreducible(m: &Mat<c64>, structure: &Structure) -> Result<Scaling, MuError> {
+/// Scaling of a part that cannot be reduced further, and the bound that it proves.
+fn irreducible(m: &Mat<c64>, structure: &Structure) -> Result<(Scaling, f64), MuError> {
     if m.norm_max() == 0.0 {
-        return Ok(Scaling::identity(structure));
+        return Ok((Scaling::identity(structure), 0.0));
     }
     if structure.spans.iter().all(Span::has_scalar_scaling) {
         let end = dscale::settled(m, structure);
-        return Ok(Scaling::diagonal(structure, &end.d));
+        return Ok((Scaling::diagonal(structure, &end.d), end.bound));
     }
     // A diagonal D that ignores repetition and realness is the start.
     let split = reduction::split_scalars(structure);
     let end = dscale::settled(m, &split);
     let start = Scaling::diagonal(&split, &end.d);
-    Ok(mixed::optimal(m, structure, start)?)
+    let best = mixed::optimal(m, structure, start)?;
+    let bound = best.bound(m);
+    Ok((best, bound))
 }
 
 /// Δ of a part as Δ of the whole: a scalar that the part holds in part is repeated over its whole block.
