@@ -72,8 +72,11 @@ struct Programme<'a> {
     active: Vec<usize>,
     /// Levels of the groups, in their order.
     levels: Vec<f64>,
-    /// Matrix of the programme among the values, as far as known, NaN elsewhere; row after row.
-    quadratic: Vec<f64>,
+    /// Values that were active, in the order in which they first were; the place of each value among them.
+    met: Vec<usize>,
+    place: Vec<Option<usize>>,
+    /// Lower triangle of the matrix of the programme among the values that were active, row after row.
+    quadratic: Vec<Vec<f64>>,
     ridge: f64,
     tolerance: f64,
 }
@@ -108,7 +111,9 @@ impl<'a> Programme<'a> {
         let size = values.iter().map(|v| v.value.abs()).fold(1.0, f64::max);
         Self {
             levels: vec![0.0; groups.len()],
-            quadratic: vec![f64::NAN; m * m],
+            met: vec![],
+            place: vec![None; m],
+            quadratic: vec![],
             ridge: RIDGE * largest,
             tolerance: VIOLATION * size,
             proximal: rule.proximal,
@@ -131,18 +136,16 @@ impl<'a> Programme<'a> {
         }
     }
 
-    fn entry(&mut self, i: usize, j: usize) -> f64 {
-        let m = self.values.len();
-        if i >= m || j >= m {
-            return 0.0;
-        }
-        let (i, j) = (i.max(j), i.min(j));
-        let known = &mut self.quadratic[i * m + j];
-        if known.is_nan() {
-            let (a, b) = (&self.values[i].gradient, &self.values[j].gradient);
-            *known = product(a, b) / self.proximal;
-        }
-        *known
+    /// Place of a value among those that were active; the first time its row of the matrix is computed.
+    fn met(&mut self, k: usize) -> usize {
+        *self.place[k].get_or_insert_with(|| {
+            self.met.push(k);
+            let own = &self.values[k].gradient;
+            let earlier = self.met.iter().map(|j| &self.values[*j].gradient);
+            let row = earlier.map(|other| product(own, other) / self.proximal);
+            self.quadratic.push(row.collect());
+            self.quadratic.len() - 1
+        })
     }
 
     /// The weights that minimise over the active ones whatever their sign, and the levels, which it keeps.
@@ -151,12 +154,21 @@ impl<'a> Programme<'a> {
         let n = count + groups;
         let mut matrix = vec![0.0; n * n];
         let mut rhs = vec![0.0; n];
+        // A slack has no slope.
+        let is_value = |k: usize| k < self.values.len();
+        let active = self.active.clone();
+        let met: Vec<Option<usize>> = active
+            .iter()
+            .map(|k| is_value(*k).then(|| self.met(*k)))
+            .collect();
         for i in 0..count {
             let k = self.active[i];
             for j in 0..=i {
-                let entry = self.entry(k, self.active[j]);
-                matrix[i * n + j] = entry;
-                matrix[j * n + i] = entry;
+                if let (Some(a), Some(b)) = (met[i], met[j]) {
+                    let entry = self.quadratic[a.max(b)][a.min(b)];
+                    matrix[i * n + j] = entry;
+                    matrix[j * n + i] = entry;
+                }
             }
             if let Some(value) = self.values.get(k) {
                 matrix[i * n + i] += self.ridge;
