@@ -230,16 +230,25 @@ impl HermitianLanes {
     }
 
     /// The largest eigenvalue of a positive semidefinite matrix with its vector of unit length: the power method,
-    /// started from a column of its 16th power. NaN for entries that are not finite.
-    pub(crate) fn largest(&self) -> (f64, Vec<Lanes>) {
+    /// started from a column of its 16th power. NaN for entries that are not finite. Where the norm of a power shows
+    /// that the eigenvalue is below `floor`, that bound stands in its place, without a vector.
+    pub(crate) fn largest_above(&self, floor: f64) -> Largest {
         let mut power = self.clone();
-        for _ in 0..4 {
+        // A to the power `exponent` is that of `scale` times `power`.
+        let (mut scale, mut exponent) = (1.0, 1.0);
+        for _ in 0..SQUARINGS {
+            let at_most = scale * power.sum_of_squares().powf(0.5 / exponent);
+            if at_most < floor {
+                return Largest::Below(at_most);
+            }
             let trace = power.trace();
             if trace.is_nan() || trace <= 0.0 {
                 let value = if trace.is_nan() { f64::NAN } else { 0.0 };
-                return (value, vec![Lanes::ZERO; groups(self.n)]);
+                return Largest::Value(value, vec![Lanes::ZERO; groups(self.n)]);
             }
             power = power.squared(trace);
+            scale *= trace.powf(1.0 / exponent);
+            exponent *= 2.0;
         }
         let diagonal = |j: usize| Lanes::at(power.column(j), j).re;
         let largest = (1..self.n).fold(0, |k, j| if diagonal(j) > diagonal(k) { j } else { k });
@@ -252,8 +261,20 @@ impl HermitianLanes {
                 *group = group.times(&[inverse; WIDTH]);
             }
         }
-        (Lanes::inner(&v, &self.times(&v)).re, v)
+        Largest::Value(Lanes::inner(&v, &self.times(&v)).re, v)
     }
+}
+
+/// Squarings before the power method begins.
+const SQUARINGS: usize = 4;
+
+/// Largest eigenvalue of a positive semidefinite matrix.
+#[derive(Clone, Debug)]
+pub(crate) enum Largest {
+    /// With its vector.
+    Value(f64, Vec<Lanes>),
+    /// It is below a floor, and at most this.
+    Below(f64),
 }
 
 #[cfg(test)]
@@ -269,7 +290,12 @@ mod tests {
                 c64::from_polar(1.0 / (1.0 + (i * j) as f64), (3 * i + 7 * j) as f64)
             };
             let columns = Lanes::columns(rows, n, entry);
-            let (value, vector) = HermitianLanes::gram(&columns, groups(rows)).largest();
+            let lanes = HermitianLanes::gram(&columns, groups(rows));
+            let found = |floor: f64| match lanes.largest_above(floor) {
+                Largest::Value(value, vector) => Ok((value, vector)),
+                Largest::Below(most) => Err(most),
+            };
+            let (value, vector) = found(0.0).expect("nothing is below zero");
             let m = Mat::from_fn(rows, n, entry);
             let gram = m.adjoint() * &m;
             let exact = *hermitian_eigen(&gram)
@@ -278,6 +304,13 @@ mod tests {
                 .last()
                 .expect("it has columns");
             assert!((value / exact - 1.0).abs() < 1e-6, "{value} and {exact}");
+            for floor in [0.99 * exact, 1.01 * exact, 1.2 * exact, 9.0 * exact] {
+                match found(floor) {
+                    Ok((again, _)) => assert_eq!(again, value),
+                    Err(most) => assert!(exact <= most * (1.0 + 1e-12) && most < floor),
+                }
+            }
+            assert!(found(0.99 * exact).is_ok() && found(9.0 * exact).is_err());
             let v = |j: usize| Lanes::at(&vector, j);
             for i in 0..n {
                 let image: c64 = (0..n).map(|j| gram[(i, j)] * v(j)).sum();

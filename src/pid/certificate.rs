@@ -122,6 +122,21 @@ impl PidCertificate {
         self.judged().violation(settings) == 0.0
     }
 
+    /// Loops with shifted modes that are unstable, of each kind one: speed in rpm, factors on the natural frequencies.
+    pub(super) fn unstable_loops(&self) -> Vec<(f64, Vec<f64>)> {
+        let (r, shifted) = (self.shifted.shift, &self.shifted);
+        let all = [(&self.lowered, 1.0 - r), (&self.raised, 1.0 + r)];
+        let first = all.into_iter().filter_map(|(seen, factor)| {
+            let check = seen.first_unstable()?;
+            Some((check.speed_rpm, vec![factor; ALONE]))
+        });
+        let mut loops: Vec<(f64, Vec<f64>)> = first.collect();
+        if shifted.worst_growth_rate_per_s >= 0.0 {
+            loops.push((shifted.worst_speed_rpm, shifted.worst_factors.clone()));
+        }
+        loops
+    }
+
     /// What it is judged by.
     pub(crate) fn judged(&self) -> JudgedFigures {
         JudgedFigures {

@@ -3,7 +3,7 @@
 
 use super::law::PidLaw;
 use crate::controller::polish::descent::{Effort, Memory, PENALTY, descend};
-use crate::controller::polish::loss::Loss;
+use crate::controller::polish::loss::{Evaluation, Loss};
 use crate::controller::verification_error::VerificationError;
 use crate::linalg::c64;
 use rayon::prelude::*;
@@ -23,9 +23,9 @@ const BEHIND: f64 = 0.3;
 /// same lines.
 pub(super) type Earlier<'a> = (&'a mut Vec<c64>, Option<&'a Loss>);
 
-/// The loss on lines renewed for a law with these parameters.
+/// The loss on lines renewed for a law with these parameters, and what it makes of them.
 pub(super) type FreshLoss<'a> =
-    dyn Fn(&PidLaw, &[f64], Earlier) -> Result<Loss, VerificationError> + Sync + 'a;
+    dyn Fn(&PidLaw, &[f64], Earlier) -> Result<(Loss, Judged), VerificationError> + Sync + 'a;
 
 /// What a loss makes of parameters: rotors with an unstable loop, the machine as it is before those with shifted
 /// modes, then the merit.
@@ -61,8 +61,7 @@ impl Descent {
         fresh: &FreshLoss,
     ) -> Result<Self, VerificationError> {
         let mut poles = vec![];
-        let loss = fresh(&law, &x, (&mut poles, None))?;
-        let own = judged(&loss, &law, &x);
+        let (loss, own) = fresh(&law, &x, (&mut poles, None))?;
         Ok(Self {
             poles,
             best: (own, x.clone()),
@@ -85,10 +84,10 @@ impl Descent {
         // A descent that stands still on the curvature learnt on its way goes on without it.
         let how = (effort, &mut Memory::default());
         self.evaluations += descend(&mut self.loss, &self.law, &mut self.x, how)?;
-        self.own = judged(&self.loss, &self.law, &self.x);
+        self.own = judged(&self.loss, &self.loss.evaluate(&self.law, &self.x));
         let earlier = (&mut self.poles, Some(&self.loss));
-        self.loss = fresh(&self.law, &self.x, earlier)?;
-        let found = judged(&self.loss, &self.law, &self.x);
+        let (loss, found) = fresh(&self.law, &self.x, earlier)?;
+        self.loss = loss;
         let before = self.best.0;
         if order(&found, &before).is_lt() {
             self.best = (found, self.x.clone());
@@ -117,13 +116,13 @@ impl Descent {
     }
 }
 
-pub(super) fn judged(loss: &Loss, law: &PidLaw, x: &[f64]) -> Judged {
+pub(super) fn judged(loss: &Loss, found: &Evaluation) -> Judged {
     let mut lost = [0; 2];
     for (rotor, active) in loss.rotors.iter().zip(&loss.active) {
         let shifted = usize::from(!rotor.role.is_nominal());
         lost[shifted] += usize::from(!active);
     }
-    (lost, loss.evaluate(law, x).merit(PENALTY))
+    (lost, found.merit(PENALTY))
 }
 
 /// The start that ends best. After a short round, and after every few then, the worse half of those left ends, and what

@@ -1,7 +1,7 @@
 //! The PID of one plane as a structure with derivatives: K = −diag(C_front, C_rear), parameters the 26 logarithms of
 //! [`PidParameters`]. Each factor of C gives ∂ ln C/∂ ln p in closed form, so ∂C = C · ∂ ln C.
 
-use super::parameters::{AxisParameters, PER_AXIS, PidParameters};
+use super::parameters::{AxisParameters, LOWPASS_DAMPING, PER_AXIS, PidParameters};
 use crate::controller::polish::matrix2::{Matrix2, ONE, ZERO};
 use crate::controller::polish::structure::{Fixed, Line, Structure};
 use crate::linalg::c64;
@@ -111,7 +111,8 @@ impl Fixed for FixedPid<'_> {
         for (q, out) in parts {
             for (out, k) in out.iter_mut().zip(self.free) {
                 let axis = k / PER_AXIS;
-                *out += (q[axis][axis] * slopes[axis][k % PER_AXIS]).re;
+                let (q, slope) = (&q[axis][axis], &slopes[axis][k % PER_AXIS]);
+                *out += q.re * slope.re - q.im * slope.im;
             }
         }
     }
@@ -119,23 +120,23 @@ impl Fixed for FixedPid<'_> {
 
 /// ∂ ln C/∂ ln p for the thirteen parameters, in the order of the vector form.
 fn log_slopes(p: &AxisParameters, s: c64) -> [c64; PER_AXIS] {
-    let corner = ONE + s / p.derivative_corner_rad_s;
-    let derivative = s * p.derivative_s / corner;
+    let by_corner = (s / p.derivative_corner_rad_s + 1.0).inv();
+    let derivative = s * by_corner * p.derivative_s;
     let integral = s.inv() * p.integral_rad_s;
-    let pid = ONE + integral + derivative;
+    let by_pid = (integral + derivative + 1.0).inv();
     // ln(s²/w² + 2ζs/w + 1) by ln w and by ln ζ.
     let section = |w: f64, zeta: f64| {
         let r = s / w;
-        let damping = r * (2.0 * zeta);
-        let value = r * r + damping + 1.0;
-        (-(r * r * 2.0 + damping) / value, damping / value)
+        let (square, damping) = (r * r, r * (2.0 * zeta));
+        let by_value = (square + damping + 1.0).inv();
+        (-(square * 2.0 + damping) * by_value, damping * by_value)
     };
     let mut slopes = [ZERO; PER_AXIS];
     slopes[0] = ONE;
-    slopes[1] = integral / pid;
-    slopes[2] = derivative / pid;
-    slopes[3] = derivative * (s / p.derivative_corner_rad_s) / corner / pid;
-    slopes[4] = -section(p.lowpass_rad_s, crate::pid::parameters::LOWPASS_DAMPING).0;
+    slopes[1] = integral * by_pid;
+    slopes[2] = derivative * by_pid;
+    slopes[3] = slopes[2] * by_corner * s / p.derivative_corner_rad_s;
+    slopes[4] = -section(p.lowpass_rad_s, LOWPASS_DAMPING).0;
     for (k, b) in p.biquads.iter().enumerate() {
         let zero = section(b.zero_rad_s, b.zero_damping);
         let pole = section(b.pole_rad_s, b.pole_damping);

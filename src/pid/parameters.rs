@@ -61,20 +61,21 @@ pub(super) const PER_AXIS: usize = 13;
 impl AxisParameters {
     /// C(s), A/m (positive feedback sign not yet applied).
     pub fn response(&self, s: c64) -> c64 {
-        let one = c64::new(1.0, 0.0);
-        let pid = one
-            + s.inv() * self.integral_rad_s
-            + s * self.derivative_s / (one + s / self.derivative_corner_rad_s);
         let second = |w: f64, zeta: f64| {
             let p = s / w;
             p * p + p * (2.0 * zeta) + 1.0
         };
-        let lowpass = second(self.lowpass_rad_s, LOWPASS_DAMPING).inv();
-        self.biquads
-            .iter()
-            .fold(pid * lowpass * self.gain_a_per_m, |c, b| {
-                c * second(b.zero_rad_s, b.zero_damping) / second(b.pole_rad_s, b.pole_damping)
-            })
+        // 1 + wᵢ/s + T_d s/(1 + s/w_d) over one denominator.
+        let corner = s / self.derivative_corner_rad_s + 1.0;
+        let pid = (s + self.integral_rad_s) * corner + s * s * self.derivative_s;
+        let below = s * corner * second(self.lowpass_rad_s, LOWPASS_DAMPING);
+        let (above, below) = self.biquads.iter().fold((pid, below), |(above, below), b| {
+            (
+                above * second(b.zero_rad_s, b.zero_damping),
+                below * second(b.pole_rad_s, b.pole_damping),
+            )
+        });
+        above / below * self.gain_a_per_m
     }
 
     /// Logarithms of the thirteen numbers, for search.

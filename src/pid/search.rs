@@ -73,17 +73,19 @@ const LAST: f64 = 1e-4;
 type Shape<'a> = dyn Fn(PidParameters) -> Option<PidParameters> + Sync + 'a;
 
 /// The best PID that the search finds; `given` starts come before those drawn, `free` lists the parameters that move.
+/// Besides the loops that every search looks at it looks at `further` ones: speeds in rpm, factors on the natural
+/// frequencies.
 ///
 /// # Errors
 /// [`ControllerError::Infeasible`] when no start levitates the machine at rest and top speed; failures of plants.
 pub(super) fn search(
     machine: &Machine,
     asked: &PidSearch,
+    further: &[(f64, Vec<f64>)],
     given: &[PidParameters],
-    shape: &Shape,
-    free: &[usize],
+    (shape, free): (&Shape, &[usize]),
 ) -> Result<FoundPid, VerificationError> {
-    let ground = Ground::new(machine, asked)?;
+    let ground = Ground::new(machine, asked, further)?;
     let basins = asked.basins.max(1);
     let shortlist = ground.shortlist(machine, given, shape)?;
     let mut ranked: Vec<Ranked> = shortlist
@@ -97,8 +99,8 @@ pub(super) fn search(
                 nyquist_rad_s: ground.nyquist_rad_s(),
             };
             let mut loss = ground.loss(ground.plain.clone(), None);
-            activate(&mut loss, &law, &x, ground.unstable_poles);
-            (judged(&loss, &law, &x), law, x)
+            let found = loss.activate(&law, &x, |_| ground.unstable_poles);
+            (judged(&loss, &found), law, x)
         })
         .collect();
     ranked.sort_by(|a, b| order(&a.0, &b.0));
@@ -143,15 +145,21 @@ struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    fn new(machine: &Machine, asked: &'a PidSearch) -> Result<Self, VerificationError> {
+    fn new(
+        machine: &Machine,
+        asked: &'a PidSearch,
+        further: &[(f64, Vec<f64>)],
+    ) -> Result<Self, VerificationError> {
         let plants = Plants::new(machine, OVERSPEED, &patterns(asked.mode_shift))?;
         let plain = lines(&plants, FROM_HZ, &[], APART);
         let is_shifted = |(number, (role, _))| (role == Role::Shifted).then_some(number);
         let shifted: Vec<usize> = plants.all().enumerate().filter_map(is_shifted).collect();
         // All raised and all lowered: the others have the turns on their lines.
         let ends = [shifted.first(), shifted.last()];
+        let all = plants.all().count();
+        let plants = plants.with_shifted(machine, further)?;
         let sampled = SampledPlants::of(&plants, |number, role| {
-            role.is_nominal() || ends.contains(&Some(&number))
+            role.is_nominal() || ends.contains(&Some(&number)) || number >= all
         })?;
         Ok(Self {
             rotors: plants.on(&plain, &Known::NOTHING),
@@ -227,19 +235,27 @@ impl<'a> Ground<'a> {
         law: &PidLaw,
         x: &[f64],
         (met, earlier): Earlier,
-    ) -> Result<Loss, VerificationError> {
+    ) -> Result<(Loss, Judged), VerificationError> {
         let LoopPoles { poles, stable } = loop_poles(&self.sampled, law, x)?;
         met.extend(poles);
         // From here on the gain counts, and often it is the largest there.
         let edge = [self.asked.limits.high_frequency_hz * TAU];
         let lines = sharp_lines(&self.plants, FROM_HZ, (met, &edge), APART);
         let mut loss = self.loss(lines, earlier);
-        activate(&mut loss, law, x, self.unstable_poles);
+        let mut found = loss.activate(law, x, |_| self.unstable_poles);
         // Turns on lines can miss a sharp pole; eigenvalues do not.
-        for (number, stable) in stable {
-            loss.active[number] &= stable;
+        let missed = stable
+            .iter()
+            .filter(|(number, stable)| !stable && loss.active[*number]);
+        let missed: Vec<usize> = missed.map(|(number, _)| *number).collect();
+        if !missed.is_empty() {
+            missed
+                .into_iter()
+                .for_each(|number| loss.active[number] = false);
+            found = loss.evaluate(law, x);
         }
-        Ok(loss)
+        let judged = judged(&loss, &found);
+        Ok((loss, judged))
     }
 }
 
@@ -257,7 +273,7 @@ fn first_descent(
     let mut memory = Memory::default();
     let mut tried = 0;
     for part in 0..2 {
-        activate(&mut loss, &law, &x, unstable_poles);
+        loss.activate(&law, &x, |_| unstable_poles);
         let effort = Effort {
             steps: steps + part,
             tolerance: FIRST,
@@ -265,8 +281,8 @@ fn first_descent(
         memory.begin();
         tried += descend(&mut loss, &law, &mut x, (&effort, &mut memory))?;
     }
-    activate(&mut loss, &law, &x, unstable_poles);
-    Ok((tried, (judged(&loss, &law, &x), law, x)))
+    let found = loss.activate(&law, &x, |_| unstable_poles);
+    Ok((tried, (judged(&loss, &found), law, x)))
 }
 
 /// Factors on the natural frequencies of rotors with shifted modes. The first and the last pattern are those of the
@@ -277,14 +293,6 @@ fn patterns(shift: f64) -> Vec<Vec<f64>> {
         last.fill(1.0 - shift);
     }
     patterns
-}
-
-/// Lets the rotors count whose loop is stable.
-fn activate(loss: &mut Loss, law: &PidLaw, x: &[f64], unstable_poles: i64) {
-    let found = loss.evaluate(law, x);
-    for (active, turns) in loss.active.iter_mut().zip(&found.turns) {
-        *active = *turns == unstable_poles;
-    }
 }
 
 /// Unstable poles of one plane of the plant at rest.

@@ -39,7 +39,7 @@ impl TuneSettings {
             // Without a delivered controller to be held to: a micrometre of noise or of an unknown mode above those of
             // the model asks for two amperes at most.
             high_frequency_gain_a_per_m: 2.0e6,
-            starts: 3000,
+            starts: 6000,
             basins: 3,
             steps: 240,
             rounds: 8,

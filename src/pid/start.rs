@@ -6,7 +6,8 @@
 //! rest and at top speed.
 
 use super::parameters::{AxisParameters, Biquad, PidParameters};
-use crate::controller::polish::matrix2::{Matrix2, ONE, ZERO};
+use crate::controller::polish::line_state::gathered_phase;
+use crate::controller::polish::matrix2::ONE;
 use crate::controller::polish::responses::{LoopResponse, Rotor};
 use crate::controller::polish::structure::Line;
 use crate::linalg::c64;
@@ -118,7 +119,7 @@ pub(super) struct Start {
     pub parameters: PidParameters,
     /// Unstable poles of the loops screened, summed.
     pub unstable: i64,
-    /// Largest |S_jj| over them.
+    /// Largest |S_jj| over them; infinite where one is unstable.
     pub sensitivity: f64,
 }
 
@@ -156,40 +157,26 @@ pub(super) fn screen(
     rotors: &[&Rotor],
     unstable_poles: i64,
 ) -> Start {
-    let gains: Vec<(Matrix2, c64)> = lines
+    // Of both axes −C, and their product without integrators over that with them.
+    let gains: Vec<([c64; 2], c64)> = lines
         .iter()
         .map(|line| {
             let (front, rear) = (&parameters.front, &parameters.rear);
-            let gain = [
-                [-front.response(line.s), ZERO],
-                [ZERO, -rear.response(line.s)],
-            ];
-            let free = line.s / (line.s + front.integral_rad_s)
-                * (line.s / (line.s + rear.integral_rad_s));
-            (gain, free)
+            let gain = [-front.response(line.s), -rear.response(line.s)];
+            let corners = (line.s + front.integral_rad_s) * (line.s + rear.integral_rad_s);
+            (gain, line.s * line.s / corners)
         })
         .collect();
-    let (mut unstable, mut sensitivity) = (0, 0.0f64);
+    let mut unstable = 0;
     for rotor in rotors {
-        let mut phase = 0.0;
-        for side in &rotor.directions {
-            let share = if rotor.directions.len() == 1 {
-                2.0
-            } else {
-                1.0
-            };
-            let mut last: Option<c64> = None;
-            for (g, (k, free)) in side.iter().zip(&gains) {
-                let (determinant, largest) = loop_at(g, k);
-                sensitivity = sensitivity.max(largest);
-                let value = determinant * free;
-                if let Some(last) = last {
-                    phase += share * (value / last).arg();
-                }
-                last = Some(value);
-            }
-        }
-        let turns = (phase / (2.0 * PI)).round();
+        // One direction stands for both.
+        let share = 2.0 / rotor.directions.len() as f64;
+        let phase = |side: &Vec<LoopResponse>| {
+            let loops = side.iter().zip(&gains);
+            gathered_phase(loops.map(|(g, (k, free))| loop_at(g, k).0 * free))
+        };
+        let phase: f64 = rotor.directions.iter().map(phase).sum();
+        let turns = (share * phase / (2.0 * PI)).round();
         let right = if turns.is_finite() {
             turns as i64
         } else {
@@ -197,21 +184,28 @@ pub(super) fn screen(
         };
         unstable += (unstable_poles - right).abs();
     }
+    // Only stable loops are ordered by their sensitivity.
+    let mut sensitivity = f64::INFINITY;
+    if unstable == 0 {
+        let sides = rotors.iter().flat_map(|rotor| &rotor.directions);
+        let squares = sides
+            .flat_map(|side| side.iter().zip(&gains))
+            .map(|(g, (k, _))| {
+                let (determinant, larger) = loop_at(g, k);
+                larger / determinant.norm_sqr()
+            });
+        sensitivity = squares.fold(0.0, f64::max).sqrt();
+    }
     Start {
         parameters,
         unstable,
-        sensitivity: if sensitivity.is_nan() {
-            f64::INFINITY
-        } else {
-            sensitivity
-        },
+        sensitivity,
     }
 }
 
-/// det(I − G K) of a diagonal K, and the larger |S_jj|.
-fn loop_at(g: &LoopResponse, k: &Matrix2) -> (c64, f64) {
-    let (a, b) = (ONE - g.loops[0][0] * k[0][0], ONE - g.loops[1][1] * k[1][1]);
-    let determinant = a * b - g.loops[0][1] * g.loops[1][0] * k[0][0] * k[1][1];
-    let largest = (a.norm_sqr().max(b.norm_sqr()) / determinant.norm_sqr()).sqrt();
-    (determinant, largest)
+/// det(I − G K) of a diagonal K, and the larger |S_jj|² times its square.
+fn loop_at(g: &LoopResponse, k: &[c64; 2]) -> (c64, f64) {
+    let (a, b) = (ONE - g.loops[0][0] * k[0], ONE - g.loops[1][1] * k[1]);
+    let determinant = a * b - g.loops[0][1] * g.loops[1][0] * (k[0] * k[1]);
+    (determinant, a.norm_sqr().max(b.norm_sqr()))
 }

@@ -10,7 +10,7 @@
 
 use super::loss::{Evaluation, Loss};
 use super::structure::Structure;
-use super::values::{GROUPS, Group, LIMITS, Value, WINDOW};
+use super::values::{Group, LIMITS, Value};
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::dense::dot;
 use crate::linalg::{Mat, NumericError};
@@ -33,6 +33,11 @@ pub(crate) struct Effort {
 pub(crate) const PENALTY: f64 = 8.0;
 /// Values at most in a step.
 const LARGEST_PROGRAMME: usize = 240;
+/// Values further (logarithms) below the largest of their group, of limits below zero if that is larger, take no part
+/// in a step.
+const WIDEST: f64 = 0.2;
+/// Change of a value by a step that its reach allows for (logarithm).
+const STEP: f64 = 0.02;
 /// Steps over which progress is judged.
 const PATIENCE: usize = 6;
 /// Proximal weight at the start: changes of the loop of a few percent.
@@ -83,6 +88,8 @@ struct Place {
     x: Vec<f64>,
     found: Evaluation,
     merit: f64,
+    /// Values within this of the largest of their group were evaluated.
+    reach: f64,
 }
 
 /// A step tried from a place.
@@ -96,16 +103,26 @@ struct Trial {
 }
 
 impl Place {
-    fn new(loss: &mut Loss, law: &dyn Structure, x: Vec<f64>) -> Self {
-        let mut found = loss.evaluate_near(law, &x);
+    fn new(loss: &mut Loss, law: &dyn Structure, x: Vec<f64>, reach: f64) -> Self {
+        let mut found = loss.evaluate_near(law, &x, reach);
         loss.rescale(&mut found);
         let merit = found.merit(PENALTY);
-        Self { x, found, merit }
+        Self {
+            x,
+            found,
+            merit,
+            reach,
+        }
     }
 
-    fn tried(&self, loss: &mut Loss, law: &dyn Structure, step: MinimaxStep) -> Trial {
+    fn tried(
+        &self,
+        (loss, law): (&mut Loss, &dyn Structure),
+        step: MinimaxStep,
+        reach: f64,
+    ) -> Trial {
         let x = self.x.iter().zip(&step.step).map(|(v, s)| v + s).collect();
-        let place = Self::new(loss, law, x);
+        let place = Self::new(loss, law, x, reach);
         let (before, after) = (&self.found.turns, &place.found.turns);
         Trial {
             same: (0..before.len()).all(|r| !loss.active[r] || after[r] == before[r]),
@@ -126,7 +143,7 @@ pub(crate) fn descend(
     x: &mut Vec<f64>,
     (effort, memory): (&Effort, &mut Memory),
 ) -> Result<usize, ControllerError> {
-    let mut place = Place::new(loss, law, std::mem::take(x));
+    let mut place = Place::new(loss, law, std::mem::take(x), WIDEST);
     let steps = descend_from(&mut place, (loss, law), (effort, memory));
     *x = place.x;
     steps
@@ -143,11 +160,16 @@ fn descend_from(
     let mut steps = 0;
     let mut rows = None;
     let mut likely: Vec<Value> = vec![];
+    let mut reach = WIDEST;
     while steps < effort.steps {
         steps += 1;
         let participants = match rows.take() {
             Some(rows) => rows,
-            None => participants_of(loss, law, place),
+            None => {
+                let participants = participants_of(loss, law, place);
+                reach = next_reach(place, &participants);
+                participants
+            }
         };
         // No rotor counts whose loop is stable: there is nothing to descend on.
         if participants.is_empty() {
@@ -170,13 +192,13 @@ fn descend_from(
         if promised < 1e-3 * effort.tolerance {
             break;
         }
-        let mut trial = place.tried(loss, law, step);
+        let mut trial = place.tried((loss, law), step, reach);
         let mut is_corrected = false;
         if trial.same && is_short(trial.kept, promised) {
             programme.revalue(values_at(&trial, &participants).into_iter());
             let binding: Vec<usize> = trial.step.binding.iter().map(|(k, _)| *k).collect();
             let again = programme.step(&binding);
-            let again = again.map(|step| place.tried(loss, law, step));
+            let again = again.map(|step| place.tried((loss, law), step, reach));
             if let Some(again) = again.filter(|again| again.same && again.kept > trial.kept) {
                 (trial, is_corrected) = (again, true);
             }
@@ -244,17 +266,19 @@ fn among(participants: &[Participant], some: &[Value]) -> Vec<usize> {
     (0..participants.len()).filter(is_one).collect()
 }
 
-/// Values before a step for which the linear model gives what was found at its end; one that is too low there to be
-/// kept stays.
+/// Values before a step for which the linear model gives what was found at its end, or, where that was too low to be
+/// kept, the most that it can have been.
 fn values_at(trial: &Trial, participants: &[Participant]) -> Vec<f64> {
     let key = |v: &Value| (v.rotor, v.line, v.group, v.entry);
-    let mut after: Vec<&Value> = trial.place.found.values.iter().collect();
+    let found = &trial.place.found;
+    let mut after: Vec<&Value> = found.values.iter().collect();
     after.sort_by_key(|v| key(v));
     let value = |p: &Participant| {
-        let found = after.binary_search_by_key(&key(&p.value), |v| key(v));
-        found.map_or(p.value.value, |k| {
-            after[k].value - dot(&p.slope, &trial.step.step)
-        })
+        let found = match after.binary_search_by_key(&key(&p.value), |v| key(v)) {
+            Ok(k) => after[k].value,
+            Err(_) => reference(found, p.value.group) - trial.place.reach,
+        };
+        found - dot(&p.slope, &trial.step.step)
     };
     participants.iter().map(value).collect()
 }
@@ -302,33 +326,48 @@ fn metric_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Result<Mat<f64>
 /// Values near the largest of their group with their derivatives.
 fn participants_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Vec<Participant> {
     let fixed = law.with(&place.x);
-    let values = near_largest(&place.found);
+    let values = near_largest(place);
     let slopes = loss.gradients(&*fixed, &place.found, &values);
     let both = values.into_iter().zip(slopes);
     both.map(|(value, slope)| Participant { value, slope })
         .collect()
 }
 
-/// The values that can be the largest after a step: near their group's largest and, for limits, near zero.
-fn near_largest(found: &Evaluation) -> Vec<Value> {
-    let reference = GROUPS.map(|g| {
-        let largest = found.largest(g);
-        if g == Group::Compliance {
-            largest
-        } else {
-            largest.max(0.0)
-        }
-    });
-    let below = |v: &Value| reference[v.group as usize] - v.value;
-    let mut chosen: Vec<Value> = found
-        .values
-        .iter()
-        .filter(|v| below(v) < WINDOW)
-        .copied()
-        .collect();
+/// What a value is compared with: the largest of its group and, for limits, zero if that is larger.
+fn reference(found: &Evaluation, group: Group) -> f64 {
+    let largest = found.largest(group);
+    match group {
+        Group::Compliance => largest,
+        _ => largest.max(0.0),
+    }
+}
+
+/// How far a value is below its reference.
+fn below(found: &Evaluation, value: &Value) -> f64 {
+    reference(found, value.group) - value.value
+}
+
+/// The values that can be the largest after a step: [`LARGEST_PROGRAMME`] of those nearest to their reference.
+fn near_largest(place: &Place) -> Vec<Value> {
+    let below = |v: &Value| below(&place.found, v);
+    let values = place.found.values.iter();
+    let mut chosen: Vec<Value> = values.filter(|v| below(v) < place.reach).copied().collect();
     if chosen.len() > LARGEST_PROGRAMME {
-        chosen.sort_by(|a, b| below(a).total_cmp(&below(b)));
+        chosen.select_nth_unstable_by(LARGEST_PROGRAMME, |a, b| below(a).total_cmp(&below(b)));
         chosen.truncate(LARGEST_PROGRAMME);
+        chosen.sort_by(|a, b| below(a).total_cmp(&below(b)));
     }
     chosen
+}
+
+/// The reach of the evaluations of the next step: twice that of the values that take part in it, and a step.
+fn next_reach(place: &Place, participants: &[Participant]) -> f64 {
+    let used = match participants.len() < LARGEST_PROGRAMME {
+        true => place.reach,
+        false => {
+            let below = participants.iter().map(|p| below(&place.found, &p.value));
+            below.fold(0.0, f64::max)
+        }
+    };
+    (2.0 * used + STEP).min(WIDEST)
 }

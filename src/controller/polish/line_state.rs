@@ -51,26 +51,49 @@ impl LineState {
     }
 }
 
-/// Phase of det(I − G K) gathered over the lines, rad: that between the first and the last, and a turn for each time
-/// that it passes the negative real axis.
-pub(super) fn gathered_phase(lines: &[LineState], side: usize) -> f64 {
-    let at = |line: &LineState| line.determinant(side);
-    if !lines.iter().all(|line| at(line).is_finite()) {
+/// Phase that complex numbers gather in their order, rad: that between the first and the last, and a turn for each time
+/// that they pass the negative real axis. NaN where one is not finite.
+pub(crate) fn gathered_phase(mut values: impl Iterator<Item = c64>) -> f64 {
+    let Some(first) = values.next() else {
+        return 0.0;
+    };
+    let (mut last, mut turns, mut finite) = (first, 0, first.is_finite());
+    for value in values {
+        let forwards = last.re * value.im - last.im * value.re;
+        turns += match (last.im >= 0.0, value.im >= 0.0) {
+            (true, false) if forwards > 0.0 => 1,
+            (false, true) if forwards < 0.0 => -1,
+            _ => 0,
+        };
+        finite &= value.is_finite();
+        last = value;
+    }
+    if !finite {
         return f64::NAN;
     }
-    let turns: i32 = lines
-        .windows(2)
-        .map(|pair| {
-            let (a, b) = (at(&pair[0]), at(&pair[1]));
-            let forwards = a.re * b.im - a.im * b.re;
-            match (a.im >= 0.0, b.im >= 0.0) {
-                (true, false) if forwards > 0.0 => 1,
-                (false, true) if forwards < 0.0 => -1,
-                _ => 0,
-            }
-        })
-        .sum();
     // Minus zero counts as zero above.
-    let phase = |line: Option<&LineState>| line.map_or(0.0, |l| (at(l).im + 0.0).atan2(at(l).re));
-    TAU * f64::from(turns) + phase(lines.last()) - phase(lines.first())
+    let phase = |z: c64| (z.im + 0.0).atan2(z.re);
+    TAU * f64::from(turns) + phase(last) - phase(first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_phase_gathered_is_the_sum_of_the_angles_between_neighbours() {
+        for (turns, count) in [(0.3, 7), (-2.4, 40), (5.0, 64), (1.0, 9), (-0.5, 5)] {
+            let at = |k: usize| {
+                c64::from_polar(
+                    1.0 + k as f64,
+                    0.7 + TAU * turns * k as f64 / (count - 1) as f64,
+                )
+            };
+            let found = gathered_phase((0..count).map(at));
+            let exact: f64 = (1..count).map(|k| (at(k) / at(k - 1)).arg()).sum();
+            assert!((found - exact).abs() < 1e-12, "{found} and {exact}");
+        }
+        assert_eq!(gathered_phase(std::iter::empty()), 0.0);
+        assert!(gathered_phase([c64::new(1.0, f64::NAN)].into_iter()).is_nan());
+    }
 }

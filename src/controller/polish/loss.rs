@@ -26,7 +26,7 @@ use std::f64::consts::{PI, TAU};
 /// A controller evaluated.
 pub(crate) struct Evaluation {
     pub(super) lines: Vec<LineState>,
-    /// Every value; of a step of a descent those that may take part in it.
+    /// Those that may take part in a step of a descent.
     pub values: Vec<Value>,
     /// Largest value of each group, minus infinity where there is none.
     largest: [f64; LIMITS + 1],
@@ -159,45 +159,65 @@ impl Loss {
             .collect()
     }
 
-    /// The loop with parameters `x` of a structure, over all rotors that count.
+    /// The loop with parameters `x` of a structure, over all rotors that count; no values are kept.
     pub(crate) fn evaluate(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
-        self.evaluate_above(law, x, 0.0)
+        let lines = self.closed(law, x, 0.0);
+        let turns = self.turns(&lines);
+        self.gathered(lines, turns, None)
     }
 
-    /// As [`Self::evaluate`] for a step of a descent: values that are too far below their limit, or below the largest
-    /// of the objective, to take part are left out, and such a bound of the specification may be replaced by a larger
-    /// one that is, too.
-    pub(super) fn evaluate_near(&self, law: &dyn Structure, x: &[f64]) -> Evaluation {
-        self.evaluate_above(law, x, FAR * self.limits.mu)
+    /// As [`Self::evaluate`] for a step of a descent: values that are `reach` and more (logarithms) below their limit,
+    /// or below the largest of the objective, are left out, and such a bound of the specification may be replaced by a
+    /// larger one that is, too.
+    pub(super) fn evaluate_near(&self, law: &dyn Structure, x: &[f64], reach: f64) -> Evaluation {
+        let lines = self.closed(law, x, (-reach).exp() * self.limits.mu);
+        let turns = self.turns(&lines);
+        self.gathered(lines, turns, Some(reach))
     }
 
-    /// Turns of det(I − G K) per rotor, as in an [`Evaluation`].
-    pub(super) fn turns(&self, law: &dyn Structure, x: &[f64]) -> Vec<i64> {
-        self.evaluate_above(law, x, f64::INFINITY).turns
+    /// [`Self::evaluate`] over the rotors whose turns are `right`, given those of all; from here on these count.
+    pub(crate) fn activate(
+        &mut self,
+        law: &dyn Structure,
+        x: &[f64],
+        right: impl Fn(&[i64]) -> i64,
+    ) -> Evaluation {
+        let lines = self.closed(law, x, 0.0);
+        let turns = self.turns(&lines);
+        let right = right(&turns);
+        self.active = turns.iter().map(|turns| *turns == right).collect();
+        self.gathered(lines, turns, None)
     }
 
-    fn evaluate_above(&self, law: &dyn Structure, x: &[f64], floor: f64) -> Evaluation {
+    /// The loops of all rotors at every line; bounds of the specification are exact above `floor`.
+    fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> Vec<LineState> {
         let fixed = law.with(x);
-        let lines: Vec<LineState> = (0..self.lines.len())
-            .into_par_iter()
+        let lines = (0..self.lines.len()).into_par_iter();
+        lines
             .map(|k| self.line_state(&*fixed, (k, floor)))
-            .collect();
-        let sides: Vec<std::ops::Range<usize>> =
-            (0..self.rotors.len()).map(|r| self.sides(r)).collect();
-        let turns = |sides: &std::ops::Range<usize>| {
-            let turns: f64 = sides.clone().map(|side| gathered_phase(&lines, side)).sum();
-            let both = if sides.len() == 1 { 2.0 * turns } else { turns };
-            (both / TAU).round() as i64
+            .collect()
+    }
+
+    /// Turns of det(I − G K) per rotor.
+    fn turns(&self, lines: &[LineState]) -> Vec<i64> {
+        let phase = |side: usize| gathered_phase(lines.iter().map(|line| line.determinant(side)));
+        let turns = |rotor: usize| {
+            let sides = self.sides(rotor);
+            // One direction stands for both.
+            let share = 2.0 / sides.len() as f64;
+            (share * sides.map(phase).sum::<f64>() / TAU).round() as i64
         };
-        let turns = sides.iter().map(turns).collect();
-        let near = floor > 0.0;
-        let mut parts: Vec<Gathered> = sides
+        (0..self.rotors.len()).map(turns).collect()
+    }
+
+    /// What closed loops come to over the rotors that count; of the values those within a reach.
+    fn gathered(&self, lines: Vec<LineState>, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
+        let mut parts: Vec<Gathered> = (0..self.rotors.len())
             .into_par_iter()
-            .enumerate()
-            .filter(|(r, _)| self.active[*r])
-            .map(|(r, sides)| self.rotor_values(r, &lines, sides, near))
+            .filter(|rotor| self.active[*rotor])
+            .map(|rotor| self.rotor_values(rotor, &lines, reach))
             .collect();
-        parts.push(self.controller_values(&lines, near));
+        parts.push(self.controller_values(&lines, reach));
         let mut largest = [f64::NEG_INFINITY; LIMITS + 1];
         for part in &parts {
             for (all, square) in largest.iter_mut().zip(part.largest) {
@@ -283,15 +303,15 @@ impl Loss {
                 found.lines[k].specification[p] = bound;
             }
         }
-        let mut largest = f64::NEG_INFINITY;
-        for value in &mut found.values {
-            if value.group == Group::Specification {
-                let bound = &found.lines[value.line].specification[value.entry.0];
-                value.value = (bound.sigma / limit).max(f64::MIN_POSITIVE).ln();
-                largest = nan_max(largest, value.value);
+        let value = |bound: &Bound| (bound.sigma / limit).max(f64::MIN_POSITIVE).ln();
+        for own in &mut found.values {
+            if own.group == Group::Specification {
+                own.value = value(&found.lines[own.line].specification[own.entry.0]);
             }
         }
-        found.largest[Group::Specification as usize] = largest;
+        let bounds = found.lines.iter().flat_map(|line| &line.specification);
+        found.largest[Group::Specification as usize] =
+            bounds.map(value).fold(f64::NEG_INFINITY, nan_max);
     }
 
     /// Frequencies beside the peaks of the specification's bounds that are near the limit, rad/s.
@@ -314,14 +334,9 @@ impl Loss {
         first..first + self.rotors[rotor].directions.len()
     }
 
-    fn rotor_values(
-        &self,
-        rotor: usize,
-        lines: &[LineState],
-        sides: std::ops::Range<usize>,
-        near: bool,
-    ) -> Gathered {
-        let mut all = Gathered::new(rotor, near);
+    fn rotor_values(&self, rotor: usize, lines: &[LineState], reach: Option<f64>) -> Gathered {
+        let mut all = Gathered::new(rotor, reach);
+        let sides = self.sides(rotor);
         let role = self.rotors[rotor].role;
         let weight = match role {
             Role::Rest => 1.0,
@@ -374,8 +389,8 @@ impl Loss {
         all
     }
 
-    fn controller_values(&self, lines: &[LineState], near: bool) -> Gathered {
-        let mut all = Gathered::new(0, near);
+    fn controller_values(&self, lines: &[LineState], reach: Option<f64>) -> Gathered {
+        let mut all = Gathered::new(0, reach);
         let from = self.limits.high_frequency_hz * TAU;
         for (line, state) in lines.iter().enumerate() {
             if self.lines[line].omega_rad_s >= from {
@@ -400,11 +415,9 @@ impl Loss {
     }
 }
 
-/// A bound below this share of the limit takes no part in a step: the logarithm of the share is outside the window.
-const FAR: f64 = 0.8;
 /// A bound that no scale changes by more than this (logarithms) keeps its scales: with curvatures of the order of a
-/// tenth the optimum is lower by 1e-4 at most, less than what lines at other frequencies show.
-const FLAT: f64 = 3e-3;
+/// tenth the optimum is lower by 5e-4 at most, less than what lines at other frequencies show.
+const FLAT: f64 = 0.01;
 /// Lines whose bound is below this share of the limit keep their scales, and a peak there gets no further lines.
 const NEAR: f64 = 0.92;
 

@@ -12,7 +12,7 @@ mod derivatives;
 pub(crate) mod descent;
 pub(crate) mod limits;
 pub(crate) mod line_scales;
-mod line_state;
+pub(crate) mod line_state;
 pub(crate) mod lines;
 pub(crate) mod loop_poles;
 mod loop_state;

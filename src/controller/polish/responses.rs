@@ -179,6 +179,24 @@ impl Plants {
         Ok(self)
     }
 
+    /// With the machine at some speeds (rpm) with modes shifted by factors as well.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn with_shifted(
+        mut self,
+        machine: &Machine,
+        loops: &[(f64, Vec<f64>)],
+    ) -> Result<Self, SpindleError> {
+        let machine = isotropic(machine);
+        for (rpm, factors) in loops {
+            let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full)?;
+            let plant = plant.with_scaled_modes(factors);
+            self.list.push((Role::Shifted, plant));
+        }
+        Ok(self)
+    }
+
     /// The machine at rest.
     pub(crate) fn at_rest(&self) -> &Plant {
         &self.list[0].1

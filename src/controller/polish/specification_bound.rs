@@ -8,7 +8,7 @@ use super::line_scales::LineScales;
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ZERO, outer, row_times, times};
 use super::responses::SpecificationLine;
-use crate::linalg::lanes::{HermitianLanes, Lanes, groups};
+use crate::linalg::lanes::{HermitianLanes, Lanes, Largest, groups};
 use crate::linalg::{Mat, c64};
 use crate::robust::mu::dscale::settled;
 use crate::robust::structure::Structure;
@@ -89,12 +89,10 @@ pub(super) fn bound(
         }));
     }
     let gram = HermitianLanes::gram(&m, height);
-    // σ⁴ ≤ ‖MᴴM‖_F².
-    let square = gram.sum_of_squares().sqrt();
-    if square < floor * floor {
-        return below(square.sqrt());
-    }
-    let (square, v) = gram.largest();
+    let (square, v) = match gram.largest_above(floor * floor) {
+        Largest::Value(square, v) => (square, v),
+        Largest::Below(square) => return below(square.sqrt()),
+    };
     // What is not a number goes on.
     if square <= 0.0 {
         return below(0.0);

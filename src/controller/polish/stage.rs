@@ -340,23 +340,16 @@ impl<'a> Polisher<'a> {
         poles.extend(oscillating(own, self.plants.period_s()));
         let lines = sharp_lines(&self.plants, FROM_HZ, (&poles, &self.peaks), apart);
         let mut loss = loss_on(&self.plants, &self.task, lines, Some(&self.loss))?;
-        let turns = loss.turns(&self.law, &self.x);
-        for r in 0..loss.active.len() {
-            loss.active[r] = turns[r] == turns[0];
-        }
-        let rescaled = |loss: &mut Loss| {
-            let mut found = loss.evaluate(&self.law, &self.x);
-            loss.rescale(&mut found);
-            found
-        };
-        let mut found = rescaled(&mut loss);
+        let mut found = loss.activate(&self.law, &self.x, |turns| turns[0]);
+        loss.rescale(&mut found);
         let beside = loss.beside_peaks(&found);
         if !beside.is_empty() {
             let lines = with_further(&loss.lines, &beside, self.plants.period_s());
             let active = loss.active.clone();
             loss = loss_on(&self.plants, &self.task, lines, Some(&loss))?;
             loss.active = active;
-            found = rescaled(&mut loss);
+            found = loss.evaluate(&self.law, &self.x);
+            loss.rescale(&mut found);
         }
         self.figures = figures(&loss, &found);
         self.loss = loss;

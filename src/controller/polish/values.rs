@@ -65,18 +65,20 @@ pub(super) fn nan_max(a: f64, b: f64) -> f64 {
 /// Values of a rotor or of the controller.
 pub(super) struct Gathered {
     rotor: usize,
-    /// Only those are kept that may take part in a step.
-    near: bool,
+    /// Squares above this share of the largest of their group, of limits of one if that is larger, are kept.
+    share: Option<f64>,
     pub values: Vec<Value>,
     /// Square of the largest of each group.
     pub largest: [f64; LIMITS + 1],
 }
 
 impl Gathered {
-    pub(super) fn new(rotor: usize, near: bool) -> Self {
+    /// Values less than a reach (logarithms) below their group's largest, of limits below zero if that is larger, are
+    /// kept; without one, none.
+    pub(super) fn new(rotor: usize, reach: Option<f64>) -> Self {
         Self {
             rotor,
-            near,
+            share: reach.map(|reach| (-2.0 * reach).exp()),
             values: vec![],
             largest: [0.0; LIMITS + 1],
         }
@@ -86,12 +88,13 @@ impl Gathered {
     pub(super) fn push(&mut self, group: Group, square: f64, line: usize, entry: (usize, usize)) {
         let largest = &mut self.largest[group as usize];
         *largest = nan_max(*largest, square);
+        let Some(share) = self.share else { return };
         let reference = match group {
             Group::Compliance => *largest,
             _ => largest.max(1.0),
         };
         // What is not a number is kept.
-        if self.near && square < reference * (-2.0 * WINDOW).exp() {
+        if square < reference * share {
             return;
         }
         self.values.push(Value {
@@ -103,7 +106,3 @@ impl Gathered {
         });
     }
 }
-
-/// Values this far (logarithms) below their group's largest, of limits below zero if that is larger, take part in a
-/// step.
-pub(super) const WINDOW: f64 = 0.2;
