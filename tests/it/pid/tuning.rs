@@ -250,6 +250,22 @@ fn a_search_is_not_judged_on_the_lines_that_it_descended_on() {
 }
 
 #[test]
+fn a_pid_whose_shifted_loop_is_unstable_is_searched_again_with_that_loop() {
+    // From these starts the first PID is unstable at top speed with shifted modes, and stays so when it is searched on.
+    let spindle = format!(
+        "{}/tests/data/spindles/s06-strong-ks.yaml",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let machine = load_machine(&spindle, "paper-tool").unwrap();
+    let settings = TuneSettings {
+        starts: 3000,
+        ..TuneSettings::quick()
+    };
+    let tuned = tune(&machine, &settings, &mut |_, _| {}).unwrap();
+    assert!(tuned.certificate.meets(&settings));
+}
+
+#[test]
 fn a_figure_outside_its_limit_is_a_violation() {
     let settings = TuneSettings::quick();
     let tuned = certify(
