@@ -2,7 +2,7 @@
  *
  * Controller: mu
  * Machine:    reference with paper-tool
- * SHA-256 of the controller JSON: f0937bdfb4e41da5e6c4647356868783b7a81922c2bf4a9799bd3a1c9bad8c13
+ * SHA-256 of the controller JSON: 2bfdcce6692c2ea34846a6038989ab68e4b23e0de01e856c6de8dfbcee1c50e0
  * Stability:  verified, closed loop proven stable at every speed from 0 to 50000 rpm and computed at 11 speeds from 0 to 50000 rpm (full finite-element plant, exact delay, sampled; coefficients rounded to float32); slowest decay 30.87 1/s; peak of mu 0.9831
  *
  * Form: real modal form; 38 states, 0 signals, 4 inputs, 4 outputs.
@@ -51,7 +51,7 @@ extern "C" {
 #define PAPER_TOOL_OUTPUT_LIMIT_A 3e0
 /* 1: the closed loop is proven stable at every speed of the range; 0: it is not, see above. */
 #define PAPER_TOOL_VERIFIED 1
-#define PAPER_TOOL_INPUT_SHA256 "f0937bdfb4e41da5e6c4647356868783b7a81922c2bf4a9799bd3a1c9bad8c13"
+#define PAPER_TOOL_INPUT_SHA256 "2bfdcce6692c2ea34846a6038989ab68e4b23e0de01e856c6de8dfbcee1c50e0"
 
 #ifndef MUSPIN_NO_F32
 typedef struct {

@@ -5,6 +5,7 @@
 //! positive definite as long as the decrement is below one, and tr ZA_k = −μc_k for every block with A_k = ∂S/∂x_k, so
 //! no scale reaches below β − μ max(c_k / tr Z_k): for any scale some block has more gain in Z than that.
 
+use crate::linalg::dense::dot;
 use crate::linalg::fixed::{Columns, Fixed};
 use crate::linalg::planar::Planar;
 use std::ops::Range;
@@ -332,7 +333,6 @@ impl Step {
         let (pull, slope) = (sum(&hg) / sum(&hc), sum(&drift) / sum(&hc));
         let own: Vec<f64> = (0..n).map(|k| pull * hc[k] - hg[k]).collect();
         let tangent: Vec<f64> = (0..n).map(|k| drift[k] - slope * hc[k]).collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let squared = (-dot(&own, &work.gradient)).max(0.0);
         // tr ZS = q − decrement² at this step.
         let mu = (q as f64 - squared) / sum(x);
@@ -364,25 +364,29 @@ impl Step {
 /// Solutions of a real symmetric definite system, row after row, by Cholesky; `None` when it is not definite.
 fn solve_definite(mut l: Vec<f64>, rhs: [&[f64]; 3]) -> Option<[Vec<f64>; 3]> {
     let n = rhs[0].len();
-    for j in 0..n {
-        for i in j..n {
-            let s = (0..j).fold(l[i * n + j], |s, k| s - l[i * n + k] * l[j * n + k]);
-            if i > j {
-                l[i * n + j] = s / l[j * n + j];
-            } else if s > 0.0 && s.is_finite() {
-                l[j * n + j] = s.sqrt();
-            } else {
-                return None;
-            }
+    // Row i of L, with the reciprocal of its diagonal entry.
+    for i in 0..n {
+        let (above, own) = l.split_at_mut(i * n);
+        for (j, row) in above.chunks_exact(n).enumerate() {
+            own[j] = (own[j] - dot(&own[..j], &row[..j])) * row[j];
         }
+        let pivot = own[i] - dot(&own[..i], &own[..i]);
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return None;
+        }
+        own[i] = pivot.sqrt().recip();
     }
     Some(rhs.map(|b| {
         let mut y = b.to_vec();
-        for i in 0..n {
-            y[i] = (0..i).fold(y[i], |s, k| s - l[i * n + k] * y[k]) / l[i * n + i];
+        for (i, row) in l.chunks_exact(n).enumerate() {
+            y[i] = (y[i] - dot(&row[..i], &y[..i])) * row[i];
         }
-        for i in (0..n).rev() {
-            y[i] = (i + 1..n).fold(y[i], |s, k| s - l[k * n + i] * y[k]) / l[i * n + i];
+        for (i, row) in l.chunks_exact(n).enumerate().rev() {
+            let (before, own) = y.split_at_mut(i);
+            own[0] *= row[i];
+            for (y, l) in before.iter_mut().zip(row) {
+                *y -= l * own[0];
+            }
         }
         y
     }))
