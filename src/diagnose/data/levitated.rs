@@ -65,24 +65,24 @@ fn product(a: &[c64; 16], b: &[c64; 16]) -> [c64; 16] {
     all
 }
 
-/// (I − M)⁻¹.
-fn inverse_beside_one(m: impl Fn(usize, usize) -> c64) -> [c64; 16] {
-    let one = |n: usize| c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0);
-    let mut a: [c64; 16] = std::array::from_fn(|n| one(n) - m(n / 4, n % 4));
-    let mut inverse: [c64; 16] = std::array::from_fn(one);
-    eliminate(&mut a, &mut inverse, 4, 4);
-    inverse
+/// Entry n of the identity.
+fn one(n: usize) -> c64 {
+    c64::new(f64::from(u8::from(n / 4 == n % 4)), 0.0)
 }
 
 impl Closed {
     /// Closes the loop round G at a frequency.
     pub(crate) fn new(levitation: &Levitation, omega_rad_s: f64, g: &[c64; 16]) -> Self {
         let k: [c64; 4] = std::array::from_fn(|i| levitation.gain(i, omega_rad_s));
-        let right = inverse_beside_one(|i, j| k[i] * g[4 * i + j]);
+        let mut open: [c64; 16] = std::array::from_fn(|n| one(n) - g[n] * k[n % 4]);
+        let mut left: [c64; 16] = std::array::from_fn(one);
+        eliminate(&mut open, &mut left, 4, 4);
+        // G (I − K G)⁻¹ = (I − G K)⁻¹ G, and (I − K G)⁻¹ = I + K G (I − K G)⁻¹.
+        let response = product(&left, g);
         Self {
-            response: product(g, &right),
-            left: inverse_beside_one(|i, j| g[4 * i + j] * k[j]),
-            right,
+            right: std::array::from_fn(|n| one(n) + k[n / 4] * response[n]),
+            response,
+            left,
         }
     }
 
@@ -131,5 +131,27 @@ impl SweepEvidence {
             variance.max(f64::MIN_POSITIVE).sqrt()
         });
         (closed, sd)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_with_the_loop_closed_solves_its_equations() {
+        let levitation = Levitation([[3.0, 0.2], [5.0, 0.1]]);
+        let entry = |n: usize| c64::from_polar(1.0 / (1.0 + n as f64), (3 * n) as f64);
+        let g: [c64; 16] = std::array::from_fn(entry);
+        let k: [c64; 4] = std::array::from_fn(|i| levitation.gain(i, 7.0));
+        let closed = Closed::new(&levitation, 7.0, &g);
+        let near =
+            |a: [c64; 16], b: [c64; 16]| a.iter().zip(b).all(|(a, b)| (a - b).norm() < 1e-13);
+        let identity: [c64; 16] = std::array::from_fn(one);
+        let before = std::array::from_fn(|n| one(n) - g[n] * k[n % 4]);
+        let after = std::array::from_fn(|n| one(n) - k[n / 4] * g[n]);
+        assert!(near(product(&closed.left, &before), identity));
+        assert!(near(product(&after, &closed.right), identity));
+        assert!(near(product(&g, &closed.right), closed.response));
     }
 }
