@@ -3,7 +3,7 @@
 //! A loop over a column of four or eight numbers is a few vector instructions; where the compiler does not know the
 //! length, what surrounds the loop takes several times as long.
 
-use super::planar::{Planar, add_scaled_conj};
+use super::planar::{Planar, add_scaled, add_scaled_conj};
 use std::ops::Range;
 
 /// A complex matrix that is changed column by column.
@@ -14,22 +14,62 @@ pub(crate) trait Columns {
     fn at(&self, i: usize, j: usize) -> (f64, f64);
     /// Sets an entry (re, im).
     fn set(&mut self, i: usize, j: usize, value: (f64, f64));
-    /// Adds a real number to an entry.
-    fn add_real(&mut self, i: usize, j: usize, value: f64);
     /// Sets every entry to zero.
     fn clear(&mut self);
     /// Column `j` ← column `j` + a · conj(column of another matrix) in some rows; the others may be changed as well.
     fn add_conj(&mut self, rows: Range<usize>, j: usize, a: (f64, f64), x: (&Self, usize));
-    /// As [`Planar::cholesky`]; what is above the diagonal may be changed.
-    fn cholesky(&mut self) -> bool;
-    /// As [`Planar::invert_lower_transposed`].
-    fn invert_lower_transposed(&self, into: &mut Self);
+    /// Column `j` ← column `j` + a · column `k` before it, in some rows; the others may be changed as well.
+    fn add_earlier(&mut self, rows: Range<usize>, j: usize, a: (f64, f64), k: usize);
+    /// Column `j` times a number, in some rows; the others may be changed as well.
+    fn scale(&mut self, rows: Range<usize>, j: usize, factor: f64);
 
     /// |entry|².
     #[inline]
     fn squared(&self, i: usize, j: usize) -> f64 {
         let (re, im) = self.at(i, j);
         re * re + im * im
+    }
+
+    /// Adds a real number to an entry.
+    #[inline]
+    fn add_real(&mut self, i: usize, j: usize, value: f64) {
+        let (re, im) = self.at(i, j);
+        self.set(i, j, (re + value, im));
+    }
+
+    /// Replaces the lower triangle of a Hermitian matrix of an order by its Cholesky factor L; false when it is not
+    /// positive definite. What is above the diagonal may be changed.
+    #[inline]
+    fn cholesky(&mut self, order: usize) -> bool {
+        for j in 0..order {
+            for k in 0..j {
+                let (re, im) = self.at(j, k);
+                self.add_earlier(j..order, j, (-re, im), k);
+            }
+            let pivot = self.at(j, j).0;
+            // NaN is not definite either.
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return false;
+            }
+            self.set(j, j, (pivot, 0.0));
+            self.scale(j..order, j, pivot.sqrt().recip());
+        }
+        true
+    }
+
+    /// Transposed inverse of a lower triangular factor of an order with a real diagonal: column r of `into` is row r of
+    /// L⁻¹.
+    #[inline]
+    fn invert_lower_transposed(&self, order: usize, into: &mut Self) {
+        into.clear();
+        for r in 0..order {
+            for j in 0..r {
+                let (re, im) = self.at(r, j);
+                into.add_earlier(0..j + 1, r, (-re, -im), j);
+            }
+            into.add_real(r, r, 1.0);
+            into.scale(0..r + 1, r, self.at(r, r).0.recip());
+        }
     }
 }
 
@@ -38,17 +78,15 @@ impl Columns for Planar {
         Planar::zeros(rows, cols)
     }
 
+    #[inline]
     fn at(&self, i: usize, j: usize) -> (f64, f64) {
         Planar::at(self, i, j)
     }
 
+    #[inline]
     fn set(&mut self, i: usize, j: usize, value: (f64, f64)) {
         let (re, im) = self.part_mut(i, i + 1, j);
         (re[0], im[0]) = value;
-    }
-
-    fn add_real(&mut self, i: usize, j: usize, value: f64) {
-        Planar::add_real(self, i, j, value);
     }
 
     fn clear(&mut self) {
@@ -61,51 +99,33 @@ impl Columns for Planar {
         add_scaled_conj(self.part_mut(from, to, j), a, x.0.part(from, to, x.1));
     }
 
-    fn cholesky(&mut self) -> bool {
-        Planar::cholesky(self)
+    #[inline]
+    fn add_earlier(&mut self, rows: Range<usize>, j: usize, a: (f64, f64), k: usize) {
+        let first = k * self.rows();
+        let earlier = first + rows.start..first + rows.end;
+        let (own, before) = self.split(j);
+        let x = (&before.0[earlier.clone()], &before.1[earlier]);
+        add_scaled((&mut own.0[rows.clone()], &mut own.1[rows]), a, x);
     }
 
-    fn invert_lower_transposed(&self, into: &mut Self) {
-        Planar::invert_lower_transposed(self, into);
+    #[inline]
+    fn scale(&mut self, rows: Range<usize>, j: usize, factor: f64) {
+        let (re, im) = self.part_mut(rows.start, rows.end, j);
+        re.iter_mut().chain(im).for_each(|v| *v *= factor);
     }
 }
 
-/// A matrix of up to N rows and columns, in columns of N; what it does not have is zero.
+/// A matrix of up to N rows and columns, in columns of N.
 #[derive(Clone, Debug)]
 pub(crate) struct Fixed<const N: usize> {
-    /// Order of a square one.
-    order: usize,
     re: [[f64; N]; N],
     im: [[f64; N]; N],
-}
-
-impl<const N: usize> Fixed<N> {
-    /// Column `j` times a number.
-    #[inline]
-    fn scale_column(&mut self, j: usize, factor: f64) {
-        for i in 0..N {
-            self.re[j][i] *= factor;
-            self.im[j][i] *= factor;
-        }
-    }
-
-    /// Column `j` of this matrix and column `k`, which is another one: `j` ← `j` + a · `k`.
-    #[inline]
-    fn add_own(&mut self, j: usize, a: (f64, f64), k: usize) {
-        let (re, im) = (self.re[k], self.im[k]);
-        let (own_re, own_im) = (&mut self.re[j], &mut self.im[j]);
-        for i in 0..N {
-            own_re[i] += a.0 * re[i] - a.1 * im[i];
-            own_im[i] += a.0 * im[i] + a.1 * re[i];
-        }
-    }
 }
 
 impl<const N: usize> Columns for Fixed<N> {
     fn zeros(rows: usize, cols: usize) -> Self {
         debug_assert!(rows <= N && cols <= N);
         Self {
-            order: cols,
             re: [[0.0; N]; N],
             im: [[0.0; N]; N],
         }
@@ -122,54 +142,27 @@ impl<const N: usize> Columns for Fixed<N> {
     }
 
     #[inline]
-    fn add_real(&mut self, i: usize, j: usize, value: f64) {
-        self.re[j][i] += value;
-    }
-
-    #[inline]
     fn clear(&mut self) {
         (self.re, self.im) = ([[0.0; N]; N], [[0.0; N]; N]);
     }
 
     #[inline]
     fn add_conj(&mut self, _rows: Range<usize>, j: usize, a: (f64, f64), x: (&Self, usize)) {
-        let (re, im) = (&x.0.re[x.1], &x.0.im[x.1]);
-        let (own_re, own_im) = (&mut self.re[j], &mut self.im[j]);
-        for i in 0..N {
-            own_re[i] += a.0 * re[i] + a.1 * im[i];
-            own_im[i] += a.1 * re[i] - a.0 * im[i];
-        }
+        let own = (&mut self.re[j][..], &mut self.im[j][..]);
+        add_scaled_conj(own, a, (&x.0.re[x.1], &x.0.im[x.1]));
     }
 
     #[inline]
-    fn cholesky(&mut self) -> bool {
-        for j in 0..self.order {
-            for k in 0..j {
-                let (re, im) = self.at(j, k);
-                self.add_own(j, (-re, im), k);
-            }
-            let pivot = self.re[j][j];
-            // NaN is not definite either.
-            if !(pivot > 0.0 && pivot.is_finite()) {
-                return false;
-            }
-            self.im[j][j] = 0.0;
-            self.scale_column(j, pivot.sqrt().recip());
-        }
-        true
+    fn add_earlier(&mut self, _rows: Range<usize>, j: usize, a: (f64, f64), k: usize) {
+        let (re, im) = (self.re[k], self.im[k]);
+        let own = (&mut self.re[j][..], &mut self.im[j][..]);
+        add_scaled(own, a, (&re, &im));
     }
 
     #[inline]
-    fn invert_lower_transposed(&self, into: &mut Self) {
-        into.clear();
-        for r in 0..self.order {
-            for j in 0..r {
-                let (re, im) = self.at(r, j);
-                into.add_own(r, (-re, -im), j);
-            }
-            into.re[r][r] += 1.0;
-            into.scale_column(r, self.re[r][r].recip());
-        }
+    fn scale(&mut self, _rows: Range<usize>, j: usize, factor: f64) {
+        let own = self.re[j].iter_mut().chain(&mut self.im[j]);
+        own.for_each(|v| *v *= factor);
     }
 }
 
@@ -195,10 +188,10 @@ mod tests {
     fn matrices_of_a_known_order_do_what_others_do() {
         for n in 1..=8 {
             let (mut one, mut other) = (filled::<Fixed<8>>(n, 0.0), filled::<Planar>(n, 0.0));
-            assert!(one.cholesky() && Columns::cholesky(&mut other));
+            assert!(one.cholesky(n) && other.cholesky(n));
             let (mut inverse, mut expected) = (Fixed::zeros(n, n), Planar::zeros(n, n));
-            one.invert_lower_transposed(&mut inverse);
-            Columns::invert_lower_transposed(&other, &mut expected);
+            one.invert_lower_transposed(n, &mut inverse);
+            other.invert_lower_transposed(n, &mut expected);
             inverse.add_conj(0..n, n - 1, (0.3, -0.7), (&one, 0));
             expected.add_conj(0..n, n - 1, (0.3, -0.7), (&other, 0));
             for j in 0..n {
@@ -214,7 +207,7 @@ mod tests {
                 }
             }
             let mut indefinite = filled::<Fixed<8>>(n, 3.0 * n as f64 + 20.0);
-            assert!(!indefinite.cholesky());
+            assert!(!indefinite.cholesky(n));
         }
     }
 }

@@ -89,11 +89,6 @@ impl Planar {
         (self.re[k], self.im[k])
     }
 
-    /// Adds a real number to an entry.
-    pub(crate) fn add_real(&mut self, i: usize, j: usize, value: f64) {
-        self.re[i + j * self.rows] += value;
-    }
-
     /// Σ|entry|².
     pub(crate) fn sum_of_squares(&self) -> f64 {
         self.re.iter().chain(&self.im).map(|v| v * v).sum()
@@ -112,7 +107,7 @@ impl Planar {
     }
 
     /// Column `j` for writing, and all columns before it.
-    fn split(&mut self, j: usize) -> (PartMut<'_>, Part<'_>) {
+    pub(crate) fn split(&mut self, j: usize) -> (PartMut<'_>, Part<'_>) {
         let k = j * self.rows;
         let (before_re, after_re) = self.re.split_at_mut(k);
         let (before_im, after_im) = self.im.split_at_mut(k);
@@ -124,52 +119,6 @@ impl Planar {
     pub(crate) fn clear(&mut self) {
         self.re.fill(0.0);
         self.im.fill(0.0);
-    }
-
-    /// Replaces the lower triangle of a Hermitian matrix by its Cholesky factor L; false when it is not positive
-    /// definite.
-    pub(crate) fn cholesky(&mut self) -> bool {
-        let n = self.rows;
-        for j in 0..n {
-            let (own, before) = self.split(j);
-            for k in 0..j {
-                let span = j + k * n..(k + 1) * n;
-                let a = (-before.0[j + k * n], before.1[j + k * n]);
-                let x = (&before.0[span.clone()], &before.1[span]);
-                add_scaled((&mut own.0[j..], &mut own.1[j..]), a, x);
-            }
-            let pivot = own.0[j];
-            // NaN is not definite either.
-            if !(pivot > 0.0 && pivot.is_finite()) {
-                return false;
-            }
-            let inverse = pivot.sqrt().recip();
-            own.1[j] = 0.0;
-            for v in own.0[j..].iter_mut().chain(&mut own.1[j..]) {
-                *v *= inverse;
-            }
-        }
-        true
-    }
-
-    /// Transposed inverse of a lower triangular factor with a real diagonal: column r of `into` is row r of L⁻¹.
-    pub(crate) fn invert_lower_transposed(&self, into: &mut Self) {
-        let n = self.rows;
-        into.clear();
-        for r in 0..n {
-            let (own, before) = into.split(r);
-            for j in 0..r {
-                let (re, im) = self.at(r, j);
-                let span = j * n..j * n + j + 1;
-                let x = (&before.0[span.clone()], &before.1[span]);
-                add_scaled((&mut own.0[..=j], &mut own.1[..=j]), (-re, -im), x);
-            }
-            let inverse = self.re[r + r * n].recip();
-            own.0[r] += 1.0;
-            for v in own.0[..=r].iter_mut().chain(&mut own.1[..=r]) {
-                *v *= inverse;
-            }
-        }
     }
 
     /// Largest singular value, through the smaller Gram matrix: exact to rounding relative to itself. NaN for entries

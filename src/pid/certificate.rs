@@ -10,6 +10,7 @@ use super::parameters::{PidParameters, pid_controller};
 use super::settings::TuneSettings;
 use crate::controller::amplifier_demand::{high_frequency_gain, high_frequency_hz};
 use crate::controller::full_loop::FullLoop;
+use crate::controller::polish::responses::ShiftedRotor;
 use crate::controller::verification::{Verification, growth_rate_of, verify};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
@@ -122,17 +123,25 @@ impl PidCertificate {
         self.judged().violation(settings) == 0.0
     }
 
-    /// Loops with shifted modes that are unstable, of each kind one: speed in rpm, factors on the natural frequencies.
-    pub(super) fn unstable_loops(&self) -> Vec<(f64, Vec<f64>)> {
+    /// Rotors with shifted modes whose loop is unstable: one with all modes lowered, one with all raised, and the one
+    /// that grows most of the others.
+    pub(super) fn unstable_loops(&self) -> Vec<ShiftedRotor> {
         let (r, shifted) = (self.shifted.shift, &self.shifted);
+        let rotor = |speed_rpm: f64, factors: Vec<f64>| ShiftedRotor {
+            speed_rad_s: speed_rpm * TAU / 60.0,
+            factors,
+        };
         let all = [(&self.lowered, 1.0 - r), (&self.raised, 1.0 + r)];
         let first = all.into_iter().filter_map(|(seen, factor)| {
             let check = seen.first_unstable()?;
-            Some((check.speed_rpm, vec![factor; ALONE]))
+            Some(rotor(check.speed_rpm, vec![factor; ALONE]))
         });
-        let mut loops: Vec<(f64, Vec<f64>)> = first.collect();
+        let mut loops: Vec<ShiftedRotor> = first.collect();
         if shifted.worst_growth_rate_per_s >= 0.0 {
-            loops.push((shifted.worst_speed_rpm, shifted.worst_factors.clone()));
+            loops.push(rotor(
+                shifted.worst_speed_rpm,
+                shifted.worst_factors.clone(),
+            ));
         }
         loops
     }

@@ -13,7 +13,7 @@ use crate::controller::polish::descent::{Effort, Memory, descend};
 use crate::controller::polish::lines::{lines, sharp_lines};
 use crate::controller::polish::loop_poles::{SampledPlants, oscillating};
 use crate::controller::polish::loss::Loss;
-use crate::controller::polish::responses::{Known, Plants, Role, Rotor, shifts};
+use crate::controller::polish::responses::{Known, Plants, Role, Rotor, ShiftedRotor, shifts};
 use crate::controller::polish::structure::Line;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, ControllerError, in_step};
@@ -73,15 +73,14 @@ const LAST: f64 = 1e-4;
 type Shape<'a> = dyn Fn(PidParameters) -> Option<PidParameters> + Sync + 'a;
 
 /// The best PID that the search finds; `given` starts come before those drawn, `free` lists the parameters that move.
-/// Besides the loops that every search looks at it looks at `further` ones: speeds in rpm, factors on the natural
-/// frequencies.
+/// Besides the rotors of every search it serves the `further` ones.
 ///
 /// # Errors
 /// [`ControllerError::Infeasible`] when no start levitates the machine at rest and top speed; failures of plants.
 pub(super) fn search(
     machine: &Machine,
     asked: &PidSearch,
-    further: &[(f64, Vec<f64>)],
+    further: &[ShiftedRotor],
     given: &[PidParameters],
     (shape, free): (&Shape, &[usize]),
 ) -> Result<FoundPid, VerificationError> {
@@ -148,7 +147,7 @@ impl<'a> Ground<'a> {
     fn new(
         machine: &Machine,
         asked: &'a PidSearch,
-        further: &[(f64, Vec<f64>)],
+        further: &[ShiftedRotor],
     ) -> Result<Self, VerificationError> {
         let plants = Plants::new(machine, OVERSPEED, &patterns(asked.mode_shift))?;
         let plain = lines(&plants, FROM_HZ, &[], APART);
@@ -156,10 +155,10 @@ impl<'a> Ground<'a> {
         let shifted: Vec<usize> = plants.all().enumerate().filter_map(is_shifted).collect();
         // All raised and all lowered: the others have the turns on their lines.
         let ends = [shifted.first(), shifted.last()];
-        let all = plants.all().count();
-        let plants = plants.with_shifted(machine, further)?;
+        let usual = plants.all().count();
+        let plants = plants.with_further(machine, further)?;
         let sampled = SampledPlants::of(&plants, |number, role| {
-            role.is_nominal() || ends.contains(&Some(&number)) || number >= all
+            role.is_nominal() || ends.contains(&Some(&number)) || number >= usual
         })?;
         Ok(Self {
             rotors: plants.on(&plain, &Known::NOTHING),
@@ -244,14 +243,11 @@ impl<'a> Ground<'a> {
         let mut loss = self.loss(lines, earlier);
         let mut found = loss.activate(law, x, |_| self.unstable_poles);
         // Turns on lines can miss a sharp pole; eigenvalues do not.
-        let missed = stable
-            .iter()
-            .filter(|(number, stable)| !stable && loss.active[*number]);
-        let missed: Vec<usize> = missed.map(|(number, _)| *number).collect();
-        if !missed.is_empty() {
-            missed
-                .into_iter()
-                .for_each(|number| loss.active[number] = false);
+        let by_turns = loss.active.clone();
+        for (number, stable) in stable {
+            loss.active[number] &= stable;
+        }
+        if loss.active != by_turns {
             found = loss.evaluate(law, x);
         }
         let judged = judged(&loss, &found);

@@ -6,7 +6,7 @@
 //! rest and at top speed.
 
 use super::parameters::{AxisParameters, Biquad, PidParameters};
-use crate::controller::polish::line_state::gathered_phase;
+use crate::controller::polish::line_state::turns_of;
 use crate::controller::polish::matrix2::ONE;
 use crate::controller::polish::responses::{LoopResponse, Rotor};
 use crate::controller::polish::structure::Line;
@@ -169,14 +169,10 @@ pub(super) fn screen(
         .collect();
     let mut unstable = 0;
     for rotor in rotors {
-        // One direction stands for both.
-        let share = 2.0 / rotor.directions.len() as f64;
-        let phase = |side: &Vec<LoopResponse>| {
+        let turns = turns_of(rotor.directions.iter().map(|side| {
             let loops = side.iter().zip(&gains);
-            gathered_phase(loops.map(|(g, (k, free))| loop_at(g, k).0 * free))
-        };
-        let phase: f64 = rotor.directions.iter().map(phase).sum();
-        let turns = (share * phase / (2.0 * PI)).round();
+            loops.map(|(g, (k, free))| loop_at(g, k).0 * free)
+        }));
         let right = if turns.is_finite() {
             turns as i64
         } else {

@@ -12,6 +12,7 @@ use super::settings::TuneSettings;
 use crate::controller::ControllerError;
 use crate::controller::amplifier_demand::high_frequency_hz;
 use crate::controller::polish::LoopLimits;
+use crate::controller::polish::responses::ShiftedRotor;
 use crate::controller::verification_error::VerificationError;
 use crate::spindle::Machine;
 
@@ -32,7 +33,7 @@ pub fn tune(
     let free: Vec<usize> = (0..2 * PER_AXIS).collect();
     let mut given: Vec<PidParameters> = vec![];
     // Loops that a certificate found unstable.
-    let mut unstable: Vec<(f64, Vec<f64>)> = vec![];
+    let mut unstable: Vec<ShiftedRotor> = vec![];
     let mut evaluations = 0;
     let mut best: Option<TunedPid> = None;
     // What exceeds a limit without shifted modes: it is certified if nothing better is found.
@@ -70,9 +71,9 @@ pub fn tune(
             return Ok(tuned);
         }
         let judged = tuned.certificate.judged();
-        lower(&mut goal, settings, &judged);
         if judged.stable {
             repairs += 1;
+            lower(&mut goal, settings, &judged);
         } else {
             renewals += 1;
             // A loop that is unstable does not count in a descent, so that a descent from here would leave it so: the

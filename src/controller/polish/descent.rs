@@ -36,7 +36,7 @@ const LARGEST_PROGRAMME: usize = 240;
 /// Values further (logarithms) below the largest of their group, of limits below zero if that is larger, take no part
 /// in a step.
 const WIDEST: f64 = 0.2;
-/// Change of a value by a step that its reach allows for (logarithm).
+/// Change of a value (logarithm) by a step that its evaluations allow for.
 const STEP: f64 = 0.02;
 /// Steps over which progress is judged.
 const PATIENCE: usize = 6;
@@ -160,17 +160,13 @@ fn descend_from(
     let mut steps = 0;
     let mut rows = None;
     let mut likely: Vec<Value> = vec![];
-    let mut reach = WIDEST;
     while steps < effort.steps {
         steps += 1;
         let participants = match rows.take() {
             Some(rows) => rows,
-            None => {
-                let participants = participants_of(loss, law, place);
-                reach = next_reach(place, &participants);
-                participants
-            }
+            None => participants_of(loss, law, place),
         };
+        let reach = next_reach(place, &participants);
         // No rotor counts whose loop is stable: there is nothing to descend on.
         if participants.is_empty() {
             break;

@@ -51,9 +51,19 @@ impl LineState {
     }
 }
 
+/// Turns of both directions of whirl, of which one may stand for both, by the numbers of each in their order; NaN where
+/// one is not finite.
+pub(crate) fn turns_of<T: Iterator<Item = c64>>(
+    directions: impl ExactSizeIterator<Item = T>,
+) -> f64 {
+    let share = 2.0 / directions.len() as f64;
+    let phase: f64 = directions.map(gathered_phase).sum();
+    (share * phase / TAU).round()
+}
+
 /// Phase that complex numbers gather in their order, rad: that between the first and the last, and a turn for each time
 /// that they pass the negative real axis. NaN where one is not finite.
-pub(crate) fn gathered_phase(mut values: impl Iterator<Item = c64>) -> f64 {
+fn gathered_phase(mut values: impl Iterator<Item = c64>) -> f64 {
     let Some(first) = values.next() else {
         return 0.0;
     };

@@ -9,7 +9,7 @@
 
 use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAKEST};
 use super::line_scales::LineScales;
-use super::line_state::{LineState, gathered_phase};
+use super::line_state::{LineState, turns_of};
 use super::lines::beside_peaks;
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ONE, ZERO, adjoint, hermitian_eigen, outer, squared, times};
@@ -200,13 +200,8 @@ impl Loss {
 
     /// Turns of det(I − G K) per rotor.
     fn turns(&self, lines: &[LineState]) -> Vec<i64> {
-        let phase = |side: usize| gathered_phase(lines.iter().map(|line| line.determinant(side)));
-        let turns = |rotor: usize| {
-            let sides = self.sides(rotor);
-            // One direction stands for both.
-            let share = 2.0 / sides.len() as f64;
-            (share * sides.map(phase).sum::<f64>() / TAU).round() as i64
-        };
+        let determinants = |side: usize| lines.iter().map(move |line| line.determinant(side));
+        let turns = |rotor: usize| turns_of(self.sides(rotor).map(determinants)) as i64;
         (0..self.rotors.len()).map(turns).collect()
     }
 

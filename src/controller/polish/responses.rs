@@ -47,7 +47,7 @@ pub(crate) enum Role {
     Rest,
     /// The machine as modelled, at its top speed.
     TopSpeed,
-    /// A rotor at rest with shifted modes, or the machine at a speed between.
+    /// A rotor with shifted modes at some speed, or the machine at a speed between.
     Shifted,
     /// Beyond the top speed: has to be stable and to meet the specification.
     Overspeed,
@@ -109,6 +109,14 @@ impl<T> Known<'_, T> {
     }
 }
 
+/// The machine at a speed with shifted modes.
+#[derive(Clone, Debug)]
+pub(crate) struct ShiftedRotor {
+    pub speed_rad_s: f64,
+    /// Factors on the natural frequencies of the first flexible modes.
+    pub factors: Vec<f64>,
+}
+
 /// The plants of a polish before lines are chosen.
 pub(crate) struct Plants {
     period_s: f64,
@@ -161,37 +169,19 @@ impl Plants {
         }
     }
 
-    /// With the machine at some shares of its top speed as well.
+    /// With further rotors.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(crate) fn with_speeds(
+    pub(crate) fn with_further(
         mut self,
         machine: &Machine,
-        shares: &[f64],
+        rotors: &[ShiftedRotor],
     ) -> Result<Self, SpindleError> {
         let machine = isotropic(machine);
-        let top = machine.spindle.max_rpm * TAU / 60.0;
-        for share in shares {
-            let plant = Plant::new(&machine, share * top, ModelDetail::Full)?;
-            self.list.push((Role::Shifted, plant));
-        }
-        Ok(self)
-    }
-
-    /// With the machine at some speeds (rpm) with modes shifted by factors as well.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub(crate) fn with_shifted(
-        mut self,
-        machine: &Machine,
-        loops: &[(f64, Vec<f64>)],
-    ) -> Result<Self, SpindleError> {
-        let machine = isotropic(machine);
-        for (rpm, factors) in loops {
-            let plant = Plant::new(&machine, rpm * TAU / 60.0, ModelDetail::Full)?;
-            let plant = plant.with_scaled_modes(factors);
+        for rotor in rotors {
+            let plant = Plant::new(&machine, rotor.speed_rad_s, ModelDetail::Full)?;
+            let plant = plant.with_scaled_modes(&rotor.factors);
             self.list.push((Role::Shifted, plant));
         }
         Ok(self)

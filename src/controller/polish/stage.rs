@@ -10,7 +10,7 @@ use super::loop_poles::{SampledPlants, oscillating};
 use super::loss::{Evaluation, Loss};
 use super::modal_law::ModalLaw;
 use super::problem::{PolishTask, infeasible, loss_on};
-use super::responses::{Plants, Role, shifts};
+use super::responses::{Plants, Role, ShiftedRotor, shifts};
 use super::values::{Group, LIMIT_GROUPS, LIMITS};
 use crate::augment::plane::isotropic;
 use crate::augment::split::{ModeSplit, gyroscopic_split};
@@ -129,7 +129,11 @@ impl<'a> Polisher<'a> {
         let mut plants =
             Plants::new(machine, overspeed, &shifts(&relative))?.with_weak_magnets(&WEAK_MAGNETS);
         if split.iter().any(|split| *split > LARGE_SPLIT) {
-            plants = plants.with_speeds(machine, &SPEEDS_BETWEEN)?;
+            let between = SPEEDS_BETWEEN.map(|share| ShiftedRotor {
+                speed_rad_s: share * top,
+                factors: vec![],
+            });
+            plants = plants.with_further(machine, &between)?;
         }
         let roles = [Role::Rest, Role::TopSpeed, Role::Overspeed];
         let sampled = SampledPlants::of(&plants, |_, role| roles.contains(&role))?;

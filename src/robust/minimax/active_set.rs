@@ -136,16 +136,19 @@ impl<'a> Programme<'a> {
         }
     }
 
-    /// Place of a value among those that were active; the first time its row of the matrix is computed.
-    fn met(&mut self, k: usize) -> usize {
-        *self.place[k].get_or_insert_with(|| {
+    /// Place of a value among those that were active; the first time its row of the matrix is computed. None for a
+    /// slack, which has no slope.
+    fn met(&mut self, k: usize) -> Option<usize> {
+        let place = self.place.get_mut(k)?;
+        let known = place.get_or_insert_with(|| {
             self.met.push(k);
             let own = &self.values[k].gradient;
             let earlier = self.met.iter().map(|j| &self.values[*j].gradient);
             let row = earlier.map(|other| product(own, other) / self.proximal);
             self.quadratic.push(row.collect());
             self.quadratic.len() - 1
-        })
+        });
+        Some(*known)
     }
 
     /// The weights that minimise over the active ones whatever their sign, and the levels, which it keeps.
@@ -154,13 +157,8 @@ impl<'a> Programme<'a> {
         let n = count + groups;
         let mut matrix = vec![0.0; n * n];
         let mut rhs = vec![0.0; n];
-        // A slack has no slope.
-        let is_value = |k: usize| k < self.values.len();
         let active = self.active.clone();
-        let met: Vec<Option<usize>> = active
-            .iter()
-            .map(|k| is_value(*k).then(|| self.met(*k)))
-            .collect();
+        let met: Vec<Option<usize>> = active.iter().map(|k| self.met(*k)).collect();
         for i in 0..count {
             let k = self.active[i];
             for j in 0..=i {

@@ -209,7 +209,7 @@ impl<'a, M: Columns> Work<'a, M> {
                 }
             }
         }
-        self.s.cholesky()
+        self.s.cholesky(q)
     }
 
     /// −log det S, after `factor`.
@@ -221,7 +221,7 @@ impl<'a, M: Columns> Work<'a, M> {
     /// G, MG and MGMᴴ from the factor of S.
     fn products(&mut self) {
         let (p, q) = (self.rows, self.cols);
-        self.s.invert_lower_transposed(&mut self.inverse);
+        self.s.invert_lower_transposed(q, &mut self.inverse);
         for matrix in [&mut self.half, &mut self.g, &mut self.mg, &mut self.mgm] {
             matrix.clear();
         }
