@@ -7,7 +7,6 @@ use super::batch_arguments::Arguments;
 use super::batch_plan::{collected, plan, read_row};
 use super::batch_variants::{Variant, variants};
 use super::console::{Console, Shown};
-use super::design_arguments::PidEffort;
 use super::design_progress::told;
 use super::output::{REPORT, claim};
 use super::progress::Progress;
@@ -120,7 +119,7 @@ fn one(
         targets: None,
         weights,
         settings: &settings,
-        pid: arguments.pid.settings(PidEffort::Quick),
+        pid: arguments.pid.settings(),
         extent: match arguments.quick {
             true => Extent::Controller,
             false => Extent::Everything,

@@ -2,7 +2,7 @@
 
 use super::console::{Console, Shown};
 use super::controlled_machine::{UsedMachine, other_machine};
-use super::design_arguments::{DesignArguments, PidArguments, PidEffort};
+use super::design_arguments::{DesignArguments, PidArguments};
 use super::design_progress::told;
 use super::machine::Remarks;
 use super::output::{REPORT, claim};
@@ -92,7 +92,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     }
     let mut met = true;
     if controllers.is_empty() {
-        let pid = arguments.pid.settings(PidEffort::Thorough);
+        let pid = arguments.pid.settings();
         let own = own_controllers(&machine, &weights, pid, &mut |event| told(&progress, event))?;
         met = own.design.meets_targets();
         controllers = add_own(&mut report.summary, own);

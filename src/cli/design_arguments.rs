@@ -80,18 +80,18 @@ pub(super) fn tightening(text: &str) -> Result<Tightening, String> {
 /// Arguments of the commands that tune a PID.
 #[derive(clap::Args, Debug, Clone, Copy)]
 pub(super) struct PidArguments {
-    /// Effort of the PID search: a few seconds, or up to half a minute for the best that it finds
-    #[arg(long = "pid", value_enum)]
-    effort: Option<PidEffort>,
+    /// Effort of the PID search: one search of a few seconds, or the best of four
+    #[arg(long = "pid", value_enum, default_value = "quick")]
+    effort: PidEffort,
     /// Seed of the PID search
     #[arg(long = "pid-seed", default_value_t = 1)]
     seed: u64,
 }
 
 impl PidArguments {
-    /// Settings of the search; `usual` is the effort unless one is given.
-    pub(super) fn settings(&self, usual: PidEffort) -> TuneSettings {
-        let settings = match self.effort.unwrap_or(usual) {
+    /// Settings of the search.
+    pub(super) fn settings(&self) -> TuneSettings {
+        let settings = match self.effort {
             PidEffort::Quick => TuneSettings::quick(),
             PidEffort::Thorough => TuneSettings::thorough(),
         };
@@ -105,8 +105,8 @@ impl PidArguments {
 /// How long the PID is tuned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum PidEffort {
-    /// A few seconds.
+    /// One search.
     Quick,
-    /// Up to half a minute.
+    /// The best of four searches with different starts.
     Thorough,
 }

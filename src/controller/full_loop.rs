@@ -5,10 +5,11 @@
 use super::in_step;
 use super::verification_error::VerificationError;
 use crate::augment::plane::connected_part;
+use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::lyapunov::discrete_lyapunov;
 use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::lower_lft;
-use crate::lti::{Discrete, Response, StateSpace};
+use crate::lti::{Discrete, Response, StateSpace, TimeBase};
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
 
@@ -16,12 +17,12 @@ use std::f64::consts::TAU;
 pub(crate) struct FullLoop {
     /// The plant.
     pub plant: Plant,
-    /// Forces → displacements, tool first, for the poles.
-    pub closed: StateSpace<Discrete>,
     /// Noise at the sensors → (currents, signals).
     pub loops: StateSpace<Discrete>,
     /// Axes in the loop.
     pub axes: usize,
+    /// Planes of the states of `loops`, where they are known.
+    planes: Option<EqualPlanes>,
 }
 
 impl FullLoop {
@@ -43,17 +44,28 @@ impl FullLoop {
         };
         let apart = speed_rad_s == 0.0 && plant.planes_are_alike() && !across(&law.at(TAU * 100.0));
         let axes: &[usize] = if apart { &[0, 2] } else { &[0, 1, 2, 3] };
-        let tool: Vec<usize> = [4].iter().chain(axes).copied().collect();
-        let open = connected_part(&sampled.select(&tool, &tool));
         let own = connected_part(&law.select(axes, axes));
-        let closed = lower_lft(&open, &own).map_err(&numeric)?;
         let part = connected_part(&sampled.select(axes, axes));
+        let planes = match part.order() == sampled.order() {
+            true => plant
+                .planes_of_loop(part.order(), &own)
+                .map_err(&numeric)?,
+            false => None,
+        };
         Ok(Self {
+            planes,
             plant,
-            closed,
             loops: noisy_loops(&part, &own).map_err(&numeric)?,
             axes: axes.len(),
         })
+    }
+
+    /// Poles of the loop.
+    ///
+    /// # Errors
+    /// [`NumericError`] when the eigenvalue iteration fails.
+    pub(crate) fn poles(&self) -> Result<Vec<c64>, NumericError> {
+        EqualPlanes::eigenvalues_on(self.planes.as_ref(), &self.loops.a)
     }
 
     /// First axis of bearing 0 or 1.
@@ -95,7 +107,8 @@ pub(crate) fn noise_current_a(
 ) -> Result<f64, VerificationError> {
     let numeric = in_step("noise current");
     let full = FullLoop::new(machine, law, speed_rad_s)?;
-    if full.loops.growth_rate().map_err(&numeric)? >= 0.0 {
+    let poles = full.poles().map_err(&numeric)?;
+    if full.loops.time.largest_growth_rate(&poles) >= 0.0 {
         return Ok(f64::INFINITY);
     }
     let gain = full.noise_gain().map_err(&numeric)?;

@@ -1,4 +1,4 @@
-//! Eigenvalues of real matrices that do the same in two planes and couple them as a turning frame does.
+//! Eigenvalues and exponentials of real matrices that do the same in two planes and couple them as a turning frame does.
 //!
 //! On coordinates (x, y) such a matrix is [[P, −Q], [Q, P]], which is P + jQ on r = x + jy: its eigenvalues are those
 //! of P + jQ and their conjugates, at a quarter of the cost or less.
@@ -6,6 +6,7 @@
 use super::dense::{balance, eigenvalues, eigenvalues_complex};
 use super::error::NumericError;
 use super::hermitian::hermitian_eigen;
+use super::pade::exponentials_of_balanced;
 use faer::{Mat, c64};
 
 /// Which coordinates belong to the x plane and which to the y plane: the k-th of each are partners.
@@ -50,9 +51,13 @@ impl EqualPlanes {
         equal
     }
 
-    /// P + jQ, the mean of what the planes say; none when they differ by more than rounding relative to the largest
-    /// entry, each divided by the scale of its row and multiplied by that of its column.
-    fn turning(&self, a: &Mat<f64>, scale: impl Fn(&Mat<c64>) -> Vec<f64>) -> Option<Mat<c64>> {
+    /// P + jQ, the mean of what the planes say, each entry divided by the scale of its row and multiplied by that of its
+    /// column, and these scales; none when the planes differ by more than rounding relative to the largest entry.
+    fn turning(
+        &self,
+        a: &Mat<f64>,
+        scale: impl Fn(&Mat<c64>) -> Vec<f64>,
+    ) -> Option<(Mat<c64>, Vec<f64>)> {
         let n = self.x.len();
         if a.nrows() != 2 * n || a.ncols() != 2 * n {
             return None;
@@ -75,8 +80,48 @@ impl EqualPlanes {
                 largest = largest.max(scale * mean[(i, j)].norm());
             }
         }
-        (apart <= ROUNDING * largest)
-            .then(|| Mat::from_fn(n, n, |i, j| mean[(i, j)] * (scale[j] / scale[i])))
+        (apart <= ROUNDING * largest).then(|| {
+            let scaled = Mat::from_fn(n, n, |i, j| mean[(i, j)] * (scale[j] / scale[i]));
+            (scaled, scale)
+        })
+    }
+
+    /// The matrix on these coordinates that P + jQ stands for.
+    fn of_both(&self, turning: impl Fn(usize, usize) -> c64) -> Mat<f64> {
+        let n = self.x.len();
+        let mut a = Mat::zeros(2 * n, 2 * n);
+        for (i, (xi, yi)) in self.x.iter().zip(&self.y).enumerate() {
+            for (j, (xj, yj)) in self.x.iter().zip(&self.y).enumerate() {
+                let entry = turning(i, j);
+                (a[(*xi, *xj)], a[(*yi, *yj)]) = (entry.re, entry.re);
+                (a[(*yi, *xj)], a[(*xi, *yj)]) = (entry.im, -entry.im);
+            }
+        }
+        a
+    }
+
+    /// exp(tA) of a real matrix on these coordinates at some times t ≥ 0; none when its planes are not equal. Entries
+    /// that overflow are not finite.
+    pub(crate) fn exponentials<const K: usize>(
+        &self,
+        a: &Mat<f64>,
+        times: [f64; K],
+    ) -> Option<[Mat<f64>; K]> {
+        let (turning, scale) = self.turning(a, scale_of_moduli)?;
+        let n = turning.nrows();
+        let is_real = (0..n).all(|j| (0..n).all(|i| turning[(i, j)].im == 0.0));
+        let unscaled = |i: usize, j: usize| scale[i] / scale[j];
+        Some(match is_real {
+            true => {
+                let real = Mat::from_fn(n, n, |i, j| turning[(i, j)].re);
+                let list = exponentials_of_balanced(&real, times);
+                list.map(|e| self.of_both(|i, j| c64::from(e[(i, j)] * unscaled(i, j))))
+            }
+            false => {
+                let list = exponentials_of_balanced(&turning, times);
+                list.map(|e| self.of_both(|i, j| e[(i, j)] * unscaled(i, j)))
+            }
+        })
     }
 
     /// Rows S with SᵀS = W for a symmetric W ≥ 0 on these coordinates, without those whose share of W is at most
@@ -89,7 +134,7 @@ impl EqualPlanes {
         w: &Mat<f64>,
         rounding: f64,
     ) -> Result<Option<Mat<f64>>, NumericError> {
-        let Some(turning) = self.turning(w, |mean| vec![1.0; mean.nrows()]) else {
+        let Some((turning, _)) = self.turning(w, |mean| vec![1.0; mean.nrows()]) else {
             return Ok(None);
         };
         let (values, vectors) = hermitian_eigen(&turning)?;
@@ -123,16 +168,17 @@ impl EqualPlanes {
     /// # Errors
     /// As [`eigenvalues`].
     pub(crate) fn eigenvalues(&self, a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
-        let moduli = |mean: &Mat<c64>| {
-            let n = mean.nrows();
-            balance(&Mat::from_fn(n, n, |i, j| mean[(i, j)].norm())).1
-        };
-        let Some(turning) = self.turning(a, moduli) else {
+        let Some((turning, _)) = self.turning(a, scale_of_moduli) else {
             return eigenvalues(a);
         };
         let own = eigenvalues_complex(&turning)?;
         Ok(own.into_iter().flat_map(|v| [v, v.conj()]).collect())
     }
+}
+
+/// What balances the moduli of a matrix.
+fn scale_of_moduli(a: &Mat<c64>) -> Vec<f64> {
+    balance(&Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].norm())).1
 }
 
 /// Numbers of the eigenvalues of a matrix W ≥ 0 above a share of the largest.

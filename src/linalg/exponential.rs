@@ -1,8 +1,10 @@
-//! Matrix exponential: Padé approximation with scaling and squaring (Higham 2005), on balanced data. Parts that do not
-//! act on each other, the planes of a machine at rest for instance, are taken one by one.
+//! Matrix exponential on balanced data. Parts that do not act on each other, the planes of a machine at rest for
+//! instance, are taken one by one, and two equal planes of a machine that turns as one complex matrix.
 
 use super::dense::balance;
+use super::equal_planes::EqualPlanes;
 use super::error::NumericError;
+use super::pade::exponentials_of_balanced;
 use faer::Mat;
 
 /// exp(A) of a square matrix.
@@ -10,43 +12,62 @@ use faer::Mat;
 /// # Errors
 /// [`NumericError::NotFinite`] for bad data or a result that overflows.
 pub fn exponential(a: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    let what = "matrix exponential";
+    let [e] = exponentials(a, [1.0], None)?;
+    Ok(e)
+}
+
+/// exp(tA) of a square matrix at some times t ≥ 0; `planes` are those of its coordinates, where two planes may be equal.
+///
+/// # Errors
+/// As [`exponential`].
+pub(crate) fn exponentials<const K: usize>(
+    a: &Mat<f64>,
+    times: [f64; K],
+    planes: Option<&EqualPlanes>,
+) -> Result<[Mat<f64>; K], NumericError> {
+    let not_finite = Err(NumericError::NotFinite {
+        what: "matrix exponential",
+    });
     if !a.is_all_finite() {
-        return Err(NumericError::NotFinite { what });
+        return not_finite;
     }
+    let turning = planes.and_then(|planes| planes.exponentials(a, times));
+    let result = turning.unwrap_or_else(|| by_parts(a, times));
+    match result.iter().all(Mat::is_all_finite) {
+        true => Ok(result),
+        false => not_finite,
+    }
+}
+
+fn by_parts<const K: usize>(a: &Mat<f64>, times: [f64; K]) -> [Mat<f64>; K] {
     let n = a.nrows();
-    if n == 0 {
-        return Ok(Mat::zeros(0, 0));
-    }
-    let mut result = Mat::zeros(n, n);
-    let mut last: Option<(Mat<f64>, Mat<f64>)> = None;
+    let mut result = times.map(|_| Mat::zeros(n, n));
+    let mut last: Option<(Mat<f64>, [Mat<f64>; K])> = None;
     for part in separate_parts(a) {
         let size = part.len();
         let own = Mat::from_fn(size, size, |i, j| a[(part[i], part[j])]);
         // Two planes that do the same at rest have the same exponential.
-        let e = match last.take() {
-            Some((same, e)) if same == own => e,
-            _ => of_one_part(&own),
+        let list = match last.take() {
+            Some((same, list)) if same == own => list,
+            _ => of_one_part(&own, times),
         };
-        for i in 0..size {
-            for j in 0..size {
-                result[(part[i], part[j])] = e[(i, j)];
+        for (result, e) in result.iter_mut().zip(&list) {
+            for i in 0..size {
+                for j in 0..size {
+                    result[(part[i], part[j])] = e[(i, j)];
+                }
             }
         }
-        last = Some((own, e));
+        last = Some((own, list));
     }
-    if !result.is_all_finite() {
-        return Err(NumericError::NotFinite { what });
-    }
-    Ok(result)
+    result
 }
 
-/// exp(A) of a matrix that is not empty.
-fn of_one_part(a: &Mat<f64>) -> Mat<f64> {
+fn of_one_part<const K: usize>(a: &Mat<f64>, times: [f64; K]) -> [Mat<f64>; K] {
     let n = a.nrows();
     let (balanced, scale) = balance(a);
-    let e = nalgebra::DMatrix::from_fn(n, n, |i, j| balanced[(i, j)]).exp();
-    Mat::from_fn(n, n, |i, j| e[(i, j)] * scale[i] / scale[j])
+    let list = exponentials_of_balanced(&balanced, times);
+    list.map(|e| Mat::from_fn(n, n, |i, j| e[(i, j)] * scale[i] / scale[j]))
 }
 
 /// Coordinates that act on each other, directly or through others, in ascending order.

@@ -17,6 +17,7 @@ pub mod hermitian;
 pub(crate) mod lanes;
 pub(crate) mod lapack;
 pub mod lyapunov;
+pub(crate) mod pade;
 pub(crate) mod planar;
 pub(crate) mod polynomial;
 pub mod riccati;

@@ -1,7 +1,9 @@
 //! Pure delays as systems: Padé approximant in continuous time, shift registers and split holds in sampled time.
 
 use super::state_space::{Continuous, Discrete, StateSpace};
-use crate::linalg::{Mat, NumericError, exponential};
+use crate::linalg::equal_planes::EqualPlanes;
+use crate::linalg::exponential::exponentials;
+use crate::linalg::{Mat, NumericError};
 
 /// Diagonal Padé approximant of e^{−sτ} of order n, D(−s)/D(s) with
 /// D(s) = Σ_k (2n−k)! n!/((2n)! k! (n−k)!) (τs)^k (Golub and Van Loan, section 9.3.1), states scaled by 1/τ.
@@ -43,17 +45,29 @@ pub fn hold(
     b: &Mat<f64>,
     seconds: f64,
 ) -> Result<(Mat<f64>, Mat<f64>), NumericError> {
+    let [held] = holds((a, b), [seconds], None)?;
+    Ok(held)
+}
+
+/// [`hold`] over several times. `planes` are those of the states, then of the inputs, where two planes may be equal.
+fn holds<const K: usize>(
+    (a, b): (&Mat<f64>, &Mat<f64>),
+    seconds: [f64; K],
+    planes: Option<&EqualPlanes>,
+) -> Result<[(Mat<f64>, Mat<f64>); K], NumericError> {
     let (n, m) = (a.nrows(), b.ncols());
     let block = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) => a[(i, j)] * seconds,
-        (true, false) => b[(i, j - n)] * seconds,
+        (true, true) => a[(i, j)],
+        (true, false) => b[(i, j - n)],
         _ => 0.0,
     });
-    let e = exponential(&block)?;
-    Ok((
-        e.submatrix(0, 0, n, n).to_owned(),
-        e.submatrix(0, n, n, m).to_owned(),
-    ))
+    let parts = |e: Mat<f64>| {
+        (
+            e.submatrix(0, 0, n, n).to_owned(),
+            e.submatrix(0, n, n, m).to_owned(),
+        )
+    };
+    Ok(exponentials(&block, seconds, planes)?.map(parts))
 }
 
 /// Sampled equivalent of a continuous system with zero-order hold on every input, its first `delayed` inputs reaching
@@ -67,22 +81,35 @@ pub fn sample_with_delay(
     delay_s: f64,
     period_s: f64,
 ) -> Result<StateSpace<Discrete>, NumericError> {
+    sample_planes(system, delayed, (delay_s, period_s), None)
+}
+
+/// [`sample_with_delay`] of a system whose states and then inputs belong to `planes`, which may be equal.
+///
+/// # Errors
+/// As [`sample_with_delay`].
+pub(crate) fn sample_planes(
+    system: &StateSpace<Continuous>,
+    delayed: usize,
+    (delay_s, period_s): (f64, f64),
+    planes: Option<&EqualPlanes>,
+) -> Result<StateSpace<Discrete>, NumericError> {
     let (n, m) = (system.order(), system.inputs());
     let ratio = (delay_s / period_s).max(0.0);
     // A fraction below a billionth of a sample is rounding of the decimal inputs.
     let whole = (ratio + 1e-9).floor() as usize;
     let late = (ratio - whole as f64).max(0.0) * period_s;
     let split = late > 1e-9 * period_s;
+    let continuous = (&system.a, &system.b);
     let (a_full, b_full, b_new, b_old) = if split {
-        let (a_late, b_late) = hold(&system.a, &system.b, late)?;
-        let (a_rest, b_rest) = hold(&system.a, &system.b, period_s - late)?;
+        let [(a_late, b_late), (a_rest, b_rest)] = holds(continuous, [late, period_s - late], planes)?;
         // What the first part of the sample does goes on through the second.
         let b_early = &a_rest * &b_late;
         let of_commands = |b: &Mat<f64>| b.subcols(0, delayed).to_owned();
         let (b_new, b_old) = (of_commands(&b_rest), of_commands(&b_early));
         (&a_rest * &a_late, b_rest + b_early, b_new, b_old)
     } else {
-        let (a_full, b_full) = hold(&system.a, &system.b, period_s)?;
+        let [(a_full, b_full)] = holds(continuous, [period_s], planes)?;
         let b_new = b_full.subcols(0, delayed).to_owned();
         (a_full, b_full, b_new, Mat::zeros(n, delayed))
     };

@@ -7,7 +7,7 @@ use super::level_set::{axis_frequencies, peak};
 use super::responder::FrequencyResponder;
 use super::sample::inverse_tustin;
 use super::scale::balancing;
-use super::state_space::{Continuous, Discrete, StateSpace};
+use super::state_space::{Continuous, Discrete, StateSpace, TimeBase};
 use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{
     Mat, NumericError, c64, max_singular_value, max_singular_value_complex, solve,
@@ -81,11 +81,26 @@ pub fn hinf_norm_discrete(
     system: &StateSpace<Discrete>,
     rel_tol: f64,
 ) -> Result<HinfNorm, NormError> {
-    let growth_rate = system.growth_rate()?;
+    hinf_norm_with_poles(system, &system.poles()?, rel_tol)
+}
+
+/// [`hinf_norm_discrete`] of a system with these poles.
+///
+/// # Errors
+/// As [`hinf_norm_discrete`].
+pub(crate) fn hinf_norm_with_poles(
+    system: &StateSpace<Discrete>,
+    poles: &[c64],
+    rel_tol: f64,
+) -> Result<HinfNorm, NormError> {
+    let growth_rate = system.time.largest_growth_rate(poles);
     if growth_rate >= 0.0 {
         return Err(NormError::Unstable { growth_rate });
     }
-    let mapped = hinf_norm(&inverse_tustin(system)?, rel_tol)?;
+    // Poles of the mapped system.
+    let unit = 2.0 / system.time.period_s;
+    let mapped: Vec<c64> = poles.iter().map(|z| (z - 1.0) / (z + 1.0) * unit).collect();
+    let mapped = linf_norm_with(&inverse_tustin(system)?, &mapped, rel_tol)?;
     let period = system.time.period_s;
     Ok(HinfNorm {
         peak_omega_rad_s: 2.0 / period * (0.5 * period * mapped.peak_omega_rad_s).atan(),

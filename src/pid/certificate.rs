@@ -14,10 +14,10 @@ use crate::controller::polish::responses::ShiftedRotor;
 use crate::controller::verification::{Verification, growth_rate_of, verify};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
-use crate::linalg::NumericError;
+use crate::linalg::c64;
 use crate::lti::held::closed_response;
 use crate::lti::line_maximum::LineMaximum;
-use crate::lti::norm::{HinfNorm, NormError, hinf_norm_discrete};
+use crate::lti::norm::{HinfNorm, NormError, hinf_norm_with_poles};
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
@@ -419,12 +419,13 @@ fn full_figures(
     }
     let full = FullLoop::new(machine, law, speed_rad_s)?;
     let numeric = in_step("PID on the full plant");
+    let poles = full.poles().map_err(&numeric)?;
     let peaks: Result<Vec<PeakSensitivity>, VerificationError> = [0, 1]
         .into_par_iter()
         .map(|j| {
             let axis = full.bearing(j);
             let own = full.loops.select(&[full.axes + axis], &[axis]);
-            match hinf_norm_discrete(&own, PEAK_TOLERANCE) {
+            match hinf_norm_with_poles(&own, &poles, PEAK_TOLERANCE) {
                 Ok(found) => Ok(peak(&found)),
                 Err(NormError::Unstable { .. }) => Ok(UNBOUNDED),
                 Err(NormError::Numeric(e)) => Err(in_step("sensitivity peak of the PID")(e).into()),
@@ -436,7 +437,7 @@ fn full_figures(
     Ok(FullFigures {
         sensitivity: [0, 1].map(|j| peaks.get(j).copied().unwrap_or(UNBOUNDED)),
         noise_current_a: noise * machine.spindle.electronics.sensor_noise_m,
-        stiffness: softest(&full.plant, law, &full.closed).map_err(&numeric)?,
+        stiffness: softest(&full.plant, law, poles),
     })
 }
 
@@ -455,18 +456,10 @@ fn peak(found: &HinfNorm) -> PeakSensitivity {
 }
 
 /// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the
-/// currents go through the hold. The poles of the sampled loop `closed` say where to look.
-///
-/// # Errors
-/// [`NumericError`] when the eigenvalues of the loop fail.
-pub fn softest(
-    plant: &Plant,
-    law: &StateSpace<Discrete>,
-    closed: &StateSpace<Discrete>,
-) -> Result<(f64, f64), NumericError> {
-    let period = closed.time.period_s;
-    let poles = closed.continuous_poles()?;
-    let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / period), 300)
+/// currents go through the hold. The poles of the sampled loop say where to look.
+fn softest(plant: &Plant, law: &StateSpace<Discrete>, poles: Vec<c64>) -> (f64, f64) {
+    let poles = law.time.continuous_poles(poles);
+    let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / law.time.period_s), 300)
         .refine_round_poles(&poles, 12);
     let stiffness = |omega: f64| {
         closed_response(plant, law, AXES, omega)[(0, 0)]
@@ -476,7 +469,7 @@ pub fn softest(
     let lines = grid.omega_rad_s();
     let values: Vec<f64> = lines.par_iter().map(|w| stiffness(*w)).collect();
     let Some(k) = (0..values.len()).reduce(|a, b| if values[b] < values[a] { b } else { a }) else {
-        return Ok((f64::NAN, f64::NAN));
+        return (f64::NAN, f64::NAN);
     };
     let point = |k: usize| (lines[k], -values[k]);
     let (below, above) = (k.saturating_sub(1), (k + 1).min(lines.len() - 1));
@@ -487,7 +480,7 @@ pub fn softest(
         search.add(omega, -stiffness(omega));
     }
     let (omega, largest) = search.best();
-    Ok((-largest, omega / TAU))
+    (-largest, omega / TAU)
 }
 
 /// Tolerance of the place of the smallest stiffness, as a share of the distance of the lines beside it.

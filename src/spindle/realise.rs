@@ -14,7 +14,7 @@ use super::response::feedback::Feedback;
 use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::{append, check_sample_times, lower_lft, series};
-use crate::lti::delay::{pade, sample_with_delay};
+use crate::lti::delay::{pade, sample_planes};
 use crate::lti::structure::planes_apart;
 use crate::lti::{Continuous, Discrete, StateSpace};
 use crate::rotor::modes::RIGID;
@@ -73,12 +73,14 @@ impl Plant {
     ) -> Result<StateSpace<Discrete>, SpindleError> {
         let period = self.sample_period_s;
         let pure = (self.delay_s() - 0.5 * period).max(0.0);
-        Ok(sample_with_delay(
-            &self.undelayed(modes)?,
-            AXES,
-            pure,
-            period,
-        )?)
+        let undelayed = self.undelayed(modes)?;
+        // Inputs come in pairs (x, y).
+        let inputs: Vec<bool> = (0..undelayed.inputs()).map(|k| k % 2 == 1).collect();
+        let states = self.planes_of_states(undelayed.order())?;
+        let planes = states.zip(EqualPlanes::of(&inputs));
+        let planes = planes.map(|(states, inputs)| states.followed_by(&inputs));
+        let delays = (pure, period);
+        Ok(sample_planes(&undelayed, AXES, delays, planes.as_ref())?)
     }
 
     /// The planes of the states of [`Plant::sampled`], of which there are `order`, the last of them late commands, or

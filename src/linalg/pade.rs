@@ -1,0 +1,100 @@
+//! Exponential of a balanced matrix, real or complex: Padé approximation with scaling and squaring (Higham, The scaling
+//! and squaring method for the matrix exponential revisited, SIAM J. Matrix Anal. Appl. 26, 2005).
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::solvers::Solve;
+use faer::traits::ComplexField;
+use faer::{Accum, Mat, Par, c64};
+use std::ops::{Add, Mul};
+
+/// Entries of a matrix whose exponential is asked for.
+pub(super) trait Entry:
+    ComplexField + Copy + Into<c64> + Add<Output = Self> + Mul<f64, Output = Self> + From<f64>
+{
+}
+impl Entry for f64 {}
+impl Entry for c64 {}
+
+/// Coefficients of the Padé approximant of degree 13, b₀ … b₁₃ (Higham 2005, equation 2.1).
+const PADE: [f64; 14] = [
+    64_764_752_532_480_000.0,
+    32_382_376_266_240_000.0,
+    7_771_770_303_897_600.0,
+    1_187_353_796_428_800.0,
+    129_060_195_264_000.0,
+    10_559_470_521_600.0,
+    670_442_572_800.0,
+    33_522_128_640.0,
+    1_323_241_920.0,
+    40_840_800.0,
+    960_960.0,
+    16_380.0,
+    182.0,
+    1.0,
+];
+/// Largest 1-norm at which that approximant is exact to rounding (Higham 2005, table 2.3).
+const LARGEST_NORM: f64 = 5.371_920_351_148_152;
+/// Largest number of squarings: what needs more overflows.
+const MOST_SQUARINGS: i32 = 1100;
+
+/// exp(tA) of a balanced square matrix at some times t ≥ 0, which share the powers of A. Entries that overflow are not
+/// finite.
+pub(super) fn exponentials_of_balanced<T: Entry, const K: usize>(a: &Mat<T>, times: [f64; K]) -> [Mat<T>; K] {
+    let n = a.nrows();
+    let column = |j: usize| (0..n).map(|i| a[(i, j)].into().norm()).sum::<f64>();
+    let norm = (0..n).map(column).fold(0.0, f64::max);
+    let squarings = |time: f64| {
+        // Zero has no logarithm; of a norm that is not finite the exponential is not either.
+        let needed = (time * norm / LARGEST_NORM).log2().ceil();
+        (needed.max(0.0) as i32).min(MOST_SQUARINGS)
+    };
+    // Powers of what the longest time needs, so that none overflows where its exponential does not.
+    let longest = times.into_iter().fold(0.0, f64::max);
+    let unit = longest * 0.5f64.powi(squarings(longest));
+    let first = Mat::from_fn(n, n, |i, j| a[(i, j)] * unit);
+    let second = product(&first, &first);
+    let fourth = product(&second, &second);
+    let sixth = product(&fourth, &second);
+    times.map(|time| {
+        let squarings = squarings(time);
+        let share = match unit > 0.0 {
+            true => time * 0.5f64.powi(squarings) / unit,
+            false => 0.0,
+        };
+        let mut e = approximant(&first, [&second, &fourth, &sixth], share);
+        for _ in 0..squarings {
+            e = product(&e, &e);
+        }
+        e
+    })
+}
+
+/// The approximant of exp(cA) from A and A², A⁴, A⁶: (V − U)⁻¹(V + U) with the odd part U and the even part V.
+fn approximant<T: Entry>(a: &Mat<T>, [second, fourth, sixth]: [&Mat<T>; 3], c: f64) -> Mat<T> {
+    let n = a.nrows();
+    let [c2, c4, c6] = [c.powi(2), c.powi(4), c.powi(6)];
+    // b₀ I + b₁ c²A² + b₂ c⁴A⁴ + b₃ c⁶A⁶.
+    let sum = |[b0, b1, b2, b3]: [f64; 4]| {
+        Mat::from_fn(n, n, |i, j| {
+            let own = second[(i, j)] * (b1 * c2) + fourth[(i, j)] * (b2 * c4);
+            let own = own + sixth[(i, j)] * (b3 * c6);
+            if i == j { own + T::from(b0) } else { own }
+        })
+    };
+    let half = |first: usize| {
+        let [b0, b2, b4, b6, b8, b10, b12] = [0, 2, 4, 6, 8, 10, 12].map(|k| PADE[first + k]);
+        let upper = product(sixth, &sum([0.0, b8, b10, b12]));
+        let lower = sum([b0, b2, b4, b6]);
+        Mat::from_fn(n, n, |i, j| upper[(i, j)] * c6 + lower[(i, j)])
+    };
+    let (odd, even) = (product(a, &half(1)), half(0));
+    let side = |sign: f64| Mat::from_fn(n, n, |i, j| even[(i, j)] + odd[(i, j)] * (sign * c));
+    side(-1.0).partial_piv_lu().solve(side(1.0))
+}
+
+fn product<T: Entry>(a: &Mat<T>, b: &Mat<T>) -> Mat<T> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    matmul(&mut c, Accum::Replace, a, b, T::from(1.0), Par::Seq);
+    c
+}
+
