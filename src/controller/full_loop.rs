@@ -47,9 +47,7 @@ impl FullLoop {
         let own = connected_part(&law.select(axes, axes));
         let part = connected_part(&sampled.select(axes, axes));
         let planes = match part.order() == sampled.order() {
-            true => plant
-                .planes_of_loop(part.order(), &own)
-                .map_err(&numeric)?,
+            true => plant.planes_of_loop(part.order(), &own).map_err(&numeric)?,
             false => None,
         };
         Ok(Self {

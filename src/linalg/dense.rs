@@ -5,9 +5,8 @@ use super::error::NumericError;
 use super::planar::Planar;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{ComputeEigenvectors, EvdParams, evd_cplx, evd_real, evd_scratch};
+use faer::linalg::evd::{ComputeEigenvectors, EvdParams, evd_real, evd_scratch};
 use faer::linalg::solvers::Solve;
-use faer::traits::ComplexField;
 use faer::{Auto, Mat, Par, Side, Spec, c64};
 
 /// X with A X = B by LU with partial pivoting; A is n×n, B n×k.
@@ -92,7 +91,13 @@ pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
     }
     let (balanced, _) = balance(a);
     let n = a.nrows();
-    let (params, mut memory) = plain_iteration::<f64>(n);
+    // Early deflation moves diagonal blocks, and on some matrices moves the same pair for ever; the plain iteration
+    // counts its steps and ends.
+    let mut params: EvdParams = <_ as Auto<f64>>::auto();
+    params.schur.blocking_threshold = usize::MAX;
+    let params = Spec::new(params);
+    let none = ComputeEigenvectors::No;
+    let mut memory = MemBuffer::new(evd_scratch::<f64>(n, none, none, Par::Seq, params));
     let (mut re, mut im) = (Diag::zeros(n), Diag::zeros(n));
     evd_real::<f64>(
         balanced.as_ref(),
@@ -108,49 +113,8 @@ pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
     Ok(sorted((0..n).map(|k| c64::new(re[k], im[k])).collect()))
 }
 
-/// Parameters of an eigenvalue iteration on matrices of order n, and its storage.
-///
-/// Early deflation moves diagonal blocks, and on some real matrices moves the same pair for ever; the plain iteration
-/// counts its steps and ends. On complex matrices of order 80 to 140 it takes a tenth to a third less time.
-fn plain_iteration<T: ComplexField>(n: usize) -> (Spec<EvdParams, T>, MemBuffer) {
-    let mut params: EvdParams = <_ as Auto<T>>::auto();
-    params.schur.blocking_threshold = usize::MAX;
-    let params = Spec::new(params);
-    let none = ComputeEigenvectors::No;
-    let scratch = evd_scratch::<T>(n, none, none, Par::Seq, params);
-    (params, MemBuffer::new(scratch))
-}
-
-/// Eigenvalues of a complex square matrix, sorted like [`eigenvalues`].
-///
-/// # Errors
-/// As [`eigenvalues`].
-pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
-    if !a.is_all_finite() {
-        return Err(NumericError::NotFinite {
-            what: "eigenvalues",
-        });
-    }
-    if a.nrows() == 0 {
-        return Ok(vec![]);
-    }
-    let n = a.nrows();
-    let (params, mut memory) = plain_iteration::<c64>(n);
-    let mut values = Diag::zeros(n);
-    evd_cplx::<f64>(
-        a.as_ref(),
-        values.as_mut(),
-        None,
-        None,
-        Par::Seq,
-        MemStack::new(&mut memory),
-        params,
-    )
-    .map_err(|_| stuck(n))?;
-    Ok(sorted((0..n).map(|k| values[k]).collect()))
-}
-
-fn sorted(mut values: Vec<c64>) -> Vec<c64> {
+/// By modulus, then real part, then imaginary part.
+pub(super) fn sorted(mut values: Vec<c64>) -> Vec<c64> {
     values.sort_by(|x, y| {
         x.norm()
             .total_cmp(&y.norm())

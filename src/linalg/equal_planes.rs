@@ -3,7 +3,8 @@
 //! On coordinates (x, y) such a matrix is [[P, −Q], [Q, P]], which is P + jQ on r = x + jy: its eigenvalues are those
 //! of P + jQ and their conjugates, at a quarter of the cost or less.
 
-use super::dense::{balance, eigenvalues, eigenvalues_complex};
+use super::complex_eigenvalues::eigenvalues_complex;
+use super::dense::{balance, eigenvalues};
 use super::error::NumericError;
 use super::hermitian::hermitian_eigen;
 use super::pade::exponentials_of_balanced;
@@ -232,6 +233,31 @@ mod tests {
         let whole = eigenvalues(&a).expect("finite");
         let found = planes().eigenvalues(&a).expect("finite");
         assert!(largest_gap(&found, &whole) < 1e-12 && largest_gap(&whole, &found) < 1e-12);
+    }
+
+    #[test]
+    fn exponentials_of_equal_planes_are_those_of_the_whole_matrix() {
+        // One that turns, and one that stands still: without it the planes are apart.
+        let whole = matrix(0.0);
+        let still = Mat::from_fn(6, 6, |i, j| {
+            let one_plane = planes().x.contains(&i) == planes().x.contains(&j);
+            if one_plane { whole[(i, j)] } else { 0.0 }
+        });
+        for a in [whole, still] {
+            let times = [0.0, 0.3, 2.0];
+            let found = planes().exponentials(&a, times).expect("equal planes");
+            for (e, t) in found.iter().zip(times) {
+                let scaled = Mat::from_fn(6, 6, |i, j| t * a[(i, j)]);
+                let exact = super::super::exponential(&scaled).expect("finite");
+                let apart = (0..36).map(|k| (k % 6, k / 6)).map(|(i, j)| {
+                    // Entries of very different scales.
+                    let scale = exact[(i, j)].abs() + exact[(j, i)].abs();
+                    (e[(i, j)] - exact[(i, j)]).abs() / scale.max(1e-300)
+                });
+                assert!(apart.fold(0.0, f64::max) < 1e-10);
+            }
+        }
+        assert!(planes().exponentials(&matrix(1e-3), [1.0]).is_none());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub(crate) mod balance;
 pub(crate) mod basis;
 pub(crate) mod block_diagonal;
+pub(crate) mod complex_eigenvalues;
 pub(crate) mod dense;
 pub(crate) mod divide_and_conquer;
 pub(crate) mod doubled;
@@ -26,9 +27,10 @@ pub(crate) mod small;
 pub(crate) mod svd;
 pub(crate) mod symmetric;
 
+pub use complex_eigenvalues::eigenvalues_complex;
 pub use dense::{
-    eigenvalues, eigenvalues_complex, max_singular_value, max_singular_value_complex, solve,
-    solve_complex, symmetric_eigen,
+    eigenvalues, max_singular_value, max_singular_value_complex, solve, solve_complex,
+    symmetric_eigen,
 };
 pub use error::NumericError;
 pub use exponential::exponential;

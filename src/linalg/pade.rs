@@ -32,41 +32,101 @@ const PADE: [f64; 14] = [
     182.0,
     1.0,
 ];
-/// Largest 1-norm at which that approximant is exact to rounding (Higham 2005, table 2.3).
-const LARGEST_NORM: f64 = 5.371_920_351_148_152;
+/// Largest size at which that approximant is exact to rounding (Higham 2005, table 2.3).
+const LARGEST: f64 = 5.371_920_351_148_152;
+/// Inverse of the first coefficient of its backward error, C(26, 13) · 27! (Al-Mohy and Higham 2009, equation 3.11).
+const BACKWARD_ERROR: f64 = 10_400_600.0 * 1.088_886_945_041_835_2e28;
 /// Largest number of squarings: what needs more overflows.
 const MOST_SQUARINGS: i32 = 1100;
+/// By how much, in powers of two, the powers of a matrix may show it smaller than its norm does: their entries do not
+/// underflow then.
+const MOST_SPARED: i32 = 40;
 
 /// exp(tA) of a balanced square matrix at some times t ≥ 0, which share the powers of A. Entries that overflow are not
 /// finite.
-pub(super) fn exponentials_of_balanced<T: Entry, const K: usize>(a: &Mat<T>, times: [f64; K]) -> [Mat<T>; K] {
+pub(super) fn exponentials_of_balanced<T: Entry, const K: usize>(
+    a: &Mat<T>,
+    times: [f64; K],
+) -> [Mat<T>; K] {
     let n = a.nrows();
-    let column = |j: usize| (0..n).map(|i| a[(i, j)].into().norm()).sum::<f64>();
-    let norm = (0..n).map(column).fold(0.0, f64::max);
-    let squarings = |time: f64| {
-        // Zero has no logarithm; of a norm that is not finite the exponential is not either.
-        let needed = (time * norm / LARGEST_NORM).log2().ceil();
-        (needed.max(0.0) as i32).min(MOST_SQUARINGS)
-    };
-    // Powers of what the longest time needs, so that none overflows where its exponential does not.
     let longest = times.into_iter().fold(0.0, f64::max);
-    let unit = longest * 0.5f64.powi(squarings(longest));
+    // Powers of what the longest time needs by the norm, so that none overflows where its exponential does not.
+    let halvings = squarings(longest * norm(a));
+    let unit = longest * 0.5f64.powi(halvings);
     let first = Mat::from_fn(n, n, |i, j| a[(i, j)] * unit);
     let second = product(&first, &first);
     let fourth = product(&second, &second);
     let sixth = product(&fourth, &second);
+    let size = match halvings {
+        0 => norm(&first),
+        _ => size_by_powers(&fourth, &sixth).max(LARGEST * 0.5f64.powi(MOST_SPARED)),
+    };
+    let backward = norm_of_power(&first);
     times.map(|time| {
-        let squarings = squarings(time);
-        let share = match unit > 0.0 {
-            true => time * 0.5f64.powi(squarings) / unit,
-            false => 0.0,
-        };
+        // Where the unit underflows the result is not finite.
+        let whole = if time > 0.0 { time / unit } else { 0.0 };
+        let by_size = squarings(whole * size);
+        let further = beyond_rounding(whole * 0.5f64.powi(by_size), backward);
+        let squarings = by_size + further;
+        let share = whole * 0.5f64.powi(squarings);
         let mut e = approximant(&first, [&second, &fourth, &sixth], share);
         for _ in 0..squarings {
             e = product(&e, &e);
         }
         e
     })
+}
+
+/// Squarings after which what is of this size was within reach of the approximant.
+fn squarings(size: f64) -> i32 {
+    // Zero has no logarithm; of a size that is not finite the exponential is not either.
+    let needed = (size / LARGEST).log2().ceil();
+    (needed.max(0.0) as i32).min(MOST_SQUARINGS)
+}
+
+/// |Re z| + |Im z|, which no finite entry makes overflow; up to √2 above the modulus.
+fn size_of<T: Entry>(entry: T) -> f64 {
+    let z: c64 = entry.into();
+    z.re.abs() + z.im.abs()
+}
+
+/// Largest sum of sizes of a column.
+fn norm<T: Entry>(a: &Mat<T>) -> f64 {
+    let column = |j: usize| a.col(j).iter().map(|z| size_of(*z)).sum::<f64>();
+    (0..a.ncols()).map(column).fold(0.0, f64::max)
+}
+
+/// The size of a matrix as far as an even power series sees it, from its fourth and sixth power: its norm may be far
+/// larger, and the squarings that would be for that cost digits (Al-Mohy and Higham, A new scaling and squaring
+/// algorithm for the matrix exponential, 2009, algorithm 5.1).
+fn size_by_powers<T: Entry>(fourth: &Mat<T>, sixth: &Mat<T>) -> f64 {
+    let by_power = |power: &Mat<T>, degree: f64| norm(power).powf(degree.recip());
+    let eighth = by_power(&product(fourth, fourth), 8.0);
+    let tenth = by_power(&product(fourth, sixth), 10.0);
+    by_power(sixth, 6.0).max(eighth).min(eighth.max(tenth))
+}
+
+/// ‖|A|²⁷‖/‖A‖, the size of the first term of the backward error.
+fn norm_of_power<T: Entry>(a: &Mat<T>) -> f64 {
+    let n = a.nrows();
+    let sizes = Mat::from_fn(n, n, |i, j| size_of(a[(i, j)]));
+    let norm = norm(&sizes);
+    let mut sums = vec![1.0; n];
+    for _ in 0..27 {
+        let column = |j: usize| sizes.col(j).iter().zip(&sums).map(|(a, b)| a * b).sum();
+        sums = (0..n).map(column).collect();
+    }
+    match norm > 0.0 {
+        true => sums.into_iter().fold(0.0, f64::max) / norm,
+        false => 0.0,
+    }
+}
+
+/// Squarings that bring the first term of the backward error of exp(cA) below rounding.
+fn beyond_rounding(c: f64, norm_of_power: f64) -> i32 {
+    let term = norm_of_power * c.powi(26) / BACKWARD_ERROR;
+    let needed = ((term / (0.5 * f64::EPSILON)).log2() / 26.0).ceil();
+    (needed.max(0.0) as i32).min(MOST_SQUARINGS)
 }
 
 /// The approximant of exp(cA) from A and A², A⁴, A⁶: (V − U)⁻¹(V + U) with the odd part U and the even part V.
@@ -97,4 +157,3 @@ fn product<T: Entry>(a: &Mat<T>, b: &Mat<T>) -> Mat<T> {
     matmul(&mut c, Accum::Replace, a, b, T::from(1.0), Par::Seq);
     c
 }
-

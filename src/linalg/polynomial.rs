@@ -1,7 +1,8 @@
 //! Roots of a polynomial: eigenvalues of its companion matrix, each improved by Newton's method.
 //! Source: Edelman & Murakami, Mathematics of Computation 64 (1995) 763–776, for the backward error of the eigenvalues.
 
-use super::dense::{eigenvalues, eigenvalues_complex};
+use super::complex_eigenvalues::eigenvalues_complex;
+use super::dense::eigenvalues;
 use super::error::NumericError;
 use faer::{Mat, c64};
 

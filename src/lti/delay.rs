@@ -56,15 +56,22 @@ fn holds<const K: usize>(
     planes: Option<&EqualPlanes>,
 ) -> Result<[(Mat<f64>, Mat<f64>); K], NumericError> {
     let (n, m) = (a.nrows(), b.ncols());
+    // Inputs in a unit, a power of two, in which they weigh as much as the states: their rows are zero, so that
+    // balancing leaves them.
+    let ratio = (b.norm_max() / a.norm_max()).log2().round().exp2();
+    let unit = match ratio.is_normal() {
+        true => ratio,
+        false => 1.0,
+    };
     let block = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
         (true, true) => a[(i, j)],
-        (true, false) => b[(i, j - n)],
+        (true, false) => b[(i, j - n)] / unit,
         _ => 0.0,
     });
     let parts = |e: Mat<f64>| {
         (
             e.submatrix(0, 0, n, n).to_owned(),
-            e.submatrix(0, n, n, m).to_owned(),
+            Mat::from_fn(n, m, |i, j| e[(i, n + j)] * unit),
         )
     };
     Ok(exponentials(&block, seconds, planes)?.map(parts))
@@ -102,7 +109,8 @@ pub(crate) fn sample_planes(
     let split = late > 1e-9 * period_s;
     let continuous = (&system.a, &system.b);
     let (a_full, b_full, b_new, b_old) = if split {
-        let [(a_late, b_late), (a_rest, b_rest)] = holds(continuous, [late, period_s - late], planes)?;
+        let [(a_late, b_late), (a_rest, b_rest)] =
+            holds(continuous, [late, period_s - late], planes)?;
         // What the first part of the sample does goes on through the second.
         let b_early = &a_rest * &b_late;
         let of_commands = |b: &Mat<f64>| b.subcols(0, delayed).to_owned();

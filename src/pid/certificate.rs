@@ -456,8 +456,8 @@ fn peak(found: &HinfNorm) -> PeakSensitivity {
 }
 
 /// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the
-/// currents go through the hold. The poles of the sampled loop say where to look.
-fn softest(plant: &Plant, law: &StateSpace<Discrete>, poles: Vec<c64>) -> (f64, f64) {
+/// currents go through the hold. The poles of the sampled loop, points of the z plane, say where to look.
+pub fn softest(plant: &Plant, law: &StateSpace<Discrete>, poles: Vec<c64>) -> (f64, f64) {
     let poles = law.time.continuous_poles(poles);
     let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / law.time.period_s), 300)
         .refine_round_poles(&poles, 12);

@@ -256,8 +256,8 @@ fn descend(
         if mu <= 1.0 || !mu.is_finite() || !in_reach {
             break;
         }
-        // A peak between the lines needs a line; one that comes back beside its line needs a lower limit as well; one
-        // that a lower limit does not lower is out of reach.
+        // A peak between the lines needs a line; one at a line, or that comes back beside its line, needs a lower limit
+        // as well; one that a lower limit does not lower is out of reach.
         let earlier = &certificates[..certificates.len() - 1];
         let same = |(_, hz): &&(f64, f64)| (hz / at_hz - 1.0).abs() < SAME_PEAK;
         let before: Vec<f64> = earlier.iter().filter(same).map(|(mu, _)| *mu).collect();
@@ -266,7 +266,8 @@ fn descend(
         {
             break;
         }
-        polisher.add_peak(at_hz, if before.is_empty() { 1.0 } else { CUT / mu });
+        let lower = !before.is_empty() || polisher.has_line_at(at_hz);
+        polisher.add_peak(at_hz, if lower { CUT / mu } else { 1.0 });
         rounds.push(polisher.round(effort.cut_steps)?);
         if !polisher.within_limits() {
             rounds.push(polisher.round(effort.steps)?);

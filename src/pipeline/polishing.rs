@@ -12,6 +12,7 @@ use super::comparison::predict;
 use super::delivery::{Candidate, Delivery, Realised, plane_of_law};
 use super::judged::Judged;
 use super::polish_job::{Goal, PolishJob, Polished, ZONE_A, ZONE_B, limits};
+use super::settings::PolishEffort;
 use super::widening::Widening;
 use crate::controller::polish::{LoopLimits, PolishRound};
 use crate::controller::speed_proof::SpeedProof;
@@ -196,10 +197,16 @@ pub(super) fn polished(
     let machine = job.machine;
     let zone_a = limits(machine, ZONE_A)?;
     const DK: &str = "D-K iteration";
-    let (start, first) = match job.earlier {
-        Some(earlier) => ("earlier design", earlier),
-        None => (DK, plane),
+    // An earlier design is polished already: its first round tells whether there is more to gain.
+    let again = PolishEffort {
+        rounds: 1,
+        ..job.effort
     };
+    let (start, first, effort) = match job.earlier {
+        Some(earlier) => ("earlier design", earlier, again),
+        None => (DK, plane, job.effort),
+    };
+    let first_job = PolishJob { effort, ..job };
     // The figures of the D-K iteration, with the tuned PID, and the first polish do not depend on each other.
     let entered = || {
         let mut contest = Contest::with(job, zone_a, plane)?;
@@ -209,7 +216,7 @@ pub(super) fn polished(
         }
         Ok::<_, PipelineError>((contest, by_pid))
     };
-    let (entered, done) = rayon::join(entered, || polished_from(&job, zone_a, first));
+    let (entered, done) = rayon::join(entered, || polished_from(&first_job, zone_a, first));
     let (mut contest, by_pid) = entered?;
     contest.enter(start, done);
     if job.earlier.is_some() && contest.misses_a_goal() {

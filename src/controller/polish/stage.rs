@@ -200,6 +200,14 @@ impl<'a> Polisher<'a> {
         self.task.limits.mu *= factor;
     }
 
+    /// True where the loss has a line at a frequency: what a certificate finds there is not between its lines.
+    pub fn has_line_at(&self, frequency_hz: f64) -> bool {
+        let omega = TAU * frequency_hz;
+        let lines = self.loss.lines.iter();
+        let mut apart = lines.map(|line| (line.omega_rad_s / omega - 1.0).abs());
+        apart.any(|apart| apart < FINE)
+    }
+
     /// Limits as they are now: those that are out of reach are where a round brought them.
     pub fn limits(&self) -> super::LoopLimits {
         self.task.limits

@@ -1,4 +1,5 @@
 //! Dense algebra.
 
+mod complex_eigenvalues;
 mod polynomial;
 mod solve_care;

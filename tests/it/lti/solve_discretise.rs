@@ -79,6 +79,25 @@ fn exponential_of_a_rotation_and_of_a_badly_scaled_matrix_are_closed_forms() {
 }
 
 #[test]
+fn exponentials_are_those_of_another_library() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for n in [1, 3, 9, 30, 70] {
+        for size in [0.0, 1e-6, 0.1, 1.0, 7.0, 40.0] {
+            let a = random(&mut rng, n, n);
+            let a = &a * faer::Scale(size / a.norm_l2());
+            let other = nalgebra::DMatrix::from_fn(n, n, |i, j| a[(i, j)]).exp();
+            let found = exponential(&a).unwrap();
+            let apart = Mat::from_fn(n, n, |i, j| found[(i, j)] - other[(i, j)]);
+            // Squaring multiplies rounding by the norm.
+            let allowed = 1e-14 * (1.0 + size) * n as f64 * found.norm_max();
+            assert!(apart.norm_max() < allowed, "order {n}, norm {size}");
+        }
+    }
+    let large = exponential(&Mat::from_fn(1, 1, |_, _| 1e3));
+    assert!(large.is_err());
+}
+
+#[test]
 fn schur_forms_lyapunov_and_sylvester_solutions_have_small_residuals() {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     for n in [1, 2, 3, 7, 20, 40] {

@@ -9,7 +9,7 @@ use muspin::controller::verification::growth_rate;
 use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64};
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
-use muspin::pid::certificate::{PidCertificate, ZONE_B_DB, certify};
+use muspin::pid::certificate::{PidCertificate, TunedPid, ZONE_B_DB, certify};
 use muspin::pid::parameters::{pid_continuous, pid_controller, reference_start};
 use muspin::pid::settings::TuneSettings;
 use muspin::pid::tune::{textbook, tune};
@@ -206,6 +206,34 @@ fn the_search_depends_on_the_seed_and_not_on_the_threads() {
     assert_eq!(one.parameters, three.parameters);
     assert_eq!(one.certificate, three.certificate);
     assert_ne!(one.parameters, other.parameters);
+}
+
+#[test]
+fn of_several_searches_the_best_is_taken() {
+    let settings = short_search();
+    let tuned = |seed: u64, searches: usize| {
+        let settings = TuneSettings {
+            seed,
+            searches,
+            ..settings
+        };
+        tune(&reference(), &settings, &mut |_, _| {}).unwrap()
+    };
+    let each: Vec<_> = (1..=3).map(|seed| tuned(seed, 1)).collect();
+    let best = tuned(1, 3);
+    let stiffness = |pid: &TunedPid| {
+        let c = &pid.certificate;
+        c.stiffness_n_per_m.min(c.stiffness_at_speed_n_per_m)
+    };
+    // Those within the limits come first; this short search meets them from each of these seeds or from none.
+    let meeting = each.iter().filter(|p| p.certificate.meets(&settings));
+    let stiffest = meeting.map(stiffness).fold(0.0, f64::max);
+    let same = each.iter().find(|p| p.parameters == best.parameters);
+    assert!(same.is_some());
+    if stiffest > 0.0 {
+        assert_eq!(stiffness(&best), stiffest);
+        assert!(best.certificate.meets(&settings));
+    }
 }
 
 #[test]

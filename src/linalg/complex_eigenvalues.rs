@@ -1,0 +1,239 @@
+//! Eigenvalues of complex matrices: Hessenberg form, then QR steps with Wilkinson's shift on the part that is not yet
+//! deflated (Golub and Van Loan, sections 7.4 and 7.5). Without eigenvectors nothing outside that part is kept up to
+//! date, and rotations take two neighbouring entries at a time: half the time of a general Schur form.
+
+use super::dense::{sorted, stuck};
+use super::error::NumericError;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::hessenberg::{
+    HessenbergParams, hessenberg_in_place, hessenberg_in_place_scratch,
+};
+use faer::{Auto, Mat, Par, Spec, c64};
+
+/// Eigenvalues of a complex square matrix, sorted like [`super::eigenvalues`].
+///
+/// # Errors
+/// As [`super::eigenvalues`].
+pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
+    if !a.is_all_finite() {
+        return Err(NumericError::NotFinite {
+            what: "eigenvalues",
+        });
+    }
+    let n = a.nrows();
+    // Products of entries stay in range.
+    let norm = a.norm_max();
+    let unit = match norm > 0.0 {
+        true => norm.log2().round().exp2(),
+        false => 1.0,
+    };
+    let mut form = Hessenberg::of(&Mat::from_fn(n, n, |i, j| a[(i, j)] / unit));
+    let mut values = Vec::with_capacity(n);
+    let mut end = n;
+    let mut steps = 0;
+    while end > 0 {
+        let start = form.deflated(end);
+        if start + 1 == end {
+            values.push(form.at(start, start) * unit);
+            (end, steps) = (start, 0);
+            continue;
+        }
+        steps += 1;
+        if steps > MOST_STEPS {
+            return Err(stuck(n));
+        }
+        let shift = match steps % EXCEPTION {
+            0 => form.at(end - 1, end - 1) + 0.75 * form.at(end - 1, end - 2).norm(),
+            _ => form.wilkinson(end),
+        };
+        form.step(start, end, shift);
+    }
+    Ok(sorted(values))
+}
+
+/// Steps for one eigenvalue at most; two or three are usual.
+const MOST_STEPS: usize = 300;
+/// After so many steps without deflation one takes a shift from outside, which breaks cycles.
+const EXCEPTION: usize = 10;
+
+/// A rotation [c, s; −s̄, c] of two rows.
+struct Rotation {
+    c: f64,
+    s: c64,
+}
+
+impl Rotation {
+    /// That which takes (f, g) to (r, 0), and r.
+    #[inline]
+    fn of(f: c64, g: c64) -> (Self, c64) {
+        let own = f.norm_sqr();
+        let both = own + g.norm_sqr();
+        let product = own * both;
+        // Outside this range squares lose digits.
+        if !(1e-280..1e280).contains(&product) {
+            return Self::of_any_size(f, g);
+        }
+        let unit = product.sqrt().recip();
+        let rotation = Self {
+            c: own * unit,
+            s: f * g.conj() * unit,
+        };
+        (rotation, f * (both * unit))
+    }
+
+    /// As [`Self::of`], one of the two zero or of any size.
+    #[cold]
+    fn of_any_size(f: c64, g: c64) -> (Self, c64) {
+        let length = f.norm().hypot(g.norm());
+        if length == 0.0 {
+            let (c, s) = (1.0, c64::new(0.0, 0.0));
+            return (Self { c, s }, f);
+        }
+        let own = f.norm();
+        let phase = if own > 0.0 { f / own } else { c64::from(1.0) };
+        let rotation = Self {
+            c: own / length,
+            s: phase * (g.conj() / length),
+        };
+        (rotation, phase * length)
+    }
+
+    /// Two entries of a column below each other.
+    #[inline(always)]
+    fn rotate_rows(&self, x: &mut [f64; 4]) {
+        let (c, re, im) = (self.c, self.s.re, self.s.im);
+        let y = [x[2], x[3], x[0], x[1]];
+        let z = [x[3], x[2], x[1], x[0]];
+        let (a, b) = ([re, re, -re, -re], [-im, im, -im, im]);
+        *x = std::array::from_fn(|k| c * x[k] + a[k] * y[k] + b[k] * z[k]);
+    }
+
+    /// The entries of K/2 rows in two neighbouring columns, from the right with the adjoint.
+    #[inline(always)]
+    fn rotate_columns<const K: usize>(&self, x: &mut [f64; K], y: &mut [f64; K]) {
+        let (c, re, im) = (self.c, self.s.re, self.s.im);
+        let swapped = |v: &[f64; K]| -> [f64; K] { std::array::from_fn(|k| v[k ^ 1]) };
+        let sign: [f64; K] = std::array::from_fn(|k| if k % 2 == 0 { im } else { -im });
+        let (old_x, old_y) = (*x, *y);
+        let (u, v) = (swapped(&old_x), swapped(&old_y));
+        *x = std::array::from_fn(|k| c * old_x[k] + re * old_y[k] + sign[k] * v[k]);
+        *y = std::array::from_fn(|k| c * old_y[k] - re * old_x[k] + sign[k] * u[k]);
+    }
+}
+
+/// An upper Hessenberg matrix, column by column, real and imaginary parts of an entry beside each other.
+struct Hessenberg {
+    order: usize,
+    entries: Vec<[f64; 2]>,
+}
+
+impl Hessenberg {
+    /// The Hessenberg form of a matrix.
+    fn of(a: &Mat<c64>) -> Self {
+        let n = a.nrows();
+        let mut h = a.clone();
+        if n > 1 {
+            let params: Spec<HessenbergParams, c64> = Spec::new(<_ as Auto<c64>>::auto());
+            // One reflection at a time.
+            let mut reflections = Mat::<c64>::zeros(1, n - 1);
+            let scratch = hessenberg_in_place_scratch::<c64>(n, 1, Par::Seq, params);
+            let mut memory = MemBuffer::new(scratch);
+            let stack = MemStack::new(&mut memory);
+            hessenberg_in_place(h.as_mut(), reflections.as_mut(), Par::Seq, stack, params);
+        }
+        let entry = |k: usize| match (k % n, k / n) {
+            (i, j) if i > j + 1 => [0.0; 2],
+            at => [h[at].re, h[at].im],
+        };
+        Self {
+            order: n,
+            entries: (0..n * n).map(entry).collect(),
+        }
+    }
+
+    fn at(&self, i: usize, j: usize) -> c64 {
+        let [re, im] = self.entries[j * self.order + i];
+        c64::new(re, im)
+    }
+
+    fn set(&mut self, i: usize, j: usize, value: c64) {
+        self.entries[j * self.order + i] = [value.re, value.im];
+    }
+
+    /// Start of the last part before `end` that does not fall apart: the entry before it is negligible (Ahues and
+    /// Tisseur 1997) and set to zero.
+    fn deflated(&mut self, end: usize) -> usize {
+        let size = |z: c64| z.re.abs() + z.im.abs();
+        for i in (1..end).rev() {
+            let (below, above) = (size(self.at(i, i - 1)), size(self.at(i - 1, i)));
+            let (own, before) = (self.at(i, i), self.at(i - 1, i - 1));
+            let near = size(own) + size(before);
+            let is_small = below <= f64::EPSILON * near && {
+                let apart = size(own - before);
+                let (larger, smaller) = (size(own).max(apart), size(own).min(apart));
+                let (most, least) = (below.max(above), below.min(above));
+                let scale = larger + most;
+                least * (most / scale) <= f64::EPSILON * (smaller * (larger / scale))
+            };
+            if is_small || below < f64::MIN_POSITIVE / f64::EPSILON {
+                self.set(i, i - 1, c64::new(0.0, 0.0));
+                return i;
+            }
+        }
+        0
+    }
+
+    /// The eigenvalue of the last two rows before `end` that is nearer to the last diagonal entry.
+    fn wilkinson(&self, end: usize) -> c64 {
+        let (i, j) = (end - 2, end - 1);
+        let (a, d) = (self.at(i, i), self.at(j, j));
+        let beside = self.at(i, j) * self.at(j, i);
+        let half = (a - d) * 0.5;
+        let root = (half * half + beside).sqrt();
+        // The two differ from d by half ± root, whose product is −beside.
+        let far = match (half.conj() * root).re >= 0.0 {
+            true => half + root,
+            false => half - root,
+        };
+        match far.norm_sqr() > 0.0 {
+            true => d - beside / far,
+            false => d,
+        }
+    }
+
+    /// A QR step on the rows and columns from `start` to before `end`.
+    fn step(&mut self, start: usize, end: usize, shift: c64) {
+        let n = self.order;
+        for i in start..end - 1 {
+            let rotation = match i > start {
+                true => {
+                    let pair = (self.at(i, i - 1), self.at(i + 1, i - 1));
+                    let (rotation, r) = Rotation::of(pair.0, pair.1);
+                    self.set(i, i - 1, r);
+                    self.set(i + 1, i - 1, c64::new(0.0, 0.0));
+                    rotation
+                }
+                false => Rotation::of(self.at(i, i) - shift, self.at(i + 1, i)).0,
+            };
+            for column in self.entries[i * n..end * n].chunks_exact_mut(n) {
+                let pair = column[i..i + 2].as_flattened_mut();
+                if let Some(pair) = pair.first_chunk_mut::<4>() {
+                    rotation.rotate_rows(pair);
+                }
+            }
+            let last = (i + 3).min(end);
+            let (before, after) = self.entries.split_at_mut((i + 1) * n);
+            let x = before[i * n + start..i * n + last].as_flattened_mut();
+            let y = after[start..last].as_flattened_mut();
+            let (x, x_rest) = x.as_chunks_mut::<8>();
+            let (y, y_rest) = y.as_chunks_mut::<8>();
+            for (x, y) in x.iter_mut().zip(y) {
+                rotation.rotate_columns(x, y);
+            }
+            let (x, y) = (x_rest.as_chunks_mut::<2>().0, y_rest.as_chunks_mut::<2>().0);
+            for (x, y) in x.iter_mut().zip(y) {
+                rotation.rotate_columns(x, y);
+            }
+        }
+    }
+}

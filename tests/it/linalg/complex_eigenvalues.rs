@@ -1,0 +1,112 @@
+//! Eigenvalues of complex matrices: closed forms, and the real iteration on the real matrix of twice the order.
+
+use muspin::linalg::{Mat, c64, eigenvalues, eigenvalues_complex};
+use std::f64::consts::TAU;
+
+/// Largest distance of a value of one list from the nearest of the other, both ways.
+fn gap(a: &[c64], b: &[c64]) -> f64 {
+    let one_way = |a: &[c64], b: &[c64]| {
+        let nearest = |v: &c64| {
+            b.iter()
+                .map(|w| (v - w).norm())
+                .fold(f64::INFINITY, f64::min)
+        };
+        a.iter().map(nearest).fold(0.0, f64::max)
+    };
+    assert_eq!(a.len(), b.len());
+    one_way(a, b).max(one_way(b, a))
+}
+
+fn entry(i: usize, j: usize) -> c64 {
+    let phase = (31 * i + 17 * j * j + 7 * i * j) as f64;
+    c64::new(phase.sin(), (1.3 * phase).cos())
+}
+
+#[test]
+fn a_circulant_matrix_has_the_transform_of_its_first_row() {
+    for n in [1, 2, 3, 8, 31, 58, 140] {
+        let row: Vec<c64> = (0..n).map(|j| entry(3, j)).collect();
+        let a = Mat::from_fn(n, n, |i, j| row[(j + n - i) % n]);
+        let value = |k: usize| {
+            let turn = |j: usize| c64::from_polar(1.0, TAU * (j * k % n) as f64 / n as f64);
+            row.iter()
+                .enumerate()
+                .map(|(j, r)| r * turn(j))
+                .sum::<c64>()
+        };
+        let exact: Vec<c64> = (0..n).map(value).collect();
+        let found = eigenvalues_complex(&a).unwrap();
+        let size = exact.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        assert!(gap(&found, &exact) < 1e-13 * n as f64 * size, "order {n}");
+    }
+}
+
+#[test]
+fn eigenvalues_of_any_order_are_those_of_the_real_matrix_of_twice_that() {
+    for n in [2, 5, 24, 60, 100, 160] {
+        let a = Mat::from_fn(n, n, entry);
+        let both = Mat::from_fn(2 * n, 2 * n, |i, j| {
+            let z = a[(i % n, j % n)];
+            match (i < n, j < n) {
+                (true, false) => -z.im,
+                (false, true) => z.im,
+                _ => z.re,
+            }
+        });
+        let found = eigenvalues_complex(&a).unwrap();
+        let pairs: Vec<c64> = found.iter().flat_map(|v| [*v, v.conj()]).collect();
+        let size = a.norm_l2();
+        let apart = gap(&pairs, &eigenvalues(&both).unwrap());
+        assert!(apart < 1e-12 * size, "order {n}: {apart:.1e} of {size:.1e}");
+        assert!(found.is_sorted_by(|a, b| a.norm() <= b.norm()));
+    }
+}
+
+#[test]
+fn the_size_of_the_entries_does_not_matter() {
+    let n = 12;
+    let a = Mat::from_fn(n, n, entry);
+    let exact = eigenvalues_complex(&a).unwrap();
+    for power in [-150, -60, 60, 150] {
+        let scale = 10f64.powi(power);
+        let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] * scale);
+        let found = eigenvalues_complex(&scaled).unwrap();
+        let found: Vec<c64> = found.iter().map(|v| v / scale).collect();
+        assert!(gap(&found, &exact) < 1e-12, "1e{power}");
+    }
+}
+
+#[test]
+fn eigenvalues_of_special_matrices() {
+    let zero = c64::new(0.0, 0.0);
+    assert!(
+        eigenvalues_complex(&Mat::<c64>::zeros(0, 0))
+            .unwrap()
+            .is_empty()
+    );
+    assert_eq!(
+        eigenvalues_complex(&Mat::<c64>::zeros(4, 4)).unwrap(),
+        [zero; 4]
+    );
+    // A cycle, on which steps without shifts from outside stand still: the roots of unity.
+    for n in [2, 3, 4, 16] {
+        let cycle = Mat::from_fn(n, n, |i, j| c64::from(f64::from(i == (j + 1) % n)));
+        let roots: Vec<c64> = (0..n)
+            .map(|k| c64::from_polar(1.0, TAU * k as f64 / n as f64))
+            .collect();
+        assert!(gap(&eigenvalues_complex(&cycle).unwrap(), &roots) < 1e-13);
+    }
+    // A Jordan block: rounding moves an eigenvalue of multiplicity m by ε to the power 1/m.
+    let block = Mat::from_fn(4, 4, |i, j| match j.wrapping_sub(i) {
+        0 => c64::new(2.0, 1.0),
+        1 => c64::new(0.0, 1.0),
+        _ => zero,
+    });
+    let values = eigenvalues_complex(&block).unwrap();
+    assert!(gap(&values, &[c64::new(2.0, 1.0); 4]) < 1e-3);
+    let trace: c64 = values.iter().sum();
+    assert!((trace - c64::new(8.0, 4.0)).norm() < 1e-13);
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(eigenvalues_complex(&Mat::from_fn(2, 2, |_, _| c64::new(1.0, bad))).is_err());
+    }
+}
