@@ -4,11 +4,8 @@
 
 use super::dense::{sorted, stuck};
 use super::error::NumericError;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::hessenberg::{
-    HessenbergParams, hessenberg_in_place, hessenberg_in_place_scratch,
-};
-use faer::{Auto, Mat, Par, Spec, c64};
+use super::hessenberg::{Corner, EXCEPTION, MOST_STEPS, hessenberg_form, unit_of};
+use faer::{Mat, c64};
 
 /// Eigenvalues of a complex square matrix, sorted like [`super::eigenvalues`].
 ///
@@ -22,12 +19,8 @@ pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
     }
     let n = a.nrows();
     // Products of entries stay in range.
-    let norm = a.norm_max();
-    let unit = match norm > 0.0 {
-        true => norm.log2().round().exp2(),
-        false => 1.0,
-    };
-    let mut form = Hessenberg::of(&Mat::from_fn(n, n, |i, j| a[(i, j)] / unit));
+    let unit = unit_of(a.norm_max());
+    let mut form = Hessenberg::of(Mat::from_fn(n, n, |i, j| a[(i, j)] / unit));
     let mut values = Vec::with_capacity(n);
     let mut end = n;
     let mut steps = 0;
@@ -50,11 +43,6 @@ pub fn eigenvalues_complex(a: &Mat<c64>) -> Result<Vec<c64>, NumericError> {
     }
     Ok(sorted(values))
 }
-
-/// Steps for one eigenvalue at most; two or three are usual.
-const MOST_STEPS: usize = 300;
-/// After so many steps without deflation one takes a shift from outside, which breaks cycles.
-const EXCEPTION: usize = 10;
 
 /// A rotation [c, s; −s̄, c] of two rows.
 struct Rotation {
@@ -128,19 +116,9 @@ struct Hessenberg {
 }
 
 impl Hessenberg {
-    /// The Hessenberg form of a matrix.
-    fn of(a: &Mat<c64>) -> Self {
+    fn of(a: Mat<c64>) -> Self {
         let n = a.nrows();
-        let mut h = a.clone();
-        if n > 1 {
-            let params: Spec<HessenbergParams, c64> = Spec::new(<_ as Auto<c64>>::auto());
-            // One reflection at a time.
-            let mut reflections = Mat::<c64>::zeros(1, n - 1);
-            let scratch = hessenberg_in_place_scratch::<c64>(n, 1, Par::Seq, params);
-            let mut memory = MemBuffer::new(scratch);
-            let stack = MemStack::new(&mut memory);
-            hessenberg_in_place(h.as_mut(), reflections.as_mut(), Par::Seq, stack, params);
-        }
+        let h = hessenberg_form(a);
         let entry = |k: usize| match (k % n, k / n) {
             (i, j) if i > j + 1 => [0.0; 2],
             at => [h[at].re, h[at].im],
@@ -160,22 +138,18 @@ impl Hessenberg {
         self.entries[j * self.order + i] = [value.re, value.im];
     }
 
-    /// Start of the last part before `end` that does not fall apart: the entry before it is negligible (Ahues and
-    /// Tisseur 1997) and set to zero.
+    /// Start of the last part before `end` that does not fall apart: the entry before it is negligible and set to zero.
     fn deflated(&mut self, end: usize) -> usize {
         let size = |z: c64| z.re.abs() + z.im.abs();
         for i in (1..end).rev() {
-            let (below, above) = (size(self.at(i, i - 1)), size(self.at(i - 1, i)));
-            let (own, before) = (self.at(i, i), self.at(i - 1, i - 1));
-            let near = size(own) + size(before);
-            let is_small = below <= f64::EPSILON * near && {
-                let apart = size(own - before);
-                let (larger, smaller) = (size(own).max(apart), size(own).min(apart));
-                let (most, least) = (below.max(above), below.min(above));
-                let scale = larger + most;
-                least * (most / scale) <= f64::EPSILON * (smaller * (larger / scale))
+            let corner = Corner {
+                below: size(self.at(i, i - 1)),
+                above: size(self.at(i - 1, i)),
+                before: size(self.at(i - 1, i - 1)),
+                after: size(self.at(i, i)),
+                apart: size(self.at(i, i) - self.at(i - 1, i - 1)),
             };
-            if is_small || below < f64::MIN_POSITIVE / f64::EPSILON {
+            if corner.is_negligible() {
                 self.set(i, i - 1, c64::new(0.0, 0.0));
                 return i;
             }

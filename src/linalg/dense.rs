@@ -1,13 +1,10 @@
-//! Thin, checked calls into faer: solves, eigenvalues after balancing, singular values.
+//! Thin, checked calls into faer: solves, symmetric eigenvalues, singular values; balancing.
 //! faer neither balances nor reports singular solves; both are done here.
 
 use super::error::NumericError;
 use super::planar::Planar;
-use faer::diag::Diag;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{ComputeEigenvectors, EvdParams, evd_real, evd_scratch};
 use faer::linalg::solvers::Solve;
-use faer::{Auto, Mat, Par, Side, Spec, c64};
+use faer::{Mat, Side, c64};
 
 /// X with A X = B by LU with partial pivoting; A is n×n, B n×k.
 ///
@@ -74,43 +71,6 @@ pub(crate) fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
         }
     }
     (m, d)
-}
-
-/// Eigenvalues of a real square matrix after balancing, sorted by modulus, then real part, then imaginary part.
-///
-/// # Errors
-/// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the QR iteration fails.
-pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
-    if !a.is_all_finite() {
-        return Err(NumericError::NotFinite {
-            what: "eigenvalues",
-        });
-    }
-    if a.nrows() == 0 {
-        return Ok(vec![]);
-    }
-    let (balanced, _) = balance(a);
-    let n = a.nrows();
-    // Early deflation moves diagonal blocks, and on some matrices moves the same pair for ever; the plain iteration
-    // counts its steps and ends.
-    let mut params: EvdParams = <_ as Auto<f64>>::auto();
-    params.schur.blocking_threshold = usize::MAX;
-    let params = Spec::new(params);
-    let none = ComputeEigenvectors::No;
-    let mut memory = MemBuffer::new(evd_scratch::<f64>(n, none, none, Par::Seq, params));
-    let (mut re, mut im) = (Diag::zeros(n), Diag::zeros(n));
-    evd_real::<f64>(
-        balanced.as_ref(),
-        re.as_mut(),
-        im.as_mut(),
-        None,
-        None,
-        Par::Seq,
-        MemStack::new(&mut memory),
-        params,
-    )
-    .map_err(|_| stuck(n))?;
-    Ok(sorted((0..n).map(|k| c64::new(re[k], im[k])).collect()))
 }
 
 /// By modulus, then real part, then imaginary part.

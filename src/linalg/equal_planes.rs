@@ -4,10 +4,11 @@
 //! of P + jQ and their conjugates, at a quarter of the cost or less.
 
 use super::complex_eigenvalues::eigenvalues_complex;
-use super::dense::{balance, eigenvalues};
+use super::dense::balance;
 use super::error::NumericError;
 use super::hermitian::hermitian_eigen;
 use super::pade::exponentials_of_balanced;
+use super::real_eigenvalues::eigenvalues;
 use faer::{Mat, c64};
 
 /// Which coordinates belong to the x plane and which to the y plane: the k-th of each are partners.

@@ -15,12 +15,14 @@ pub(crate) mod fixed;
 pub(crate) mod gram;
 pub(crate) mod gramian;
 pub mod hermitian;
+pub(crate) mod hessenberg;
 pub(crate) mod lanes;
 pub(crate) mod lapack;
 pub mod lyapunov;
 pub(crate) mod pade;
 pub(crate) mod planar;
 pub(crate) mod polynomial;
+pub(crate) mod real_eigenvalues;
 pub mod riccati;
 pub mod schur;
 pub(crate) mod small;
@@ -29,13 +31,13 @@ pub(crate) mod symmetric;
 
 pub use complex_eigenvalues::eigenvalues_complex;
 pub use dense::{
-    eigenvalues, max_singular_value, max_singular_value_complex, solve, solve_complex,
-    symmetric_eigen,
+    max_singular_value, max_singular_value_complex, solve, solve_complex, symmetric_eigen,
 };
 pub use error::NumericError;
 pub use exponential::exponential;
 pub use faer::{Mat, MatRef, c64};
 pub use polynomial::polynomial_roots;
+pub use real_eigenvalues::eigenvalues;
 pub use svd::{Svd, svd};
 pub use symmetric::{
     ComplexEigen, DefiniteEigen, definite_eigen, definite_eigen_lifted, eigen_vectors,

@@ -2,8 +2,8 @@
 //! Source: Edelman & Murakami, Mathematics of Computation 64 (1995) 763–776, for the backward error of the eigenvalues.
 
 use super::complex_eigenvalues::eigenvalues_complex;
-use super::dense::eigenvalues;
 use super::error::NumericError;
+use super::real_eigenvalues::eigenvalues;
 use faer::{Mat, c64};
 
 /// Roots of Σ cₖ xᵏ in no particular order; none of a constant. Those of a real polynomial are real or exact conjugate

@@ -5,11 +5,12 @@
 //! residual [`care`] evaluates in doubled precision: X comes out right to the last bit.
 
 use super::balance::balanced;
-use super::dense::{eigenvalues, solve};
+use super::dense::solve;
 use super::doubled::Doubled;
 use super::doubling::doubling;
 use super::error::NumericError;
 use super::lyapunov::{lyapunov_with, symmetric};
+use super::real_eigenvalues::eigenvalues;
 use super::schur::schur;
 use faer::{Mat, c64};
 use thiserror::Error;

@@ -1,5 +1,5 @@
 //! Dense algebra.
 
-mod complex_eigenvalues;
+mod eigenvalues;
 mod polynomial;
 mod solve_care;

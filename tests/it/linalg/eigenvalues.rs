@@ -1,4 +1,4 @@
-//! Eigenvalues of complex matrices: closed forms, and the real iteration on the real matrix of twice the order.
+//! Eigenvalues of real and complex matrices: closed forms, and another library.
 
 use muspin::linalg::{Mat, c64, eigenvalues, eigenvalues_complex};
 use std::f64::consts::TAU;
@@ -42,23 +42,58 @@ fn a_circulant_matrix_has_the_transform_of_its_first_row() {
 }
 
 #[test]
-fn eigenvalues_of_any_order_are_those_of_the_real_matrix_of_twice_that() {
-    for n in [2, 5, 24, 60, 100, 160] {
+fn eigenvalues_of_any_order_are_those_of_another_library() {
+    for n in [2, 3, 5, 24, 60, 100, 160] {
         let a = Mat::from_fn(n, n, entry);
-        let both = Mat::from_fn(2 * n, 2 * n, |i, j| {
-            let z = a[(i % n, j % n)];
-            match (i < n, j < n) {
-                (true, false) => -z.im,
-                (false, true) => z.im,
-                _ => z.re,
-            }
-        });
         let found = eigenvalues_complex(&a).unwrap();
-        let pairs: Vec<c64> = found.iter().flat_map(|v| [*v, v.conj()]).collect();
-        let size = a.norm_l2();
-        let apart = gap(&pairs, &eigenvalues(&both).unwrap());
-        assert!(apart < 1e-12 * size, "order {n}: {apart:.1e} of {size:.1e}");
+        let apart = gap(&found, &a.eigenvalues().unwrap());
+        assert!(apart < 1e-12 * a.norm_l2(), "order {n}: {apart:.1e}");
         assert!(found.is_sorted_by(|a, b| a.norm() <= b.norm()));
+        let real = Mat::from_fn(n, n, |i, j| a[(i, j)].re);
+        let found = eigenvalues(&real).unwrap();
+        let other = nalgebra::DMatrix::from_fn(n, n, |i, j| real[(i, j)]);
+        let other: Vec<c64> = other.complex_eigenvalues().iter().copied().collect();
+        let apart = gap(&found, &other);
+        assert!(
+            apart < 1e-12 * real.norm_l2(),
+            "real, order {n}: {apart:.1e}"
+        );
+        // Complex ones come in pairs.
+        let conjugates: Vec<c64> = found.iter().map(|v| v.conj()).collect();
+        assert_eq!(gap(&found, &conjugates), 0.0);
+    }
+}
+
+#[test]
+fn a_real_matrix_of_known_blocks_has_their_eigenvalues() {
+    // Blocks [d, w; −w, d] and single entries, seen through a reflection, which keeps the eigenvalues.
+    for (blocks, singles) in [(0, 3), (1, 0), (4, 1), (30, 5), (60, 0)] {
+        let n = 2 * blocks + singles;
+        let damped = |k: usize| c64::new(-0.01 * (k + 1) as f64, 1.0 + (1.7 * k as f64).sin());
+        let single = |k: usize| -2.0 - 0.25 * k as f64;
+        let form = Mat::from_fn(n, n, |i, j| match (i / 2, j / 2) {
+            (k, l) if k == l && k < blocks => match i as i64 - j as i64 {
+                0 => damped(k).re,
+                -1 => damped(k).im,
+                _ => -damped(k).im,
+            },
+            _ if i == j => single(i - 2 * blocks),
+            // Above the blocks anything may stand; little of it keeps the eigenvalues well conditioned.
+            (k, l) if k < l => ((3 * i + 5 * j) as f64).sin() / (n * n) as f64,
+            _ => 0.0,
+        });
+        let v = Mat::from_fn(n, 1, |i, _| 1.0 + (i as f64).cos());
+        let square: f64 = v.norm_l2().powi(2);
+        let mirror = Mat::<f64>::identity(n, n) - &v * v.transpose() * faer::Scale(2.0 / square);
+        let found = eigenvalues(&(&mirror * &form * &mirror)).unwrap();
+        let pairs = (0..blocks).flat_map(|k| [damped(k), damped(k).conj()]);
+        let exact: Vec<c64> = pairs
+            .chain((0..singles).map(|k| c64::from(single(k))))
+            .collect();
+        let apart = gap(&found, &exact);
+        assert!(apart < 1e-10, "{n}: {apart:.1e}");
+        let trace: c64 = found.iter().sum::<c64>() - exact.iter().sum::<c64>();
+        assert!(trace.norm() < 1e-12 * n as f64 * form.norm_l2());
     }
 }
 
@@ -73,6 +108,11 @@ fn the_size_of_the_entries_does_not_matter() {
         let found = eigenvalues_complex(&scaled).unwrap();
         let found: Vec<c64> = found.iter().map(|v| v / scale).collect();
         assert!(gap(&found, &exact) < 1e-12, "1e{power}");
+        let real = |scale: f64| Mat::from_fn(n, n, |i, j| a[(i, j)].re * scale);
+        let found = eigenvalues(&real(scale)).unwrap();
+        let found: Vec<c64> = found.iter().map(|v| v / scale).collect();
+        let exact = eigenvalues(&real(1.0)).unwrap();
+        assert!(gap(&found, &exact) < 1e-12, "real, 1e{power}");
     }
 }
 
@@ -95,6 +135,8 @@ fn eigenvalues_of_special_matrices() {
             .map(|k| c64::from_polar(1.0, TAU * k as f64 / n as f64))
             .collect();
         assert!(gap(&eigenvalues_complex(&cycle).unwrap(), &roots) < 1e-13);
+        let real = Mat::from_fn(n, n, |i, j| cycle[(i, j)].re);
+        assert!(gap(&eigenvalues(&real).unwrap(), &roots) < 1e-13);
     }
     // A Jordan block: rounding moves an eigenvalue of multiplicity m by ε to the power 1/m.
     let block = Mat::from_fn(4, 4, |i, j| match j.wrapping_sub(i) {
@@ -106,7 +148,10 @@ fn eigenvalues_of_special_matrices() {
     assert!(gap(&values, &[c64::new(2.0, 1.0); 4]) < 1e-3);
     let trace: c64 = values.iter().sum();
     assert!((trace - c64::new(8.0, 4.0)).norm() < 1e-13);
+    assert_eq!(eigenvalues(&Mat::zeros(4, 4)).unwrap(), [zero; 4]);
+    assert!(eigenvalues(&Mat::zeros(0, 0)).unwrap().is_empty());
     for bad in [f64::NAN, f64::INFINITY] {
         assert!(eigenvalues_complex(&Mat::from_fn(2, 2, |_, _| c64::new(1.0, bad))).is_err());
+        assert!(eigenvalues(&Mat::from_fn(2, 2, |_, _| bad)).is_err());
     }
 }

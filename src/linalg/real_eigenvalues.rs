@@ -1,0 +1,259 @@
+//! Eigenvalues of real matrices: balanced, brought to Hessenberg form, then double QR steps of Francis on the part that
+//! is not yet deflated (Golub and Van Loan, section 7.5). Without eigenvectors nothing outside that part is kept up to
+//! date: half the time of a general Schur form.
+
+use super::dense::{balance, sorted, stuck};
+use super::error::NumericError;
+use super::hessenberg::{Corner, EXCEPTION, MOST_STEPS, hessenberg_form, unit_of};
+use faer::{Mat, c64};
+
+/// Eigenvalues of a real square matrix after balancing, sorted by modulus, then real part, then imaginary part.
+///
+/// # Errors
+/// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the QR iteration fails.
+pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
+    if !a.is_all_finite() {
+        return Err(NumericError::NotFinite {
+            what: "eigenvalues",
+        });
+    }
+    let n = a.nrows();
+    let (balanced, _) = balance(a);
+    let unit = unit_of(balanced.norm_max());
+    let mut form = Hessenberg::of(Mat::from_fn(n, n, |i, j| balanced[(i, j)] / unit));
+    let mut values = Vec::with_capacity(n);
+    let mut end = n;
+    let mut steps = 0;
+    while end > 0 {
+        let start = form.deflated(end);
+        match end - start {
+            1 => values.push(c64::from(form.at(start, start))),
+            2 => values.extend(form.last_pair(end)),
+            _ => {
+                steps += 1;
+                if steps > MOST_STEPS {
+                    return Err(stuck(n));
+                }
+                let shifts = form.shifts((start, end), steps);
+                form.step(start, end, shifts);
+                continue;
+            }
+        }
+        (end, steps) = (start, 0);
+    }
+    Ok(sorted(values.into_iter().map(|v| v * unit).collect()))
+}
+
+/// A reflection I − τ v vᵀ with v = (1, v₁, v₂).
+struct Reflection {
+    tau: f64,
+    v: [f64; 2],
+}
+
+impl Reflection {
+    /// That which takes x to (β, 0, 0), and β.
+    fn of([x, y, z]: [f64; 3]) -> (Self, f64) {
+        let rest = y.hypot(z);
+        if rest == 0.0 {
+            let (tau, v) = (0.0, [0.0; 2]);
+            return (Self { tau, v }, x);
+        }
+        let beta = -x.hypot(rest).copysign(x);
+        let (tau, unit) = ((beta - x) / beta, (x - beta).recip());
+        let v = [y * unit, z * unit];
+        (Self { tau, v }, beta)
+    }
+
+    /// K entries in each of three neighbouring columns, from the right.
+    #[inline(always)]
+    fn reflect_columns<const K: usize>(&self, [x, y, z]: [&mut [f64; K]; 3]) {
+        let [a, b] = self.v;
+        let sum: [f64; K] = std::array::from_fn(|k| self.tau * (x[k] + a * y[k] + b * z[k]));
+        *x = std::array::from_fn(|k| x[k] - sum[k]);
+        *y = std::array::from_fn(|k| y[k] - sum[k] * a);
+        *z = std::array::from_fn(|k| z[k] - sum[k] * b);
+    }
+}
+
+/// An upper Hessenberg matrix, column by column.
+struct Hessenberg {
+    order: usize,
+    entries: Vec<f64>,
+}
+
+impl Hessenberg {
+    fn of(a: Mat<f64>) -> Self {
+        let n = a.nrows();
+        let h = hessenberg_form(a);
+        let entry = |k: usize| match (k % n, k / n) {
+            (i, j) if i > j + 1 => 0.0,
+            at => h[at],
+        };
+        Self {
+            order: n,
+            entries: (0..n * n).map(entry).collect(),
+        }
+    }
+
+    fn at(&self, i: usize, j: usize) -> f64 {
+        self.entries[j * self.order + i]
+    }
+
+    fn set(&mut self, i: usize, j: usize, value: f64) {
+        self.entries[j * self.order + i] = value;
+    }
+
+    /// Start of the last part before `end` that does not fall apart: the entry before it is negligible and set to zero.
+    fn deflated(&mut self, end: usize) -> usize {
+        for i in (1..end).rev() {
+            let corner = Corner {
+                below: self.at(i, i - 1).abs(),
+                above: self.at(i - 1, i).abs(),
+                before: self.at(i - 1, i - 1).abs(),
+                after: self.at(i, i).abs(),
+                apart: (self.at(i, i) - self.at(i - 1, i - 1)).abs(),
+            };
+            if corner.is_negligible() {
+                self.set(i, i - 1, 0.0);
+                return i;
+            }
+        }
+        0
+    }
+
+    /// Eigenvalues of the last two rows before `end`.
+    fn last_pair(&self, end: usize) -> [c64; 2] {
+        let (i, j) = (end - 2, end - 1);
+        pair(
+            [self.at(i, i), self.at(i, j)],
+            [self.at(j, i), self.at(j, j)],
+        )
+    }
+
+    /// The sum and the product of the two shifts of a step.
+    fn shifts(&self, (start, end): (usize, usize), steps: usize) -> (f64, f64) {
+        let last = end - 1;
+        if steps.is_multiple_of(EXCEPTION) {
+            // At the lower end and at the upper end in turn.
+            let (at, size) = match (steps / EXCEPTION).is_multiple_of(2) {
+                false => (
+                    self.at(last, last),
+                    self.at(last, last - 1).abs() + self.at(last - 1, last - 2).abs(),
+                ),
+                true => (
+                    self.at(start, start),
+                    self.at(start + 1, start).abs() + self.at(start + 2, start + 1).abs(),
+                ),
+            };
+            // The shifts of EISPACK's hqr.
+            let own = at + 0.75 * size;
+            return (2.0 * own, own * own + 0.4375 * size * size);
+        }
+        let [a, b] = self.last_pair(end);
+        if a.im != 0.0 {
+            return (2.0 * a.re, a.norm_sqr());
+        }
+        // Of two real ones the nearer to the last entry, twice.
+        let own = self.at(last, last);
+        let nearer = match (a.re - own).abs() <= (b.re - own).abs() {
+            true => a.re,
+            false => b.re,
+        };
+        (2.0 * nearer, nearer * nearer)
+    }
+
+    /// A double QR step on the rows and columns from `start` to before `end`, three of them at least.
+    fn step(&mut self, start: usize, end: usize, (sum, product): (f64, f64)) {
+        // First column of H² − sum H + product, divided by the first entry below the diagonal.
+        let (own, below) = (self.at(start, start), self.at(start + 1, start));
+        let next = self.at(start + 1, start + 1);
+        let mut column = [
+            (own * (own - sum) + product) / below + self.at(start, start + 1),
+            own + next - sum,
+            self.at(start + 2, start + 1),
+        ];
+        // Only its direction counts, and a small entry below the diagonal makes it long.
+        let size = column.iter().map(|x| x.abs()).fold(0.0, f64::max);
+        if size > 0.0 {
+            column = column.map(|x| x / size);
+        }
+        for k in start..end - 1 {
+            let three = k + 2 < end;
+            if k > start {
+                let third = if three { self.at(k + 2, k - 1) } else { 0.0 };
+                column = [self.at(k, k - 1), self.at(k + 1, k - 1), third];
+            }
+            let (reflection, beta) = Reflection::of(column);
+            if k > start {
+                self.set(k, k - 1, beta);
+                self.set(k + 1, k - 1, 0.0);
+                if three {
+                    self.set(k + 2, k - 1, 0.0);
+                }
+            }
+            match three {
+                true => self.reflect_three(&reflection, k, (start, end)),
+                false => self.reflect_two(&reflection, k, (start, end)),
+            }
+        }
+    }
+
+    /// Rows and columns k, k + 1, k + 2.
+    fn reflect_three(&mut self, reflection: &Reflection, k: usize, (start, end): (usize, usize)) {
+        let n = self.order;
+        let (tau, [a, b]) = (reflection.tau, reflection.v);
+        for column in self.entries[k * n..end * n].chunks_exact_mut(n) {
+            if let Some([x, y, z]) = column[k..].first_chunk_mut::<3>() {
+                let sum = tau * (*x + a * *y + b * *z);
+                *x -= sum;
+                *y -= sum * a;
+                *z -= sum * b;
+            }
+        }
+        let last = (k + 4).min(end);
+        let mut columns = self.entries[k * n..(k + 3) * n].chunks_exact_mut(n);
+        let (Some(x), Some(y), Some(z)) = (columns.next(), columns.next(), columns.next()) else {
+            return;
+        };
+        let (x, x_rest) = x[start..last].as_chunks_mut::<4>();
+        let (y, y_rest) = y[start..last].as_chunks_mut::<4>();
+        let (z, z_rest) = z[start..last].as_chunks_mut::<4>();
+        for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+            reflection.reflect_columns([x, y, z]);
+        }
+        for ((x, y), z) in x_rest.iter_mut().zip(y_rest).zip(z_rest) {
+            let [x, y, z] = [x, y, z].map(std::array::from_mut);
+            reflection.reflect_columns([x, y, z]);
+        }
+    }
+
+    /// Rows and columns k and k + 1, the last two.
+    fn reflect_two(&mut self, reflection: &Reflection, k: usize, (start, end): (usize, usize)) {
+        let (tau, a) = (reflection.tau, reflection.v[0]);
+        for j in k..end {
+            let sum = tau * (self.at(k, j) + a * self.at(k + 1, j));
+            self.set(k, j, self.at(k, j) - sum);
+            self.set(k + 1, j, self.at(k + 1, j) - sum * a);
+        }
+        for i in start..end {
+            let sum = tau * (self.at(i, k) + a * self.at(i, k + 1));
+            self.set(i, k, self.at(i, k) - sum);
+            self.set(i, k + 1, self.at(i, k + 1) - sum * a);
+        }
+    }
+}
+
+/// Eigenvalues of [a, b; c, d].
+fn pair([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [c64; 2] {
+    let half = 0.5 * (a - d);
+    let beside = b * c;
+    let square = half * half + beside;
+    if square < 0.0 {
+        let (re, im) = (d + half, (-square).sqrt());
+        return [c64::new(re, im), c64::new(re, -im)];
+    }
+    // The two differ from d by half ± root, whose product is −beside: the larger without cancellation.
+    let far = half + square.sqrt().copysign(half);
+    let near = if far == 0.0 { 0.0 } else { -beside / far };
+    [c64::from(d + far), c64::from(d + near)]
+}
