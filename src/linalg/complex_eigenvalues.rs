@@ -175,11 +175,26 @@ impl Hessenberg {
         }
     }
 
+    /// Where a step begins: as far down as what its first rotation fills in before is negligible. A shift that passes
+    /// small entries below the diagonal is lost on the way.
+    fn begun(&self, (start, end): (usize, usize), shift: c64) -> usize {
+        let size = |z: c64| z.re.abs() + z.im.abs();
+        let begins = |k: &usize| {
+            let k = *k;
+            let (own, next) = (self.at(k, k), self.at(k + 1, k + 1));
+            let (from, below) = (size(own - shift), size(self.at(k + 1, k)));
+            let near = size(own) + size(next);
+            size(self.at(k, k - 1)) * below <= f64::EPSILON * from * near
+        };
+        (start + 1..end - 1).rev().find(begins).unwrap_or(start)
+    }
+
     /// A QR step on the rows and columns from `start` to before `end`.
     fn step(&mut self, start: usize, end: usize, shift: c64) {
         let n = self.order;
-        for i in start..end - 1 {
-            let rotation = match i > start {
+        let first = self.begun((start, end), shift);
+        for i in first..end - 1 {
+            let rotation = match i > first {
                 true => {
                     let pair = (self.at(i, i - 1), self.at(i + 1, i - 1));
                     let (rotation, r) = Rotation::of(pair.0, pair.1);
@@ -187,7 +202,14 @@ impl Hessenberg {
                     self.set(i + 1, i - 1, c64::new(0.0, 0.0));
                     rotation
                 }
-                false => Rotation::of(self.at(i, i) - shift, self.at(i + 1, i)).0,
+                false => {
+                    let rotation = Rotation::of(self.at(i, i) - shift, self.at(i + 1, i)).0;
+                    if i > start {
+                        // What the rotation fills in further down is negligible.
+                        self.set(i, i - 1, self.at(i, i - 1) * rotation.c);
+                    }
+                    rotation
+                }
             };
             for column in self.entries[i * n..end * n].chunks_exact_mut(n) {
                 let pair = column[i..i + 2].as_flattened_mut();

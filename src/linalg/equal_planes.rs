@@ -1,4 +1,5 @@
-//! Eigenvalues and exponentials of real matrices that do the same in two planes and couple them as a turning frame does.
+//! Eigenvalues and exponentials of real matrices that do the same in two planes and couple them as a turning frame
+//! does.
 //!
 //! On coordinates (x, y) such a matrix is [[P, −Q], [Q, P]], which is P + jQ on r = x + jy: its eigenvalues are those
 //! of P + jQ and their conjugates, at a quarter of the cost or less.
@@ -53,8 +54,8 @@ impl EqualPlanes {
         equal
     }
 
-    /// P + jQ, the mean of what the planes say, each entry divided by the scale of its row and multiplied by that of its
-    /// column, and these scales; none when the planes differ by more than rounding relative to the largest entry.
+    /// P + jQ, the mean of what the planes say, each entry divided by the scale of its row and multiplied by that of
+    /// its column, and these scales; none when the planes differ by more than rounding relative to the largest entry.
     fn turning(
         &self,
         a: &Mat<f64>,

@@ -16,7 +16,8 @@ pub fn exponential(a: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     Ok(e)
 }
 
-/// exp(tA) of a square matrix at some times t ≥ 0; `planes` are those of its coordinates, where two planes may be equal.
+/// exp(tA) of a square matrix at some times t ≥ 0; `planes` are those of its coordinates, where two planes may be
+/// equal.
 ///
 /// # Errors
 /// As [`exponential`].

@@ -130,7 +130,7 @@ impl Hessenberg {
         )
     }
 
-    /// The sum and the product of the two shifts of a step.
+    /// Real part and square of the imaginary part of the two shifts of a step.
     fn shifts(&self, (start, end): (usize, usize), steps: usize) -> (f64, f64) {
         let last = end - 1;
         if steps.is_multiple_of(EXCEPTION) {
@@ -147,11 +147,11 @@ impl Hessenberg {
             };
             // The shifts of EISPACK's hqr.
             let own = at + 0.75 * size;
-            return (2.0 * own, own * own + 0.4375 * size * size);
+            return (own, 0.4375 * size * size);
         }
         let [a, b] = self.last_pair(end);
         if a.im != 0.0 {
-            return (2.0 * a.re, a.norm_sqr());
+            return (a.re, a.im * a.im);
         }
         // Of two real ones the nearer to the last entry, twice.
         let own = self.at(last, last);
@@ -159,42 +159,68 @@ impl Hessenberg {
             true => a.re,
             false => b.re,
         };
-        (2.0 * nearer, nearer * nearer)
+        (nearer, 0.0)
     }
 
     /// A double QR step on the rows and columns from `start` to before `end`, three of them at least.
-    fn step(&mut self, start: usize, end: usize, (sum, product): (f64, f64)) {
-        // First column of H² − sum H + product, divided by the first entry below the diagonal.
-        let (own, below) = (self.at(start, start), self.at(start + 1, start));
-        let next = self.at(start + 1, start + 1);
-        let mut column = [
-            (own * (own - sum) + product) / below + self.at(start, start + 1),
-            own + next - sum,
-            self.at(start + 2, start + 1),
-        ];
-        // Only its direction counts, and a small entry below the diagonal makes it long.
-        let size = column.iter().map(|x| x.abs()).fold(0.0, f64::max);
-        if size > 0.0 {
-            column = column.map(|x| x / size);
-        }
-        for k in start..end - 1 {
+    fn step(&mut self, start: usize, end: usize, shifts: (f64, f64)) {
+        let (first, mut column) = self.begun((start, end), shifts);
+        for k in first..end - 1 {
             let three = k + 2 < end;
-            if k > start {
+            if k > first {
                 let third = if three { self.at(k + 2, k - 1) } else { 0.0 };
                 column = [self.at(k, k - 1), self.at(k + 1, k - 1), third];
             }
             let (reflection, beta) = Reflection::of(column);
-            if k > start {
+            if k > first {
                 self.set(k, k - 1, beta);
                 self.set(k + 1, k - 1, 0.0);
                 if three {
                     self.set(k + 2, k - 1, 0.0);
                 }
+            } else if k > start {
+                // What the reflection fills in further down is negligible.
+                self.set(k, k - 1, self.at(k, k - 1) * (1.0 - reflection.tau));
             }
             match three {
                 true => self.reflect_three(&reflection, k, (start, end)),
                 false => self.reflect_two(&reflection, k, (start, end)),
             }
+        }
+    }
+
+    /// Where a step begins, and the direction that its first reflection turns into the first axis: as far down as what
+    /// that fills in before is negligible. Shifts that pass small entries below the diagonal are lost on the way.
+    fn begun(
+        &self,
+        (start, end): (usize, usize),
+        (re, im_squared): (f64, f64),
+    ) -> (usize, [f64; 3]) {
+        let mut first = end - 3;
+        loop {
+            // First column of (H − s)(H − s̄) from here on, divided by the first entry below the diagonal.
+            let (own, below) = (self.at(first, first), self.at(first + 1, first));
+            let next = self.at(first + 1, first + 1);
+            let column = [
+                ((own - re).powi(2) + im_squared) / below + self.at(first, first + 1),
+                (own - re) + (next - re),
+                self.at(first + 2, first + 1),
+            ];
+            // Only its direction counts, and a small entry below the diagonal makes it long.
+            let size = column.iter().map(|x| x.abs()).fold(0.0, f64::max);
+            let column = match size > 0.0 {
+                true => column.map(|x| x / size),
+                false => column,
+            };
+            if first == start {
+                return (first, column);
+            }
+            let [x, y, z] = column.map(f64::abs);
+            let near = self.at(first - 1, first - 1).abs() + own.abs() + next.abs();
+            if self.at(first, first - 1).abs() * (y + z) <= f64::EPSILON * x * near {
+                return (first, column);
+            }
+            first -= 1;
         }
     }
 

@@ -1,6 +1,8 @@
 //! Eigenvalues of real and complex matrices: closed forms, and another library.
 
 use muspin::linalg::{Mat, c64, eigenvalues, eigenvalues_complex};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 /// Largest distance of a value of one list from the nearest of the other, both ways.
@@ -94,6 +96,53 @@ fn a_real_matrix_of_known_blocks_has_their_eigenvalues() {
         assert!(apart < 1e-10, "{n}: {apart:.1e}");
         let trace: c64 = found.iter().sum::<c64>() - exact.iter().sum::<c64>();
         assert!(trace.norm() < 1e-12 * n as f64 * form.norm_l2());
+    }
+}
+
+#[test]
+fn iterations_on_graded_matrices_and_hamiltonians_end() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for round in 0..300 {
+        let n = 2 * rng.random_range(2..30);
+        let spread = rng.random_range(0.0..14.0);
+        let mut scale = || -> Vec<f64> {
+            (0..n)
+                .map(|_| 10f64.powf(-spread * rng.random::<f64>()))
+                .collect()
+        };
+        let (rows, columns) = (scale(), scale());
+        let mut drawn = |i: usize, j: usize| {
+            let entry = 2.0 * rng.random::<f64>() - 1.0;
+            rows[i] * columns[j] * entry
+        };
+        let graded = Mat::from_fn(n, n, &mut drawn);
+        // [A, B; C, −Aᵀ] with symmetric B and C: eigenvalues in pairs λ, −λ.
+        let h = n / 2;
+        let hamiltonian = Mat::from_fn(n, n, |i, j| match (i < h, j < h) {
+            (true, true) => graded[(i, j)],
+            (false, false) => -graded[(j - h, i - h)],
+            _ => graded[(i, j)] + graded[((j + h) % n, (i + h) % n)],
+        });
+        for a in [&graded, &hamiltonian] {
+            let found = eigenvalues(a).unwrap();
+            let complex = Mat::from_fn(n, n, |i, j| c64::from(a[(i, j)]));
+            let other = eigenvalues_complex(&complex).unwrap();
+            // Traces of powers hold for any condition of the eigenvalues.
+            for values in [&found, &other] {
+                let trace: c64 = values.iter().sum();
+                let own: f64 = (0..n).map(|k| a[(k, k)]).sum();
+                let square: c64 = values.iter().map(|v| v * v).sum();
+                let squared = a * a;
+                let own_square: f64 = (0..n).map(|k| squared[(k, k)]).sum();
+                let norm = a.norm_l2();
+                let tolerance = 1e-13 * n as f64;
+                assert!((trace - own).norm() < tolerance * norm, "{round}");
+                assert!(
+                    (square - own_square).norm() < tolerance * norm * norm,
+                    "{round}"
+                );
+            }
+        }
     }
 }
 
