@@ -68,8 +68,8 @@ impl Default for DkSettings {
             target_mu: None,
             patience: 2,
             min_improvement: 3e-4,
-            // A fifth of the 1e-3 that a claimed μ may be off by.
-            certificate_slack: 2e-4,
+            // A twentieth of the 1e-3 that a claimed μ may be off by.
+            certificate_slack: 5e-5,
             fit_range_rad_s: None,
             least_gap: 0.0,
             descent_steps: 90,
