@@ -115,14 +115,17 @@ pub(super) fn of_unit_norm(a: &Mat<f64>) -> Result<(Mat<f64>, f64), NumericError
             what: "symmetric eigenvalues",
         });
     }
-    let norm = a.norm_max();
-    let scale = if norm > 0.0 {
-        norm.log2().round().exp2()
-    } else {
-        1.0
-    };
+    let scale = unit_of(a.norm_max());
     let unit = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale);
     Ok((unit, scale))
+}
+
+/// Power of two near a norm, by which a matrix is divided so that products of its entries stay in range; one for zero.
+pub(super) fn unit_of(norm: f64) -> f64 {
+    match norm > 0.0 {
+        true => norm.log2().round().exp2(),
+        false => 1.0,
+    }
 }
 
 /// A real matrix as a complex one.

@@ -113,17 +113,26 @@ impl EqualPlanes {
         let (turning, scale) = self.turning(a, scale_of_moduli)?;
         let n = turning.nrows();
         let is_real = (0..n).all(|j| (0..n).all(|i| turning[(i, j)].im == 0.0));
-        let unscaled = |i: usize, j: usize| scale[i] / scale[j];
         Some(match is_real {
             true => {
                 let real = Mat::from_fn(n, n, |i, j| turning[(i, j)].re);
-                let list = exponentials_of_balanced(&real, times);
-                list.map(|e| self.of_both(|i, j| c64::from(e[(i, j)] * unscaled(i, j))))
+                self.unscaled(exponentials_of_balanced(&real, times), &scale)
             }
-            false => {
-                let list = exponentials_of_balanced(&turning, times);
-                list.map(|e| self.of_both(|i, j| e[(i, j)] * unscaled(i, j)))
-            }
+            false => self.unscaled(exponentials_of_balanced(&turning, times), &scale),
+        })
+    }
+
+    /// What scaled matrices of one plane stand for on these coordinates.
+    fn unscaled<T: Copy + Into<c64>, const K: usize>(
+        &self,
+        list: [Mat<T>; K],
+        scale: &[f64],
+    ) -> [Mat<f64>; K] {
+        list.map(|e| {
+            self.of_both(|i, j| {
+                let entry: c64 = e[(i, j)].into();
+                entry * (scale[i] / scale[j])
+            })
         })
     }
 

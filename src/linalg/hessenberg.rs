@@ -8,7 +8,7 @@ use faer::traits::ComplexField;
 use faer::{Auto, Mat, Par, Spec};
 
 /// The Hessenberg form of a matrix; what is below its subdiagonal is left over from the reflections.
-pub(super) fn hessenberg_form<T: ComplexField>(mut a: Mat<T>) -> Mat<T> {
+fn hessenberg_form<T: ComplexField>(mut a: Mat<T>) -> Mat<T> {
     let n = a.nrows();
     if n > 1 {
         let params: Spec<HessenbergParams, T> = Spec::new(<_ as Auto<T>>::auto());
@@ -22,44 +22,87 @@ pub(super) fn hessenberg_form<T: ComplexField>(mut a: Mat<T>) -> Mat<T> {
     a
 }
 
-/// Sizes of the entries round a place of the subdiagonal.
-pub(super) struct Corner {
-    /// Of the entry of the subdiagonal, and of its mirror above the diagonal.
-    pub below: f64,
-    pub above: f64,
-    /// Of the diagonal entries before and after it, and of their difference.
-    pub before: f64,
-    pub after: f64,
-    pub apart: f64,
+/// A number as an iteration keeps it.
+pub(super) trait Stored: Copy {
+    const ZERO: Self;
+    /// Modulus, or what is within √2 of it.
+    fn size(self) -> f64;
+    fn minus(self, other: Self) -> Self;
 }
 
-impl Corner {
-    /// True where the entry of the subdiagonal is zero to rounding (Ahues and Tisseur 1997), in a matrix of norm one.
-    pub(super) fn is_negligible(&self) -> bool {
-        let Self {
-            below,
-            above,
-            before,
-            after,
-            apart,
-        } = *self;
+impl Stored for f64 {
+    const ZERO: Self = 0.0;
+    fn size(self) -> f64 {
+        self.abs()
+    }
+    fn minus(self, other: Self) -> Self {
+        self - other
+    }
+}
+
+/// Real and imaginary part.
+impl Stored for [f64; 2] {
+    const ZERO: Self = [0.0; 2];
+    fn size(self) -> f64 {
+        self[0].abs() + self[1].abs()
+    }
+    fn minus(self, other: Self) -> Self {
+        [self[0] - other[0], self[1] - other[1]]
+    }
+}
+
+/// An upper Hessenberg matrix of norm one, column by column.
+pub(super) struct Hessenberg<S> {
+    pub order: usize,
+    pub entries: Vec<S>,
+}
+
+impl<S: Stored> Hessenberg<S> {
+    /// The Hessenberg form of a matrix whose entries are kept as `stored` says.
+    pub(super) fn of<T: ComplexField>(a: Mat<T>, stored: impl Fn(&T) -> S) -> Self {
+        let n = a.nrows();
+        let h = hessenberg_form(a);
+        let entry = |k: usize| match (k % n, k / n) {
+            (i, j) if i > j + 1 => S::ZERO,
+            at => stored(&h[at]),
+        };
+        Self {
+            order: n,
+            entries: (0..n * n).map(entry).collect(),
+        }
+    }
+
+    pub(super) fn at(&self, i: usize, j: usize) -> S {
+        self.entries[j * self.order + i]
+    }
+
+    pub(super) fn set(&mut self, i: usize, j: usize, value: S) {
+        self.entries[j * self.order + i] = value;
+    }
+
+    /// Start of the last part before `end` that does not fall apart: the entry before it is negligible and set to zero.
+    pub(super) fn deflated(&mut self, end: usize) -> usize {
+        let Some(i) = (1..end).rev().find(|i| self.is_negligible(*i)) else {
+            return 0;
+        };
+        self.set(i, i - 1, S::ZERO);
+        i
+    }
+
+    /// True where the entry of row `i` below the diagonal is zero to rounding (Ahues and Tisseur 1997).
+    fn is_negligible(&self, i: usize) -> bool {
+        let (below, above) = (self.at(i, i - 1).size(), self.at(i - 1, i).size());
         if below < f64::MIN_POSITIVE / f64::EPSILON {
             return true;
         }
-        below <= f64::EPSILON * (before + after) && {
-            let (larger, smaller) = (after.max(apart), after.min(apart));
+        let (before, after) = (self.at(i - 1, i - 1), self.at(i, i));
+        below <= f64::EPSILON * (before.size() + after.size()) && {
+            let apart = after.minus(before).size();
+            let (larger, smaller) = (after.size().max(apart), after.size().min(apart));
             let (most, least) = (below.max(above), below.min(above));
             let scale = larger + most;
             least * (most / scale) <= f64::EPSILON * (smaller * (larger / scale))
         }
-    }
-}
-
-/// Power of two near a norm, by which a matrix is divided so that products of its entries stay in range.
-pub(super) fn unit_of(norm: f64) -> f64 {
-    match norm > 0.0 {
-        true => norm.log2().round().exp2(),
-        false => 1.0,
     }
 }
 

@@ -15,7 +15,7 @@ pub(super) trait Entry:
 impl Entry for f64 {}
 impl Entry for c64 {}
 
-/// Coefficients of the Padé approximant of degree 13, b₀ … b₁₃ (Higham 2005, equation 2.1).
+/// Coefficients of the Padé approximant of degree 13, b₀ … b₁₃ (Higham 2005, section 2).
 const PADE: [f64; 14] = [
     64_764_752_532_480_000.0,
     32_382_376_266_240_000.0,
@@ -34,7 +34,7 @@ const PADE: [f64; 14] = [
 ];
 /// Largest size at which that approximant is exact to rounding (Higham 2005, table 2.3).
 const LARGEST: f64 = 5.371_920_351_148_152;
-/// Inverse of the first coefficient of its backward error, C(26, 13) · 27! (Al-Mohy and Higham 2009, equation 3.11).
+/// Inverse of the first coefficient of its backward error, C(26, 13) · 27! (Al-Mohy and Higham 2009).
 const BACKWARD_ERROR: f64 = 10_400_600.0 * 1.088_886_945_041_835_2e28;
 /// Largest number of squarings: what needs more overflows.
 const MOST_SQUARINGS: i32 = 1100;
@@ -77,7 +77,7 @@ pub(super) fn exponentials_of_balanced<T: Entry, const K: usize>(
     })
 }
 
-/// Squarings after which what is of this size was within reach of the approximant.
+/// Halvings that bring a matrix of this size within reach of the approximant, and squarings that undo them.
 fn squarings(size: f64) -> i32 {
     // Zero has no logarithm; of a size that is not finite the exponential is not either.
     let needed = (size / LARGEST).log2().ceil();
@@ -96,9 +96,9 @@ fn norm<T: Entry>(a: &Mat<T>) -> f64 {
     (0..a.ncols()).map(column).fold(0.0, f64::max)
 }
 
-/// The size of a matrix as far as an even power series sees it, from its fourth and sixth power: its norm may be far
-/// larger, and the squarings that would be for that cost digits (Al-Mohy and Higham, A new scaling and squaring
-/// algorithm for the matrix exponential, 2009, algorithm 5.1).
+/// Bound on a matrix in an even power series, from the norms of its sixth, eighth and tenth power: the norm of the
+/// matrix itself may be far larger, and each squaring that it would ask for costs digits (Al-Mohy and Higham, A new
+/// scaling and squaring algorithm for the matrix exponential, SIAM J. Matrix Anal. Appl. 31, 2009).
 fn size_by_powers<T: Entry>(fourth: &Mat<T>, sixth: &Mat<T>) -> f64 {
     let by_power = |power: &Mat<T>, degree: f64| norm(power).powf(degree.recip());
     let eighth = by_power(&product(fourth, fourth), 8.0);

@@ -33,10 +33,10 @@ pub fn tune(
         let next = searched(machine, &TuneSettings { seed, ..*settings }, progress);
         found = match (found, next) {
             (Ok(earlier), Ok(later)) => Ok(better(earlier, later, settings)),
-            // A search without a stabilising PID leaves what the others find; another failure is none of the search.
-            (earlier, Err(VerificationError::Loop(ControllerError::Infeasible { .. }))) => earlier,
-            (Err(VerificationError::Loop(ControllerError::Infeasible { .. })), later) => later,
-            (Err(error), _) | (_, Err(error)) => return Err(error),
+            // A search without a stabilising PID leaves what another one finds; any other failure ends them all.
+            (Ok(pid), Err(error)) | (Err(error), Ok(pid)) if is_infeasible(&error) => Ok(pid),
+            (Err(earlier), Err(later)) if is_infeasible(&later) => Err(earlier),
+            (_, Err(error)) | (Err(error), _) => return Err(error),
         };
     }
     found
@@ -255,11 +255,17 @@ pub(crate) fn found_or_reason(
 ) -> Result<Result<TunedPid, String>, VerificationError> {
     match result {
         Ok(pid) => Ok(Ok(pid)),
-        Err(VerificationError::Loop(error @ ControllerError::Infeasible { .. })) => {
-            Ok(Err(error.to_string()))
-        }
+        Err(error) if is_infeasible(&error) => Ok(Err(error.to_string())),
         Err(error) => Err(error),
     }
+}
+
+/// True when a search found no stabilising PID.
+fn is_infeasible(error: &VerificationError) -> bool {
+    matches!(
+        error,
+        VerificationError::Loop(ControllerError::Infeasible { .. })
+    )
 }
 
 fn nothing_found(reason: String) -> ControllerError {

@@ -225,7 +225,7 @@ fn of_several_searches_the_best_is_taken() {
         let c = &pid.certificate;
         c.stiffness_n_per_m.min(c.stiffness_at_speed_n_per_m)
     };
-    // Those within the limits come first; this short search meets them from each of these seeds or from none.
+    // Those within the limits come before the others, and the stiffest of these is taken.
     let meeting = each.iter().filter(|p| p.certificate.meets(&settings));
     let stiffest = meeting.map(stiffness).fold(0.0, f64::max);
     let same = each.iter().find(|p| p.parameters == best.parameters);
