@@ -13,8 +13,9 @@ pub(crate) fn balanced(n: usize, sizes: impl Fn(&[f64], usize) -> (f64, f64)) ->
         for i in 0..n {
             let (row, column) = sizes(&t, i);
             if row > 0.0 && column > 0.0 {
-                let f = (0.25 * (row / column).log2()).round().exp2();
-                if f != 1.0 && f.is_finite() && f > 0.0 {
+                // The ratio itself can leave the range of numbers.
+                let f = (0.25 * (row.log2() - column.log2())).round().exp2();
+                if f != 1.0 && f.is_finite() {
                     t[i] *= f;
                     changed = true;
                 }

@@ -54,8 +54,9 @@ pub(crate) fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
             if r == 0.0 || c == 0.0 {
                 continue;
             }
-            let f = (0.25 * (r / c).log2()).round().exp2();
-            if f != 1.0 && f.is_finite() {
+            // The ratio itself can leave the range of numbers.
+            let f = (0.25 * (r.log2() - c.log2())).round().exp2();
+            if f != 1.0 {
                 changed = true;
                 d[i] *= f;
                 for k in 0..n {

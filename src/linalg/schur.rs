@@ -1,13 +1,12 @@
 //! Ordered real Schur form A = Z T Zᵀ with T quasi upper triangular (1×1 and 2×2 diagonal blocks).
-//! faer has no public Schur form; its unblocked QZ on the pencil (A, I) gives one: Q'AZ = S and Q'Z = diag(±1),
-//! so T = diag(±1)·S. The blocked QZ is avoided (slow and inaccurate from order 75).
+//! Hessenberg form, then double QR steps of Francis on the whole matrix.
 //! Reordering: direct swapping of adjacent blocks (Bai and Demmel 1993).
 
+use super::dense::unit_of;
 use super::error::NumericError;
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::evd::ComputeEigenvectors;
-use faer::linalg::gevd::{self, GeneralizedSchurParams};
-use faer::{Auto, Col, Mat, Par, c64};
+use super::francis::Francis;
+use super::hessenberg::Hessenberg;
+use faer::{Mat, c64};
 
 /// Real Schur form A = Z T Zᵀ.
 #[derive(Clone, Debug)]
@@ -33,58 +32,31 @@ pub fn schur(a: &Mat<f64>) -> Result<RealSchur, NumericError> {
             t: a.clone(),
         });
     }
-    let (mut s, mut p) = (a.clone(), Mat::<f64>::identity(n, n));
-    let (mut q, mut z) = (Mat::<f64>::identity(n, n), Mat::<f64>::identity(n, n));
-    let hessenberg: gevd::gen_hessenberg::GeneralizedHessenbergParams = <_ as Auto<f64>>::auto();
-    let mut params: GeneralizedSchurParams = <_ as Auto<f64>>::auto();
-    params.blocking_threshold = 1 << 20;
-    let mut buffer = MemBuffer::new(StackReq::any_of(&[
-        gevd::gen_hessenberg::generalized_hessenberg_scratch::<f64>(n, hessenberg),
-        gevd::qz_real::hessenberg_to_qz_scratch::<f64>(n, Par::Seq, params),
-    ]));
-    let stack = MemStack::new(&mut buffer);
-    gevd::gen_hessenberg::generalized_hessenberg(
-        s.as_mut(),
-        p.as_mut(),
-        Some(q.as_mut()),
-        Some(z.as_mut()),
-        Par::Seq,
-        stack,
-        hessenberg,
-    );
-    let (mut re, mut im) = (Col::<f64>::zeros(n), Col::<f64>::zeros(n));
-    let mut beta = Col::<f64>::zeros(n);
-    gevd::qz_real::hessenberg_to_qz(
-        s.as_mut(),
-        p.as_mut(),
-        Some(q.as_mut()),
-        Some(z.as_mut()),
-        re.as_mut(),
-        im.as_mut(),
-        beta.as_mut(),
-        ComputeEigenvectors::Yes,
-        Par::Seq,
-        params,
-        stack,
-    );
-    let t = Mat::from_fn(n, n, |i, j| {
-        if i > j + 1 {
-            0.0
-        } else {
-            s[(i, j)] * p[(i, i)].signum()
-        }
-    });
-    let mut form = RealSchur { z, t };
+    // Products of entries stay in range.
+    let unit = unit_of(a.norm_max());
+    let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] / unit);
+    let (form, basis) = Hessenberg::with_basis(scaled.clone());
+    let mut steps = Francis {
+        form,
+        basis: Some(basis),
+    };
+    steps.run()?;
+    let matrix = |entries: &[f64]| Mat::from_fn(n, n, |i, j| entries[j * n + i]);
+    let mut form = RealSchur {
+        z: matrix(steps.basis.as_deref().unwrap_or_default()),
+        t: matrix(&steps.form.entries),
+    };
     form.clean();
-    let defect = (&form.z * &form.t - a * &form.z).norm_l2();
-    // Backward stable QZ stays below 1e-13 up to order 400; a failed sweep leaves a defect of order one.
-    if defect.is_nan() || defect > 1e-11 * a.norm_l2() {
+    let residual = (&form.z * &form.t - &scaled * &form.z).norm_l2() / scaled.norm_l2();
+    // Backward stable QR steps stay below 1e-13 up to order 400; a failed sweep leaves a defect of order one.
+    if scaled.norm_max() > 0.0 && (residual.is_nan() || residual > 1e-11) {
         return Err(NumericError::NoConvergence {
             what: "Schur form",
-            iterations: 30 * n,
-            residual: defect / a.norm_l2(),
+            iterations: n,
+            residual,
         });
     }
+    form.t *= faer::Scale(unit);
     Ok(form)
 }
 

@@ -2,4 +2,5 @@
 
 mod eigenvalues;
 mod polynomial;
+mod schur;
 mod solve_care;
