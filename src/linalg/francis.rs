@@ -1,6 +1,6 @@
-//! Double QR steps of Francis on a real Hessenberg matrix (Golub and Van Loan, section 7.5). With a basis they lead to a
-//! real Schur form; without one to the eigenvalues alone, and nothing outside the part that is not yet deflated is kept
-//! up to date.
+//! Double QR steps of Francis on a real Hessenberg matrix (Golub and Van Loan, section 7.5). With a basis they lead to
+//! a real Schur form; without one to the eigenvalues alone, and nothing outside the part that is not yet deflated is
+//! kept up to date.
 
 use super::dense::stuck;
 use super::error::NumericError;
@@ -10,7 +10,7 @@ use faer::c64;
 /// A Hessenberg matrix on its way to blocks of order one and two.
 pub(super) struct Francis {
     pub form: Hessenberg<f64>,
-    /// Orthogonal matrix that the steps are multiplied to, column by column; absent when only eigenvalues are asked for.
+    /// Orthogonal matrix that the steps are multiplied to, column by column; absent where eigenvalues are enough.
     pub basis: Option<Vec<f64>>,
 }
 

@@ -1,5 +1,5 @@
-//! Eigenvalues of real matrices: balanced, brought to Hessenberg form, then QR steps without a basis: three fifths of the
-//! time of a general Schur form.
+//! Eigenvalues of real matrices: balanced, brought to Hessenberg form, then QR steps without a basis: three fifths of
+//! the time of a general Schur form.
 
 use super::dense::{balance, sorted, unit_of};
 use super::error::NumericError;

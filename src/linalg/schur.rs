@@ -1,12 +1,17 @@
 //! Ordered real Schur form A = Z T Zᵀ with T quasi upper triangular (1×1 and 2×2 diagonal blocks).
-//! Hessenberg form, then double QR steps of Francis on the whole matrix.
+//! faer has no public Schur form; its unblocked QZ on the pencil (A, I) gives one: Q'AZ = S and Q'Z = diag(±1),
+//! so T = diag(±1)·S. The blocked QZ is avoided (slow and inaccurate from order 75). Where entries underflow the QZ
+//! leaves no numbers; then double QR steps of Francis on A alone lead to the form.
 //! Reordering: direct swapping of adjacent blocks (Bai and Demmel 1993).
 
 use super::dense::unit_of;
 use super::error::NumericError;
 use super::francis::Francis;
-use super::hessenberg::Hessenberg;
-use faer::{Mat, c64};
+use super::hessenberg::{Hessenberg, SMALLEST};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::evd::ComputeEigenvectors;
+use faer::linalg::gevd::{self, GeneralizedSchurParams};
+use faer::{Auto, Col, Mat, Par, c64};
 
 /// Real Schur form A = Z T Zᵀ.
 #[derive(Clone, Debug)]
@@ -35,29 +40,88 @@ pub fn schur(a: &Mat<f64>) -> Result<RealSchur, NumericError> {
     // Products of entries stay in range.
     let unit = unit_of(a.norm_max());
     let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] / unit);
-    let (form, basis) = Hessenberg::with_basis(scaled.clone());
+    // Backward stable iterations stay below 1e-13 up to order 400; a failed sweep leaves a defect of order one, and one
+    // on entries that underflow no number at all.
+    let holds = |form: &RealSchur| {
+        (&form.z * &form.t - &scaled * &form.z).norm_l2() <= 1e-11 * scaled.norm_l2()
+    };
+    let mut form = match by_pencil(&scaled).filter(holds) {
+        Some(form) => form,
+        None => {
+            let form = by_francis(&scaled)?;
+            form.filter(holds).ok_or(NumericError::NoConvergence {
+                what: "Schur form",
+                iterations: n,
+                residual: f64::NAN,
+            })?
+        }
+    };
+    form.t *= faer::Scale(unit);
+    Ok(form)
+}
+
+/// By the QZ iteration on the pencil (A, I).
+fn by_pencil(a: &Mat<f64>) -> Option<RealSchur> {
+    let n = a.nrows();
+    let (mut s, mut p) = (a.clone(), Mat::<f64>::identity(n, n));
+    let (mut q, mut z) = (Mat::<f64>::identity(n, n), Mat::<f64>::identity(n, n));
+    let hessenberg: gevd::gen_hessenberg::GeneralizedHessenbergParams = <_ as Auto<f64>>::auto();
+    let mut params: GeneralizedSchurParams = <_ as Auto<f64>>::auto();
+    params.blocking_threshold = 1 << 20;
+    let mut buffer = MemBuffer::new(StackReq::any_of(&[
+        gevd::gen_hessenberg::generalized_hessenberg_scratch::<f64>(n, hessenberg),
+        gevd::qz_real::hessenberg_to_qz_scratch::<f64>(n, Par::Seq, params),
+    ]));
+    let stack = MemStack::new(&mut buffer);
+    gevd::gen_hessenberg::generalized_hessenberg(
+        s.as_mut(),
+        p.as_mut(),
+        Some(q.as_mut()),
+        Some(z.as_mut()),
+        Par::Seq,
+        stack,
+        hessenberg,
+    );
+    let (mut re, mut im) = (Col::<f64>::zeros(n), Col::<f64>::zeros(n));
+    let mut beta = Col::<f64>::zeros(n);
+    gevd::qz_real::hessenberg_to_qz(
+        s.as_mut(),
+        p.as_mut(),
+        Some(q.as_mut()),
+        Some(z.as_mut()),
+        re.as_mut(),
+        im.as_mut(),
+        beta.as_mut(),
+        ComputeEigenvectors::Yes,
+        Par::Seq,
+        params,
+        stack,
+    );
+    let t = Mat::from_fn(n, n, |i, j| {
+        if i > j + 1 {
+            0.0
+        } else {
+            s[(i, j)] * p[(i, i)].signum()
+        }
+    });
+    RealSchur { z, t }.cleaned()
+}
+
+/// By QR steps on A alone.
+fn by_francis(a: &Mat<f64>) -> Result<Option<RealSchur>, NumericError> {
+    let n = a.nrows();
+    let (form, basis) = Hessenberg::with_basis(a.clone());
     let mut steps = Francis {
         form,
         basis: Some(basis),
     };
     steps.run()?;
     let matrix = |entries: &[f64]| Mat::from_fn(n, n, |i, j| entries[j * n + i]);
-    let mut form = RealSchur {
-        z: matrix(steps.basis.as_deref().unwrap_or_default()),
-        t: matrix(&steps.form.entries),
-    };
-    form.clean();
-    let residual = (&form.z * &form.t - &scaled * &form.z).norm_l2() / scaled.norm_l2();
-    // Backward stable QR steps stay below 1e-13 up to order 400; a failed sweep leaves a defect of order one.
-    if scaled.norm_max() > 0.0 && (residual.is_nan() || residual > 1e-11) {
-        return Err(NumericError::NoConvergence {
-            what: "Schur form",
-            iterations: n,
-            residual,
-        });
-    }
-    form.t *= faer::Scale(unit);
-    Ok(form)
+    let (z, t) = (
+        matrix(steps.basis.as_deref().unwrap_or_default()),
+        matrix(&steps.form.entries),
+    );
+    Ok(RealSchur { z, t }.cleaned())
 }
 
 impl RealSchur {
@@ -111,17 +175,21 @@ impl RealSchur {
         block_eigenvalues(&self.t, i, block_size(&self.t, i)).0
     }
 
-    /// Zeroes below the blocks and splits 2×2 blocks with real eigenvalues.
-    fn clean(&mut self) {
+    /// Of a form of norm one: zeroes below the blocks and splits those with real eigenvalues; none where blocks hang
+    /// together.
+    fn cleaned(mut self) -> Option<Self> {
         let n = self.t.nrows();
         let norm = self.t.norm_max();
         for i in 0..n.saturating_sub(1) {
             let scale = self.t[(i, i)].abs() + self.t[(i + 1, i + 1)].abs();
             let scale = if scale > 0.0 { scale } else { norm };
-            // Deflation threshold of the QR algorithm.
-            if self.t[(i + 1, i)].abs() <= f64::EPSILON * scale {
+            // Deflation threshold of the QR algorithm, and what is zero beside a norm of one.
+            if self.t[(i + 1, i)].abs() <= (f64::EPSILON * scale).max(SMALLEST) {
                 self.t[(i + 1, i)] = 0.0;
             }
+        }
+        if (2..n).any(|i| self.t[(i, i - 1)] != 0.0 && self.t[(i - 1, i - 2)] != 0.0) {
+            return None;
         }
         let mut i = 0;
         while i + 1 < n {
@@ -149,6 +217,7 @@ impl RealSchur {
                 i += 2;
             }
         }
+        Some(self)
     }
 
     /// Similarity by the plane rotation whose first axis is (c, s) in rows i and i+1.

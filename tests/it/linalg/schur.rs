@@ -19,11 +19,13 @@ fn holds(a: &Mat<f64>, what: &str) {
         for i in j + 1..n {
             let (below, next) = (t[(i, j)], i > 1 && t[(i - 1, i - 2)] != 0.0);
             assert!(below == 0.0 || i == j + 1 && !next, "{what}: no block");
-            if below != 0.0 {
-                // In units of the matrix: squares of small entries underflow.
-                let unit = a.norm_max();
-                let half = 0.5 * (t[(j, j)] - t[(i, i)]) / unit;
-                let square = half * half + below / unit * (t[(j, i)] / unit);
+            let least = 1e-138 * a.norm_max().max(1e-150);
+            // A block that is smaller is zero to rounding, or has lost its digits to underflow.
+            if below.abs().min(t[(j, i)].abs()) > least {
+                let half = 0.5 * (t[(j, j)] - t[(i, i)]);
+                let above = t[(j, i)];
+                let unit = half.abs().max(below.abs()).max(above.abs());
+                let square = (half / unit).powi(2) + below / unit * (above / unit);
                 assert!(square < 0.0, "{what}: a block with real eigenvalues");
             }
         }
