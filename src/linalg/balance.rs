@@ -12,13 +12,10 @@ pub(crate) fn balanced(n: usize, sizes: impl Fn(&[f64], usize) -> (f64, f64)) ->
         let mut changed = false;
         for i in 0..n {
             let (row, column) = sizes(&t, i);
-            if row > 0.0 && column > 0.0 {
-                // The ratio itself can leave the range of numbers.
-                let f = (0.25 * (row.log2() - column.log2())).round().exp2();
-                if f != 1.0 && f.is_finite() {
-                    t[i] *= f;
-                    changed = true;
-                }
+            let f = evening_factor(row, column);
+            if f != 1.0 {
+                t[i] *= f;
+                changed = true;
             }
         }
         if !changed {
@@ -26,4 +23,14 @@ pub(crate) fn balanced(n: usize, sizes: impl Fn(&[f64], usize) -> (f64, f64)) ->
         }
     }
     t
+}
+
+/// The power of two nearest to the fourth root of row/column; one where either is zero or not finite.
+pub(super) fn evening_factor(row: f64, column: f64) -> f64 {
+    // The ratio itself can overflow or underflow.
+    let f = (0.25 * (row.log2() - column.log2())).round().exp2();
+    match row > 0.0 && column > 0.0 && f.is_finite() {
+        true => f,
+        false => 1.0,
+    }
 }

@@ -1,6 +1,7 @@
 //! Thin, checked calls into faer: solves, symmetric eigenvalues, singular values; balancing.
 //! faer neither balances nor reports singular solves; both are done here.
 
+use super::balance::evening_factor;
 use super::error::NumericError;
 use super::planar::Planar;
 use faer::linalg::solvers::Solve;
@@ -51,11 +52,7 @@ pub(crate) fn balance(a: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
             let (r, c) = off.fold((0.0, 0.0), |(r, c): (f64, f64), k| {
                 (r + m[(i, k)].powi(2), c + m[(k, i)].powi(2))
             });
-            if r == 0.0 || c == 0.0 {
-                continue;
-            }
-            // The ratio itself can leave the range of numbers.
-            let f = (0.25 * (r.log2() - c.log2())).round().exp2();
+            let f = evening_factor(r, c);
             if f != 1.0 {
                 changed = true;
                 d[i] *= f;
@@ -128,6 +125,9 @@ pub(super) fn unit_of(norm: f64) -> f64 {
         false => 1.0,
     }
 }
+
+/// Entries below this, of a matrix of norm one, are zero: their squares underflow, and iterations make NaN of them.
+pub(super) const NEGLIGIBLE: f64 = 1e-138;
 
 /// A real matrix as a complex one.
 pub(crate) fn complex(m: &Mat<f64>) -> Mat<c64> {

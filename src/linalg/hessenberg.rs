@@ -1,29 +1,26 @@
 //! Hessenberg form, real or complex, and what an iteration on it takes as zero.
 
+use super::dense::NEGLIGIBLE;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::hessenberg::{
     HessenbergParams, hessenberg_in_place, hessenberg_in_place_scratch,
 };
-use faer::linalg::householder::{
-    apply_block_householder_sequence_on_the_left_in_place_scratch,
-    apply_block_householder_sequence_on_the_left_in_place_with_conj,
-};
 use faer::traits::ComplexField;
-use faer::{Auto, Conj, Mat, Par, Spec};
+use faer::{Auto, Mat, Par, Spec};
 
-/// The Hessenberg form of a matrix, with the reflections that led to it below its subdiagonal, and their factors.
-fn hessenberg_form<T: ComplexField>(mut a: Mat<T>) -> (Mat<T>, Mat<T>) {
+/// The Hessenberg form of a matrix; what is below its subdiagonal is left over from the reflections.
+fn hessenberg_form<T: ComplexField>(mut a: Mat<T>) -> Mat<T> {
     let n = a.nrows();
-    // One reflection at a time.
-    let mut factors = Mat::<T>::zeros(1, n.saturating_sub(1));
     if n > 1 {
         let params: Spec<HessenbergParams, T> = Spec::new(<_ as Auto<T>>::auto());
+        // One reflection at a time.
+        let mut reflections = Mat::<T>::zeros(1, n - 1);
         let scratch = hessenberg_in_place_scratch::<T>(n, 1, Par::Seq, params);
         let mut memory = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut memory);
-        hessenberg_in_place(a.as_mut(), factors.as_mut(), Par::Seq, stack, params);
+        hessenberg_in_place(a.as_mut(), reflections.as_mut(), Par::Seq, stack, params);
     }
-    (a, factors)
+    a
 }
 
 /// A number as an iteration keeps it.
@@ -64,11 +61,8 @@ pub(super) struct Hessenberg<S> {
 impl<S: Stored> Hessenberg<S> {
     /// The Hessenberg form of a matrix whose entries are kept as `stored` says.
     pub(super) fn of<T: ComplexField>(a: Mat<T>, stored: impl Fn(&T) -> S) -> Self {
-        Self::stored(&hessenberg_form(a).0, stored)
-    }
-
-    fn stored<T: ComplexField>(h: &Mat<T>, stored: impl Fn(&T) -> S) -> Self {
-        let n = h.nrows();
+        let n = a.nrows();
+        let h = hessenberg_form(a);
         let entry = |k: usize| match (k % n, k / n) {
             (i, j) if i > j + 1 => S::ZERO,
             at => stored(&h[at]),
@@ -99,7 +93,7 @@ impl<S: Stored> Hessenberg<S> {
     /// True where the entry of row `i` below the diagonal is zero to rounding (Ahues and Tisseur 1997).
     fn is_negligible(&self, i: usize) -> bool {
         let (below, above) = (self.at(i, i - 1).size(), self.at(i - 1, i).size());
-        if below < SMALLEST {
+        if below < NEGLIGIBLE {
             return true;
         }
         let (before, after) = (self.at(i - 1, i - 1), self.at(i, i));
@@ -113,36 +107,6 @@ impl<S: Stored> Hessenberg<S> {
     }
 }
 
-impl Hessenberg<f64> {
-    /// H and the orthogonal Q of A = Q H Qᵀ, column by column.
-    pub(super) fn with_basis(a: Mat<f64>) -> (Self, Vec<f64>) {
-        let n = a.nrows();
-        let (h, factors) = hessenberg_form(a);
-        let mut basis = Mat::<f64>::identity(n, n);
-        if n > 2 {
-            let reflections = h.submatrix(1, 0, n - 1, n - 2);
-            let scratch = apply_block_householder_sequence_on_the_left_in_place_scratch::<f64>(
-                n - 1,
-                1,
-                n - 1,
-            );
-            let mut memory = MemBuffer::new(scratch);
-            apply_block_householder_sequence_on_the_left_in_place_with_conj(
-                reflections,
-                factors.submatrix(0, 0, 1, n - 2),
-                Conj::No,
-                basis.submatrix_mut(1, 1, n - 1, n - 1),
-                Par::Seq,
-                MemStack::new(&mut memory),
-            );
-        }
-        let entries = (0..n * n).map(|k| basis[(k % n, k / n)]).collect();
-        (Self::stored(&h, |x| *x), entries)
-    }
-}
-
-/// Entries below this, of a matrix of norm one, are zero: products of two of them underflow, and no shift is right.
-pub(super) const SMALLEST: f64 = 1e-138;
 /// Steps for one eigenvalue at most; two or three are usual.
 pub(super) const MOST_STEPS: usize = 300;
 /// After so many steps without deflation one takes a shift from outside, which breaks cycles.

@@ -12,7 +12,6 @@ pub(crate) mod equal_planes;
 pub(crate) mod error;
 pub mod exponential;
 pub(crate) mod fixed;
-pub(crate) mod francis;
 pub(crate) mod gram;
 pub(crate) mod gramian;
 pub mod hermitian;

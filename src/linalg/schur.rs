@@ -1,13 +1,12 @@
 //! Ordered real Schur form A = Z T Zᵀ with T quasi upper triangular (1×1 and 2×2 diagonal blocks).
 //! faer has no public Schur form; its unblocked QZ on the pencil (A, I) gives one: Q'AZ = S and Q'Z = diag(±1),
-//! so T = diag(±1)·S. The blocked QZ is avoided (slow and inaccurate from order 75). Where entries underflow the QZ
-//! leaves no numbers; then double QR steps of Francis on A alone lead to the form.
+//! so T = diag(±1)·S. The blocked QZ is avoided (slow and inaccurate from order 75).
+//! The matrix is scaled to norm one first, and entries whose squares underflow are set to zero: the QZ makes NaN of
+//! them.
 //! Reordering: direct swapping of adjacent blocks (Bai and Demmel 1993).
 
-use super::dense::unit_of;
+use super::dense::{NEGLIGIBLE, unit_of};
 use super::error::NumericError;
-use super::francis::Francis;
-use super::hessenberg::{Hessenberg, SMALLEST};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::evd::ComputeEigenvectors;
 use faer::linalg::gevd::{self, GeneralizedSchurParams};
@@ -37,33 +36,12 @@ pub fn schur(a: &Mat<f64>) -> Result<RealSchur, NumericError> {
             t: a.clone(),
         });
     }
-    // Products of entries stay in range.
     let unit = unit_of(a.norm_max());
-    let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] / unit);
-    // Backward stable iterations stay below 1e-13 up to order 400; a failed sweep leaves a defect of order one, and one
-    // on entries that underflow no number at all.
-    let holds = |form: &RealSchur| {
-        (&form.z * &form.t - &scaled * &form.z).norm_l2() <= 1e-11 * scaled.norm_l2()
-    };
-    let mut form = match by_pencil(&scaled).filter(holds) {
-        Some(form) => form,
-        None => {
-            let form = by_francis(&scaled)?;
-            form.filter(holds).ok_or(NumericError::NoConvergence {
-                what: "Schur form",
-                iterations: n,
-                residual: f64::NAN,
-            })?
-        }
-    };
-    form.t *= faer::Scale(unit);
-    Ok(form)
-}
-
-/// By the QZ iteration on the pencil (A, I).
-fn by_pencil(a: &Mat<f64>) -> Option<RealSchur> {
-    let n = a.nrows();
-    let (mut s, mut p) = (a.clone(), Mat::<f64>::identity(n, n));
+    let scaled = Mat::from_fn(n, n, |i, j| match a[(i, j)] / unit {
+        x if x.abs() < NEGLIGIBLE => 0.0,
+        x => x,
+    });
+    let (mut s, mut p) = (scaled.clone(), Mat::<f64>::identity(n, n));
     let (mut q, mut z) = (Mat::<f64>::identity(n, n), Mat::<f64>::identity(n, n));
     let hessenberg: gevd::gen_hessenberg::GeneralizedHessenbergParams = <_ as Auto<f64>>::auto();
     let mut params: GeneralizedSchurParams = <_ as Auto<f64>>::auto();
@@ -104,24 +82,21 @@ fn by_pencil(a: &Mat<f64>) -> Option<RealSchur> {
             s[(i, j)] * p[(i, i)].signum()
         }
     });
-    RealSchur { z, t }.cleaned()
-}
-
-/// By QR steps on A alone.
-fn by_francis(a: &Mat<f64>) -> Result<Option<RealSchur>, NumericError> {
-    let n = a.nrows();
-    let (form, basis) = Hessenberg::with_basis(a.clone());
-    let mut steps = Francis {
-        form,
-        basis: Some(basis),
-    };
-    steps.run()?;
-    let matrix = |entries: &[f64]| Mat::from_fn(n, n, |i, j| entries[j * n + i]);
-    let (z, t) = (
-        matrix(steps.basis.as_deref().unwrap_or_default()),
-        matrix(&steps.form.entries),
-    );
-    Ok(RealSchur { z, t }.cleaned())
+    let mut form = RealSchur { z, t };
+    form.deflate();
+    let overlap = form.blocks_overlap();
+    form.split();
+    let defect = (&form.z * &form.t - &scaled * &form.z).norm_l2();
+    // Backward stable QZ stays below 1e-13 up to order 400; a failed sweep leaves a defect of order one.
+    if overlap || defect.is_nan() || defect > 1e-11 * scaled.norm_l2() {
+        return Err(NumericError::NoConvergence {
+            what: "Schur form",
+            iterations: 30 * n,
+            residual: defect / scaled.norm_l2(),
+        });
+    }
+    form.t *= faer::Scale(unit);
+    Ok(form)
 }
 
 impl RealSchur {
@@ -175,22 +150,27 @@ impl RealSchur {
         block_eigenvalues(&self.t, i, block_size(&self.t, i)).0
     }
 
-    /// Of a form of norm one: zeroes below the blocks and splits those with real eigenvalues; none where blocks hang
-    /// together.
-    fn cleaned(mut self) -> Option<Self> {
-        let n = self.t.nrows();
+    /// Sets negligible entries below the diagonal of a form of norm one to zero.
+    fn deflate(&mut self) {
         let norm = self.t.norm_max();
-        for i in 0..n.saturating_sub(1) {
+        for i in 0..self.t.nrows().saturating_sub(1) {
             let scale = self.t[(i, i)].abs() + self.t[(i + 1, i + 1)].abs();
             let scale = if scale > 0.0 { scale } else { norm };
-            // Deflation threshold of the QR algorithm, and what is zero beside a norm of one.
-            if self.t[(i + 1, i)].abs() <= (f64::EPSILON * scale).max(SMALLEST) {
+            // Deflation threshold of the QR algorithm.
+            if self.t[(i + 1, i)].abs() <= (f64::EPSILON * scale).max(NEGLIGIBLE) {
                 self.t[(i + 1, i)] = 0.0;
             }
         }
-        if (2..n).any(|i| self.t[(i, i - 1)] != 0.0 && self.t[(i - 1, i - 2)] != 0.0) {
-            return None;
-        }
+    }
+
+    /// True where a diagonal block is larger than 2×2.
+    fn blocks_overlap(&self) -> bool {
+        (2..self.t.nrows()).any(|i| self.t[(i, i - 1)] != 0.0 && self.t[(i - 1, i - 2)] != 0.0)
+    }
+
+    /// Splits 2×2 blocks with real eigenvalues.
+    fn split(&mut self) {
+        let n = self.t.nrows();
         let mut i = 0;
         while i + 1 < n {
             if self.t[(i + 1, i)] == 0.0 {
@@ -217,7 +197,6 @@ impl RealSchur {
                 i += 2;
             }
         }
-        Some(self)
     }
 
     /// Similarity by the plane rotation whose first axis is (c, s) in rows i and i+1.

@@ -18,9 +18,12 @@ fn holds(a: &Mat<f64>, what: &str) {
     for j in 0..n {
         for i in j + 1..n {
             let (below, next) = (t[(i, j)], i > 1 && t[(i - 1, i - 2)] != 0.0);
-            assert!(below == 0.0 || i == j + 1 && !next, "{what}: no block");
+            assert!(
+                below == 0.0 || i == j + 1 && !next,
+                "{what}: a block larger than 2×2"
+            );
+            // A smaller block is zero to rounding, or has lost its digits to underflow.
             let least = 1e-138 * a.norm_max().max(1e-150);
-            // A block that is smaller is zero to rounding, or has lost its digits to underflow.
             if below.abs().min(t[(j, i)].abs()) > least {
                 let half = 0.5 * (t[(j, j)] - t[(i, i)]);
                 let above = t[(j, i)];
@@ -59,7 +62,7 @@ fn schur_forms_of_any_order_hold() {
     }
 }
 
-/// A matrix of a machine has entries that underflowed on their way: they are as good as zero.
+/// Matrices of a machine have entries that underflowed when they were computed: they count as zero.
 #[test]
 fn entries_of_any_size_leave_a_schur_form() {
     let mut rng = ChaCha8Rng::seed_from_u64(12);
