@@ -3,7 +3,7 @@
 
 usage: benches/spindles_tools.py [--muspin PROGRAM] [--work DIR] [--tools A,B] [SPINDLE ...]
 
-Default: the five spindles of tests/data/spindles that are not the reference one, and the ten tools of spindles/tools.
+Default: the reference spindle as updated, five others of tests/data/spindles, and the ten tools of spindles/tools.
 The paper's tool is designed from nothing, the others start from its design (`muspin batch --from`). Writes
 results/bench/spindles_tools.csv after every row. A folder that an earlier call finished in DIR is not computed again, and
 its times are those of reading it; without --work every design is computed in a temporary folder.
@@ -21,7 +21,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-SPINDLES = ["s01-short-fast", "s04-noncollocated", "s06-strong-ks", "s09-four-modes", "s12-big-discs"]
+SPINDLES = ["reference-updated", "s01-short-fast", "s04-noncollocated", "s06-strong-ks", "s09-four-modes", "s12-big-discs"]
 FIRST = "paper-tool"
 TABLE = ROOT / "results" / "bench" / "spindles_tools.csv"
 COLUMNS = [
