@@ -29,8 +29,5 @@ pub(crate) fn balanced(n: usize, sizes: impl Fn(&[f64], usize) -> (f64, f64)) ->
 pub(super) fn evening_factor(row: f64, column: f64) -> f64 {
     // The ratio itself can overflow or underflow.
     let f = (0.25 * (row.log2() - column.log2())).round().exp2();
-    match row > 0.0 && column > 0.0 && f.is_finite() {
-        true => f,
-        false => 1.0,
-    }
+    if f.is_normal() { f } else { 1.0 }
 }

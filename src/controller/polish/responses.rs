@@ -148,16 +148,20 @@ impl Plants {
             .zip(at_speeds)
             .collect();
         let rest = list[0].1.clone();
-        list.extend(
-            shifts
-                .iter()
-                .map(|factors| (Role::Shifted, rest.with_scaled_modes(factors))),
-        );
+        list.extend(shifted(&rest, shifts));
         Ok(Self {
             period_s: machine.spindle.electronics.sample_period_s(),
             list,
             weak: vec![],
         })
+    }
+
+    /// With the machine at its top speed once more for each of the `shifts`.
+    #[must_use]
+    pub(crate) fn with_shifts_at_top_speed(mut self, shifts: &[Vec<f64>]) -> Self {
+        let top = self.list[1].1.clone();
+        self.list.extend(shifted(&top, shifts));
+        self
     }
 
     /// With the machine at rest once more for each part of their force that its magnets give.
@@ -313,6 +317,13 @@ impl Plants {
         }
         Ok(loops)
     }
+}
+
+/// A plant with modes shifted by the factors of each of the `shifts`.
+fn shifted(plant: &Plant, shifts: &[Vec<f64>]) -> impl Iterator<Item = (Role, Plant)> {
+    shifts
+        .iter()
+        .map(|factors| (Role::Shifted, plant.with_scaled_modes(factors)))
 }
 
 /// Signs of shifted modes: all combinations of the first three, the others by products of those.

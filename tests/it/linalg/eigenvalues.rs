@@ -146,6 +146,19 @@ fn iterations_on_graded_matrices_and_hamiltonians_end() {
     }
 }
 
+/// The sum of squares of a column overflows, that of its row does not: the values are right to the rounding of the norm.
+#[test]
+fn an_entry_whose_square_overflows_leaves_finite_eigenvalues() {
+    let norm = 1e160;
+    let a = faer::mat![[2.0, norm], [1.0, 3.0]];
+    let found = eigenvalues(&a).unwrap();
+    assert_eq!(found.len(), 2);
+    // The exact values are ±√norm to rounding.
+    for value in found {
+        assert!((value.norm() - norm.sqrt()).abs() <= f64::EPSILON * norm);
+    }
+}
+
 #[test]
 fn the_size_of_the_entries_does_not_matter() {
     let n = 12;
