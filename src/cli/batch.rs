@@ -7,7 +7,7 @@ use super::batch_arguments::Arguments;
 use super::batch_plan::{collected, plan, read_row};
 use super::batch_variants::{Variant, variants};
 use super::console::{Console, Shown};
-use super::design_progress::told;
+use super::design_progress::{told, told_of};
 use super::output::{REPORT, claim};
 use super::progress::Progress;
 use super::{Failure, Outcome};
@@ -24,6 +24,8 @@ use crate::report::run::run_report;
 use crate::report::whole::{Report, ReportError, machine_tag};
 use crate::report::worst::worst_records;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
@@ -52,17 +54,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         claim(&variant.folder(&arguments.out), &[ROW_FILE], read.clone())?;
     }
     let progress = Progress::start(console);
-    let mut rows = vec![];
-    for (done, variant) in variants.iter().enumerate() {
-        progress.share(done, variants.len());
-        progress.line(format!(
-            "{} ({} of {})",
-            variant.name,
-            done + 1,
-            variants.len()
-        ));
-        rows.push(one(arguments, variant, &weights, &progress, console)?);
-    }
+    let rows = all(arguments, &variants, &weights, &progress, console)?;
     arguments.timings.print(&progress.times());
     drop(progress);
     let top_hz = variants.first().map(|v| v.machine.spindle.max_rpm / 60.0);
@@ -85,6 +77,48 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         arguments,
         console,
     )
+}
+
+/// The rows of all variants, in their order. None depends on another: as many are computed at a time as there are
+/// threads, each of which helps the others where it has to wait. With `--timings` it is one at a time, so that the time
+/// of a stage is its own.
+fn all(
+    arguments: &Arguments,
+    variants: &[Variant],
+    weights: &Weights,
+    progress: &Progress,
+    console: &Console,
+) -> Result<Vec<Row>, Failure> {
+    let next = AtomicUsize::new(0);
+    let found = Mutex::new(vec![]);
+    let found_so_far = || found.lock().unwrap_or_else(PoisonError::into_inner);
+    progress.share(0, variants.len());
+    let some = || {
+        while let Some((number, variant)) = numbered(variants, &next) {
+            let row = one(arguments, variant, weights, progress, console);
+            if row.is_err() {
+                // What cannot be written ends the batch.
+                next.store(variants.len(), Ordering::Relaxed);
+            }
+            let mut found = found_so_far();
+            found.push((number, row));
+            progress.share(found.len(), variants.len());
+        }
+    };
+    match arguments.timings.are_asked() {
+        true => some(),
+        // A closure for each thread: one that could be stolen would run inside another tool.
+        false => drop(rayon::broadcast(|_| some())),
+    }
+    let mut found = std::mem::take(&mut *found_so_far());
+    found.sort_by_key(|(number, _)| *number);
+    found.into_iter().map(|(_, row)| row).collect()
+}
+
+/// The next variant that nobody has taken.
+fn numbered<'a>(variants: &'a [Variant], next: &AtomicUsize) -> Option<(usize, &'a Variant)> {
+    let number = next.fetch_add(1, Ordering::Relaxed);
+    variants.get(number).map(|variant| (number, variant))
 }
 
 /// The row of a variant: read back where it was computed from the same inputs before, else computed, and its folder
@@ -125,10 +159,17 @@ fn one(
             false => Extent::Everything,
         },
     };
-    let found = one_tool(&task, arguments.tightening, &mut |event| {
-        told(progress, event);
+    progress.line(format!("{}: begun", variant.name));
+    let found = one_tool(&task, arguments.tightening, &mut |event| match arguments
+        .timings
+        .are_asked()
+    {
+        true => told(progress, event),
+        false => told_of(progress, &variant.name, event),
     });
-    progress.timed("report");
+    if arguments.timings.are_asked() {
+        progress.timed("report");
+    }
     let mut report = Report::default();
     let row = match found {
         Ok(found) => {

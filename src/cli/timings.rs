@@ -13,6 +13,11 @@ pub(super) struct Timings {
 }
 
 impl Timings {
+    /// True when a table was asked for.
+    pub(super) fn are_asked(self) -> bool {
+        self.timings
+    }
+
     /// Prints a table when it was asked for.
     pub(super) fn print(self, watch: &Stopwatch) {
         if self.timings {

@@ -27,25 +27,67 @@ pub fn tune(
     settings: &TuneSettings,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<TunedPid, VerificationError> {
-    let mut found = searched(machine, settings, progress);
-    for number in 1..settings.searches as u64 {
-        let seed = settings.seed.wrapping_add(number);
-        let next = searched(machine, &TuneSettings { seed, ..*settings }, progress);
-        found = match (found, next) {
-            (Ok(earlier), Ok(later)) => Ok(better(earlier, later, settings)),
-            // A search without a stabilising PID leaves what another one finds; any other failure ends them all.
-            (Ok(pid), Err(error)) | (Err(error), Ok(pid)) if is_infeasible(&error) => Ok(pid),
-            (Err(earlier), Err(later)) if is_infeasible(&later) => Err(earlier),
-            (_, Err(error)) | (Err(error), _) => return Err(error),
-        };
-    }
-    found
+    let first = searched(machine, settings, None, progress);
+    with_further_searches(first, machine, settings, progress)
 }
 
-/// One search from the seed of the settings.
+/// As [`tune`], but the first search goes on from the PID that another one with the same seed found for this machine
+/// under other limits. Where that ends outside these limits, it begins as any other.
+///
+/// # Errors
+/// As [`tune`].
+pub fn tune_from(
+    start: &PidParameters,
+    machine: &Machine,
+    settings: &TuneSettings,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<TunedPid, VerificationError> {
+    let mut first = searched(machine, settings, Some(start), progress);
+    if !matches!(&first, Ok(pid) if pid.certificate.meets(settings)) {
+        let begun = searched(machine, settings, None, progress);
+        first = best_of(first, begun, settings);
+    }
+    with_further_searches(first, machine, settings, progress)
+}
+
+/// The best of a first search and the others asked for.
+fn with_further_searches(
+    first: Result<TunedPid, VerificationError>,
+    machine: &Machine,
+    settings: &TuneSettings,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<TunedPid, VerificationError> {
+    (1..settings.searches as u64).fold(first, |found, number| {
+        let seed = settings.seed.wrapping_add(number);
+        let settings = TuneSettings { seed, ..*settings };
+        best_of(
+            found,
+            searched(machine, &settings, None, progress),
+            &settings,
+        )
+    })
+}
+
+/// The better of what two searches found. One without a stabilising PID leaves what the other finds; any other failure
+/// ends both.
+fn best_of(
+    earlier: Result<TunedPid, VerificationError>,
+    later: Result<TunedPid, VerificationError>,
+    settings: &TuneSettings,
+) -> Result<TunedPid, VerificationError> {
+    match (earlier, later) {
+        (Ok(earlier), Ok(later)) => Ok(better(earlier, later, settings)),
+        (Ok(pid), Err(error)) | (Err(error), Ok(pid)) if is_infeasible(&error) => Ok(pid),
+        (Err(earlier), Err(later)) if is_infeasible(&later) => Err(earlier),
+        (_, Err(error)) | (Err(error), _) => Err(error),
+    }
+}
+
+/// One search from the seed of the settings, or from a PID.
 fn searched(
     machine: &Machine,
     settings: &TuneSettings,
+    start: Option<&PidParameters>,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<TunedPid, VerificationError> {
     let first = TuneSettings {
@@ -55,7 +97,10 @@ fn searched(
     };
     let mut goal = first;
     let free: Vec<usize> = (0..2 * PER_AXIS).collect();
-    let mut given: Vec<PidParameters> = vec![];
+    let mut given: Vec<PidParameters> = start.into_iter().copied().collect();
+    if start.is_some() {
+        (goal.starts, goal.basins) = ONE_START;
+    }
     // Loops that a certificate found unstable.
     let mut unstable: Vec<ShiftedRotor> = vec![];
     let mut evaluations = 0;
@@ -73,7 +118,7 @@ fn searched(
         };
         evaluations += found.evaluations;
         given = vec![found.parameters];
-        (goal.starts, goal.basins) = (0, 1);
+        (goal.starts, goal.basins) = ONE_START;
         let figures = Figures::new(machine, found.parameters, settings, "PID")?;
         progress(attempt, figures.stiffness_n_per_m());
         let judged = figures.judged();
@@ -143,6 +188,8 @@ fn better(earlier: TunedPid, later: TunedPid, settings: &TuneSettings) -> TunedP
     }
 }
 
+/// Starts drawn and basins of a search that goes on from a PID.
+const ONE_START: (usize, usize) = (0, 1);
 /// Times the search is taken up again when the full plant shows what its lines did not.
 const REPAIRS: usize = 3;
 /// Times that it begins again with a loop that a certificate found unstable.

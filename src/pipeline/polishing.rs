@@ -17,6 +17,7 @@ use super::widening::Widening;
 use crate::controller::polish::{LoopLimits, PolishRound};
 use crate::controller::speed_proof::SpeedProof;
 use crate::lti::{Discrete, StateSpace};
+use crate::pid::parameters::PidParameters;
 use crate::pid::settings::TuneSettings;
 use crate::pid::tune::tune;
 use crate::predict::stiffness::stiffness_words;
@@ -52,6 +53,8 @@ pub struct PolishOutcome {
     pub attempts: Vec<PolishAttempt>,
     /// Number of the attempt whose controller is delivered; none: that of the D-K iteration is.
     pub delivered: Option<usize>,
+    /// A PID tuned without regard to the design, where the controller of the D-K iteration missed a goal.
+    pub tuned_pid: Option<PidParameters>,
     /// The outcome in a sentence or two.
     pub sentence: String,
 }
@@ -89,6 +92,7 @@ impl<'a> Contest<'a> {
                 held_to: Goal::of(job.problems, job.weights).widening,
                 attempts: vec![],
                 delivered: None,
+                tuned_pid: None,
                 sentence: String::new(),
             },
             dk,
@@ -211,8 +215,9 @@ pub(super) fn polished(
     let entered = || {
         let mut contest = Contest::with(job, zone_a, plane)?;
         let by_pid = contest.misses_a_goal().then(|| tuned_pid(machine));
-        if let Some(Ok((_, stiffness))) = &by_pid {
-            contest.rival = Some(*stiffness);
+        if let Some(Ok(pid)) = &by_pid {
+            contest.rival = Some(pid.stiffness_n_per_m);
+            contest.outcome.tuned_pid = Some(pid.parameters);
         }
         Ok::<_, PipelineError>((contest, by_pid))
     };
@@ -223,7 +228,7 @@ pub(super) fn polished(
         contest.attempt(DK, zone_a, Ok(plane));
     }
     if let Some(found) = &by_pid {
-        let start = found.as_ref().map(|(plane, _)| plane);
+        let start = found.as_ref().map(|pid| &pid.plane);
         if contest.misses_a_goal() {
             contest.attempt("tuned PID", zone_a, start);
         }
@@ -244,8 +249,16 @@ pub(super) fn polished(
     Ok((delivery, outcome))
 }
 
-/// One plane of a tuned PID, m to A, and its smallest tool stiffness at rest and at top speed, N/m.
-fn tuned_pid(machine: &Machine) -> Result<(StateSpace<Discrete>, [f64; 2]), PipelineError> {
+/// A PID to start a polish from, and to be as stiff as.
+struct StartingPid {
+    parameters: PidParameters,
+    /// One plane, m to A.
+    plane: StateSpace<Discrete>,
+    /// Smallest tool stiffness at rest and at top speed, N/m.
+    stiffness_n_per_m: [f64; 2],
+}
+
+fn tuned_pid(machine: &Machine) -> Result<StartingPid, PipelineError> {
     let found = tune(machine, &TuneSettings::start(), &mut |_, _| {})?;
     let minimum = |rpm: f64| -> Result<f64, PipelineError> {
         let seen = predict(machine, &found.controller, rpm)?;
@@ -256,8 +269,11 @@ fn tuned_pid(machine: &Machine) -> Result<(StateSpace<Discrete>, [f64; 2]), Pipe
             0.0
         })
     };
-    let stiffness = [minimum(0.0)?, minimum(machine.spindle.max_rpm)?];
-    Ok((plane_of_law(machine, &found.controller)?, stiffness))
+    Ok(StartingPid {
+        parameters: found.parameters,
+        plane: plane_of_law(machine, &found.controller)?,
+        stiffness_n_per_m: [minimum(0.0)?, minimum(machine.spindle.max_rpm)?],
+    })
 }
 
 fn sentence(outcome: &PolishOutcome) -> String {

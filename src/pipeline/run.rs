@@ -16,7 +16,7 @@ use crate::controller::Controller;
 use crate::controller::verification_error::VerificationError;
 use crate::pid::certificate::TunedPid;
 use crate::pid::settings::TuneSettings;
-use crate::pid::tune::{found_or_reason, textbook, tune};
+use crate::pid::tune::{found_or_reason, textbook, tune, tune_from};
 use crate::spindle::Machine;
 use crate::update::{Targets, UpdateSettings, UpdatedMachine, gauss_newton, nelder_mead};
 use rayon::prelude::*;
@@ -315,10 +315,14 @@ pub(crate) fn rivals(
     };
     // Nothing of the textbook PID is tuned for the tool: more effort would not change it.
     let plain = rival_settings(machine, delivered, TuneSettings::quick())?;
-    let (tuned, textbook) = rayon::join(
-        || rival(tune(machine, &effort, &mut |_, _| {})),
-        || rival(textbook(machine, &plain)),
-    );
+    // The polish has tuned one from the same starts as a rule, within limits that are often nearly the same.
+    let start = design.polish.as_ref().and_then(|p| p.tuned_pid.as_ref());
+    let start = start.filter(|_| effort.seed == TuneSettings::start().seed);
+    let tuned = || match start {
+        Some(start) => tune_from(start, machine, &effort, &mut |_, _| {}),
+        None => tune(machine, &effort, &mut |_, _| {}),
+    };
+    let (tuned, textbook) = rayon::join(|| rival(tuned()), || rival(textbook(machine, &plain)));
     Ok(Rivals {
         tuned: tuned?,
         textbook: textbook?,

@@ -29,28 +29,37 @@ pub fn derivative_errors(
     let all = |x: &[f64]| loss.evaluate_near(&law, x, f64::INFINITY);
     let found = all(&x);
     let natural = law.natural_steps(&x);
-    let mut errors = [f64::NAN; LIMITS + 1];
-    for (error, group) in errors.iter_mut().zip(GROUPS) {
-        let of_group = (0..found.values.len()).filter(|k| found.values[*k].group == group);
-        let largest =
-            of_group.max_by(|a, b| found.values[*a].value.total_cmp(&found.values[*b].value));
-        let Some(k) = largest else { continue };
-        let slopes = &loss.gradients(&*law.with(&x), &found, &[found.values[k]])[0];
-        let mut difference = 0.0f64;
-        let mut size = 0.0f64;
-        for (p, natural) in natural.iter().enumerate() {
-            // Balances truncation against rounding of values of order one.
-            let step = 1e-5 * natural;
-            let at = |h: f64| {
-                let mut moved = x.clone();
-                moved[p] += h;
-                all(&moved).values[k].value
-            };
-            let central = (at(step) - at(-step)) / 2e-5;
-            difference = difference.max((central - slopes[p] * natural).abs());
-            size = size.max((slopes[p] * natural).abs());
+    // The largest value of each group, its derivatives, and the largest difference and derivative found so far.
+    let mut checked: Vec<_> = GROUPS
+        .iter()
+        .enumerate()
+        .filter_map(|(place, group)| {
+            let of_group = (0..found.values.len()).filter(|k| found.values[*k].group == *group);
+            let k = of_group
+                .max_by(|a, b| found.values[*a].value.total_cmp(&found.values[*b].value))?;
+            let slopes = loss
+                .gradients(&*law.with(&x), &found, &[found.values[k]])
+                .swap_remove(0);
+            Some((place, k, slopes, [0.0f64; 2]))
+        })
+        .collect();
+    for (p, natural) in natural.iter().enumerate() {
+        // Balances truncation against rounding of values of order one.
+        let at = |step: f64| {
+            let mut moved = x.clone();
+            moved[p] += step * natural;
+            all(&moved)
+        };
+        let (above, below) = (at(1e-5), at(-1e-5));
+        for (_, k, slopes, [difference, size]) in &mut checked {
+            let central = (above.values[*k].value - below.values[*k].value) / 2e-5;
+            *difference = difference.max((central - slopes[p] * natural).abs());
+            *size = size.max((slopes[p] * natural).abs());
         }
-        *error = difference / size;
+    }
+    let mut errors = [f64::NAN; LIMITS + 1];
+    for (place, _, _, [difference, size]) in checked {
+        errors[place] = difference / size;
     }
     Ok(errors)
 }

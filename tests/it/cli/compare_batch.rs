@@ -1,5 +1,6 @@
 //! Commands that put controllers and tools side by side.
 
+use crate::support::files::tree;
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -236,5 +237,49 @@ fn batch_of_one_tool_fills_table_picture_and_folder() {
         "endmill-16/pid.json",
     ] {
         assert!(out.join(file).is_file(), "{file}");
+    }
+}
+
+#[test]
+fn tools_of_a_batch_that_run_side_by_side_have_the_bytes_of_one_after_another() {
+    let temporary = tempfile::tempdir().unwrap();
+    let batch = |name: &str, options: &[&str]| {
+        let out = temporary.path().join(name);
+        let tools = "endmill-16,paper-tool";
+        let command = ["batch", "--tools", tools, "--quick", "--no-polish"];
+        let run = muspin()
+            .args(command)
+            .args(options)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap();
+        let errors = String::from_utf8(run.stderr).unwrap();
+        (tree(&out), String::from_utf8(run.stdout).unwrap(), errors)
+    };
+    let (files, table, errors) = batch("one", &["--threads", "1"]);
+    assert_eq!(errors, "");
+    // The rows are in the order of the tools.
+    let tools: Vec<&str> = table
+        .lines()
+        .map(|l| l.split(',').next().unwrap())
+        .collect();
+    assert_eq!(tools, ["tool", "endmill-16", "paper-tool"]);
+    let (three, three_table, _) = batch("three", &["--threads", "3"]);
+    let (timed, _, timings) = batch("timed", &["--timings"]);
+    assert_eq!(table, three_table);
+    for other in [three, timed] {
+        assert_eq!(
+            files.keys().collect::<Vec<_>>(),
+            other.keys().collect::<Vec<_>>()
+        );
+        for (name, bytes) in &files {
+            assert!(bytes == &other[name], "{name} differs");
+        }
+    }
+    // One after another, the stages of both tools are told apart.
+    for stage in ["D-K iteration", "worst cases", "report", "in all"] {
+        let lines = timings.lines().filter(|l| l.starts_with(stage));
+        assert_eq!(lines.count(), 1, "{stage}: {timings}");
     }
 }

@@ -10,9 +10,9 @@ use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64};
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
 use muspin::pid::certificate::{PidCertificate, TunedPid, ZONE_B_DB, certify};
-use muspin::pid::parameters::{pid_continuous, pid_controller, reference_start};
+use muspin::pid::parameters::{PidParameters, pid_continuous, pid_controller, reference_start};
 use muspin::pid::settings::TuneSettings;
-use muspin::pid::tune::{textbook, tune};
+use muspin::pid::tune::{textbook, tune, tune_from};
 use muspin::predict::sensitivity::axis_sensitivity;
 use muspin::predict::stiffness::dynamic_stiffness;
 use muspin::rotor::modes::PlanarModes;
@@ -206,6 +206,42 @@ fn the_search_depends_on_the_seed_and_not_on_the_threads() {
     assert_eq!(one.parameters, three.parameters);
     assert_eq!(one.certificate, three.certificate);
     assert_ne!(one.parameters, other.parameters);
+}
+
+#[test]
+fn a_search_goes_on_from_a_pid_that_levitates_and_from_no_other() {
+    let machine = reference();
+    let settings = short_search();
+    let within = |noise_current_a: f64| TuneSettings {
+        noise_current_a,
+        ..settings
+    };
+    let stiffness = |pid: &TunedPid| {
+        let c = &pid.certificate;
+        c.stiffness_n_per_m.min(c.stiffness_at_speed_n_per_m)
+    };
+    let from = |start: &PidParameters, settings: &TuneSettings| {
+        tune_from(start, &machine, settings, &mut |_, _| {}).unwrap()
+    };
+    let first = tune(&machine, &settings, &mut |_, _| {}).unwrap();
+    assert!(first.certificate.meets(&settings));
+    // Under the same limits it ends no softer than it began, but for what a repair takes off.
+    let further = from(&first.parameters, &settings);
+    assert!(further.certificate.meets(&settings));
+    assert!(stiffness(&further) > 0.99 * stiffness(&first));
+    // Fewer starts than any search of its own draws are judged.
+    assert!(further.certificate.evaluations < settings.starts);
+    // Under a lower limit that the first exceeds, it is within that.
+    let quieter = within(0.8 * first.certificate.noise_current_a);
+    let held = from(&first.parameters, &quieter);
+    assert!(!first.certificate.meets(&quieter) && held.certificate.meets(&quieter));
+    // A PID that lets the rotor fall is no start: the result is that of a search without one.
+    let mut falling = first.parameters;
+    falling.front.gain_a_per_m *= 0.01;
+    falling.rear.gain_a_per_m *= 0.01;
+    let anew = from(&falling, &settings);
+    assert_eq!(anew.parameters, first.parameters);
+    assert_eq!(anew.certificate, first.certificate);
 }
 
 #[test]

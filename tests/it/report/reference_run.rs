@@ -1,40 +1,24 @@
-//! The committed reference run: a new run gives the same numbers, and two runs give the same bytes at any thread count.
+//! The committed reference run: a new run gives the same numbers, two runs give the same bytes at any thread count, and
+//! `--timings` lists every part of one.
 
+use crate::support::files::tree;
 use assert_cmd::Command;
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::path::Path;
 
-fn run(out: &Path, threads: &str) -> String {
+/// Standard output and standard error.
+fn run(out: &Path, threads: &str, options: &[&str]) -> [String; 2] {
     let output = Command::cargo_bin("muspin")
         .unwrap()
         .env("RAYON_NUM_THREADS", threads)
         .args(["run", "--out"])
         .arg(out)
+        .args(options)
         .output()
         .unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let [words, errors] = [output.stdout, output.stderr].map(|t| String::from_utf8(t).unwrap());
     assert_eq!(output.status.code(), Some(0), "{errors}");
-    assert!(errors.is_empty(), "a pipe gets no progress: {errors}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn files(root: &Path, folder: &Path, all: &mut BTreeMap<String, Vec<u8>>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files(root, &path, all);
-        } else {
-            let name = path.strip_prefix(root).unwrap().display().to_string();
-            all.insert(name, std::fs::read(&path).unwrap());
-        }
-    }
-}
-
-fn tree(root: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    files(root, root, &mut all);
-    all
+    [words, errors]
 }
 
 fn figure(summary: &Value, key: &str) -> f64 {
@@ -45,14 +29,17 @@ fn figure(summary: &Value, key: &str) -> f64 {
 }
 
 #[test]
-fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes() {
+fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes_and_lists_its_timings() {
     let temporary = tempfile::tempdir().unwrap();
     let (first, second) = (
         temporary.path().join("first"),
         temporary.path().join("second"),
     );
-    let words = run(&first, "1");
-    run(&second, "2");
+    let [words, errors] = run(&first, "1", &[]);
+    assert!(errors.is_empty(), "a pipe gets no progress: {errors}");
+    let start = std::time::Instant::now();
+    let [_, timings] = run(&second, "2", &["--timings"]);
+    assert_timings_of_a_run(&timings, start.elapsed().as_secs_f64());
     assert!(words.contains("stable at every speed up to"), "{words}");
     let (a, b) = (tree(&first), tree(&second));
     assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
@@ -150,16 +137,8 @@ fn the_reference_run_reproduces_its_committed_numbers_and_its_own_bytes() {
     }
 }
 
-#[test]
-fn timings_list_every_part_of_a_run() {
-    let out = tempfile::tempdir().unwrap();
-    let mut command = Command::cargo_bin("muspin").unwrap();
-    let run = command.args(["run", "--timings", "--out"]).arg(out.path());
-    let start = std::time::Instant::now();
-    let output = run.output().unwrap();
-    let elapsed_s = start.elapsed().as_secs_f64();
-    let errors = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{errors}");
+/// Standard error of `--timings` names every part, and the parts together are nearly all of the time.
+fn assert_timings_of_a_run(errors: &str, elapsed_s: f64) {
     let lines: Vec<&str> = errors.lines().collect();
     let named = |part: &&str| lines.iter().any(|line| line.starts_with(*part));
     let parts = [
