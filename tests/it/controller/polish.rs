@@ -1,6 +1,6 @@
 //! The polish of a controller: its derivatives, and what a few steps make of a start.
 
-use crate::support::inputs::short_search;
+use crate::support::inputs::short_search_found;
 use muspin::augment::assembly::UncertainMode;
 use muspin::augment::plane::connected_part;
 use muspin::augment::split::gyroscopic_split;
@@ -14,10 +14,8 @@ use muspin::input::{load_machine, load_weights};
 use muspin::linalg::Mat;
 use muspin::lti::connect::append;
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
-use muspin::pid::tune::tune;
 use muspin::predict::stiffness::dynamic_stiffness;
 use muspin::spindle::{Machine, ModelDetail, Plant};
-use std::sync::OnceLock;
 
 fn limits(machine: &Machine) -> LoopLimits {
     LoopLimits {
@@ -63,21 +61,16 @@ fn polisher<'a>(
         modes,
         limits,
     };
-    Polisher::new(machine, task, start(), 1.2).unwrap()
+    Polisher::new(machine, task, &start(), 1.2).unwrap()
 }
 
 /// A quickly found PID of one plane of the reference machine; a slow real pole in place of each integrator is the
 /// polish's own doing.
-fn start() -> &'static StateSpace<Discrete> {
-    static FOUND: OnceLock<StateSpace<Discrete>> = OnceLock::new();
-    FOUND.get_or_init(|| {
-        let machine = load_machine("reference", "paper-tool").unwrap();
-        let found = tune(&machine, &short_search(), &mut |_, _| {}).unwrap();
-        let ControlLaw::Discrete(law) = found.controller.law else {
-            panic!("sampled")
-        };
-        connected_part(&law.select(&[0, 2], &[0, 2]))
-    })
+fn start() -> StateSpace<Discrete> {
+    let ControlLaw::Discrete(law) = &short_search_found().controller.law else {
+        panic!("sampled")
+    };
+    connected_part(&law.select(&[0, 2], &[0, 2]))
 }
 
 #[test]
@@ -88,7 +81,7 @@ fn derivatives_of_every_limit_are_central_differences() {
         modes: &modes,
         limits: limits(&machine),
     };
-    let errors = derivative_errors(&machine, &task, start()).unwrap();
+    let errors = derivative_errors(&machine, &task, &start()).unwrap();
     // A step of 1e-5 leaves 1e-10 of the third derivative and 1e-16/1e-5 of rounding, both magnified by sharp
     // resonances.
     for (group, error) in errors.iter().enumerate() {
@@ -108,7 +101,7 @@ fn a_limit_out_of_reach_is_moved_and_no_other() {
             ..limits(&machine)
         },
     };
-    let mut polisher = Polisher::new(&machine, task, start(), 1.2).unwrap();
+    let mut polisher = Polisher::new(&machine, task, &start(), 1.2).unwrap();
     // A round of a single step that is refused would say that every limit is out of reach; a limit is given up by the
     // second of two rounds that bring it no nearer.
     for _ in 0..6 {

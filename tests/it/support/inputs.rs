@@ -1,7 +1,11 @@
 //! Inputs that several tests give to the program.
 
+use muspin::input::load_machine;
+use muspin::pid::certificate::TunedPid;
 use muspin::pid::settings::TuneSettings;
+use muspin::pid::tune::tune;
 use muspin::rotor::Section;
+use std::sync::OnceLock;
 
 /// A PID search of a second, for tests that need some stable law.
 pub fn short_search() -> TuneSettings {
@@ -12,6 +16,15 @@ pub fn short_search() -> TuneSettings {
         speeds: 2,
         ..TuneSettings::quick()
     }
+}
+
+/// What that search finds for the reference machine; tests share it.
+pub fn short_search_found() -> &'static TunedPid {
+    static FOUND: OnceLock<TunedPid> = OnceLock::new();
+    FOUND.get_or_init(|| {
+        let machine = load_machine("reference", "paper-tool").unwrap();
+        tune(&machine, &short_search(), &mut |_, _| {}).unwrap()
+    })
 }
 
 /// A section cut into parts of equal length; cones stay cones.
