@@ -93,7 +93,7 @@ fn all(
     let found = Mutex::new(vec![]);
     let found_so_far = || found.lock().unwrap_or_else(PoisonError::into_inner);
     progress.share(0, variants.len());
-    let some = || {
+    let in_turn = || {
         while let Some((number, variant)) = numbered(variants, &next) {
             let row = one(arguments, variant, weights, progress, console);
             if row.is_err() {
@@ -106,9 +106,9 @@ fn all(
         }
     };
     match arguments.timings.are_asked() {
-        true => some(),
+        true => in_turn(),
         // A closure for each thread: one that could be stolen would run inside another tool.
-        false => drop(rayon::broadcast(|_| some())),
+        false => drop(rayon::broadcast(|_| in_turn())),
     }
     let mut found = std::mem::take(&mut *found_so_far());
     found.sort_by_key(|(number, _)| *number);
