@@ -160,14 +160,12 @@ fn one(
         },
     };
     progress.line(format!("{}: begun", variant.name));
-    let found = one_tool(&task, arguments.tightening, &mut |event| match arguments
-        .timings
-        .are_asked()
-    {
+    let alone = arguments.timings.are_asked();
+    let found = one_tool(&task, arguments.tightening, &mut |event| match alone {
         true => told(progress, event),
         false => told_of(progress, &variant.name, event),
     });
-    if arguments.timings.are_asked() {
+    if alone {
         progress.timed("report");
     }
     let mut report = Report::default();

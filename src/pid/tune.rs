@@ -44,8 +44,8 @@ pub fn tune_from(
 ) -> Result<TunedPid, VerificationError> {
     let mut first = searched(machine, settings, Some(start), progress);
     if !matches!(&first, Ok(pid) if pid.certificate.meets(settings)) {
-        let begun = searched(machine, settings, None, progress);
-        first = best_of(first, begun, settings);
+        let anew = || searched(machine, settings, None, progress);
+        first = best_of(first, anew, settings);
     }
     with_further_searches(first, machine, settings, progress)
 }
@@ -60,26 +60,27 @@ fn with_further_searches(
     (1..settings.searches as u64).fold(first, |found, number| {
         let seed = settings.seed.wrapping_add(number);
         let settings = TuneSettings { seed, ..*settings };
-        best_of(
-            found,
-            searched(machine, &settings, None, progress),
-            &settings,
-        )
+        let next = || searched(machine, &settings, None, progress);
+        best_of(found, next, &settings)
     })
 }
 
-/// The better of what two searches found. One without a stabilising PID leaves what the other finds; any other failure
+/// The better of what two searches find. One without a stabilising PID leaves what the other finds; any other failure
 /// ends both.
 fn best_of(
     earlier: Result<TunedPid, VerificationError>,
-    later: Result<TunedPid, VerificationError>,
+    later: impl FnOnce() -> Result<TunedPid, VerificationError>,
     settings: &TuneSettings,
 ) -> Result<TunedPid, VerificationError> {
-    match (earlier, later) {
+    let earlier = match earlier {
+        Err(error) if !is_infeasible(&error) => return Err(error),
+        earlier => earlier,
+    };
+    match (earlier, later()) {
         (Ok(earlier), Ok(later)) => Ok(better(earlier, later, settings)),
-        (Ok(pid), Err(error)) | (Err(error), Ok(pid)) if is_infeasible(&error) => Ok(pid),
-        (Err(earlier), Err(later)) if is_infeasible(&later) => Err(earlier),
-        (_, Err(error)) | (Err(error), _) => Err(error),
+        (found, Err(error)) if is_infeasible(&error) => found,
+        (Err(_), Ok(pid)) => Ok(pid),
+        (_, Err(error)) => Err(error),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Commands that put controllers and tools side by side.
 
-use crate::support::files::tree;
+use crate::support::folder::tree;
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! The committed reference run: a new run gives the same numbers, two runs give the same bytes at any thread count, and
 //! `--timings` lists every part of one.
 
-use crate::support::files::tree;
+use crate::support::folder::tree;
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 #[derive(Clone, Deserialize)]
@@ -129,23 +129,4 @@ pub fn below_root(path: &str) -> PathBuf {
 pub fn read_yaml<T: DeserializeOwned>(path: &Path) -> T {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     serde_yaml::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-}
-
-fn add_files(root: &Path, folder: &Path, all: &mut BTreeMap<String, Vec<u8>>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            add_files(root, &path, all);
-        } else {
-            let name = path.strip_prefix(root).unwrap().display().to_string();
-            all.insert(name, std::fs::read(&path).unwrap());
-        }
-    }
-}
-
-/// Files below a folder, by their path in it.
-pub fn tree(root: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    add_files(root, root, &mut all);
-    all
 }

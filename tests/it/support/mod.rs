@@ -10,6 +10,7 @@ pub mod beam;
 pub mod controller;
 pub mod figures;
 pub mod files;
+pub mod folder;
 pub mod inputs;
 pub mod robustness;
 pub mod rotor;
