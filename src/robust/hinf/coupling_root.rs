@@ -3,7 +3,8 @@
 //! γ²/ρ(XY) − 1 grows with ln γ, nearly linearly, and its derivative costs a Lyapunov equation a side
 //! ([`super::couplings`]). ln γ as a cubic of it through the last two levels and their derivatives needs two or three
 //! pairs of Riccati equations, and neither brackets nor the peaks of the sides. Where X and Y exist and are positive at
-//! a root, it is the optimum, for both fall with γ.
+//! a root, it is the optimum, for both fall with γ. A root below the last level looked at is therefore looked at itself:
+//! another eigenvalue, or X or Y, may pass infinity on the way.
 
 use super::couplings::{Binding, Couplings};
 use super::riccati_pair::solved;
@@ -43,6 +44,8 @@ pub(super) fn coupling_root(
     let least = control.level_at_infinity().max(filter.level_at_infinity());
     let mut ln = start.ln();
     let mut last: Option<Point> = None;
+    // A root to be confirmed by the next level.
+    let mut estimated: Option<(f64, Couplings)> = None;
     for _ in 0..PAIRS {
         let gamma = ln.exp();
         if !(gamma.is_finite() && gamma > least) {
@@ -53,6 +56,11 @@ pub(super) fn coupling_root(
         let Some(found) = found.filter(|found| found.coupling.is_definite()) else {
             return Ok(None);
         };
+        if let Some(estimated) = estimated.take()
+            && found.coupling.ratio < gamma * gamma
+        {
+            return Ok(Some(estimated));
+        }
         let couplings = Couplings::new(control, filter, &found, gamma)?;
         let Some(binding) = couplings.binding() else {
             return Ok(None);
@@ -61,13 +69,18 @@ pub(super) fn coupling_root(
         let (root, error) = point.root(last.as_ref());
         let ends = match asked {
             Asked::Level => error <= SHARE * tolerance,
-            Asked::Slopes => point.error() <= SHARE * tolerance,
+            Asked::Slopes => point.error(last.as_ref()) <= SHARE * tolerance,
         };
-        if ends {
+        if ends && root >= ln - tolerance {
             return Ok(Some((root, couplings)));
         }
-        ln += (root - ln).clamp(-LONGEST, LONGEST);
         last = Some(point);
+        if ends {
+            ln = root + SHARE * tolerance;
+            estimated = Some((root, couplings));
+        } else {
+            ln += (root - ln).clamp(-LONGEST, LONGEST);
+        }
     }
     Ok(None)
 }
@@ -84,11 +97,19 @@ impl Point {
         -self.binding.measure / self.binding.slope
     }
 
-    /// What Newton's step misses, in order of magnitude: its square, and more of it where another eigenvalue is near,
-    /// for two that repel one another bend within their distance.
-    fn error(&self) -> f64 {
+    /// What Newton's step misses, in order of magnitude: its square over the scale on which the measure bends. Two
+    /// eigenvalues that repel one another bend within their distance, and one that passes infinity, where the measure
+    /// is −1, within the distance of that: near the level of a side the measure is steep and bends at once. Another
+    /// point shows how far it has bent.
+    fn error(&self, other: Option<&Self>) -> f64 {
+        let own = &self.binding;
+        let bent = other.map_or(f64::INFINITY, |other| {
+            let least = own.slope.min(other.binding.slope);
+            (self.ln - other.ln).abs() * least / (own.slope - other.binding.slope).abs()
+        });
         let step = self.step().abs();
-        step * (step / self.binding.apart.clamp(step, 1.0)).max(step)
+        let scale = own.apart.min((1.0 + own.measure) / own.slope).min(bent);
+        step * (step / scale).min(1.0).max(step)
     }
 
     /// ln γ where the measure is zero, by the inverse cubic through this point and another one, and an estimate of its
@@ -96,7 +117,7 @@ impl Point {
     /// eigenvalue may have bound at the other point.
     fn root(&self, other: Option<&Self>) -> (f64, f64) {
         let step = self.step();
-        let newton = (self.ln + step, self.error());
+        let newton = (self.ln + step, self.error(other));
         let one = |other: &&Self| {
             other.binding.measure != self.binding.measure
                 && other.step().abs() < other.binding.apart

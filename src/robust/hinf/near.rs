@@ -37,6 +37,7 @@ mod tests {
     use crate::augment::GeneralizedPlant;
     use crate::linalg::Mat;
     use crate::lti::connect::append;
+    use crate::lti::norm::hinf_norm;
     use crate::lti::{Continuous, StateSpace};
     use crate::robust::hinf::settings::HinfSettings;
     use crate::robust::hinf::{is_feasible, optimal_level, optimal_level_with_slopes};
@@ -48,6 +49,17 @@ mod tests {
 
     fn random(rows: usize, columns: usize, from: &mut ChaCha8Rng) -> Mat<f64> {
         Mat::from_fn(rows, columns, |_, _| from.random_range(-1.0..1.0))
+    }
+
+    /// A channel that no control reaches.
+    fn channel() -> StateSpace<Continuous> {
+        StateSpace {
+            a: Mat::from_fn(2, 2, |i, j| [[0.0, 3.0], [-3.0, -0.4]][i][j]),
+            b: Mat::from_fn(2, 1, |i, _| i as f64),
+            c: Mat::from_fn(1, 2, |_, j| if j == 0 { 160.0 } else { 20.0 }),
+            d: Mat::from_fn(1, 1, |_, _| 12.0),
+            time: Continuous,
+        }
     }
 
     /// Order 5, three disturbances and errors; the last pair, `apart`, is a channel that no control reaches.
@@ -62,19 +74,9 @@ mod tests {
             d: random(3 + MEASUREMENTS, 3 + CONTROLS, &mut from),
             time: Continuous,
         };
-        let alone = StateSpace {
-            a: Mat::from_fn(2, 2, |i, j| [[0.0, 3.0], [-3.0, -0.4]][i][j]),
-            b: Mat::from_fn(2, 1, |i, _| i as f64),
-            c: Mat::from_fn(1, 2, |_, j| if j == 0 { 4.0 } else { 0.5 }),
-            d: Mat::from_fn(1, 1, |_, _| 0.3),
-            time: Continuous,
-        };
         let system = match apart {
             // The channel comes first, so that u and y stay last.
-            true => append(
-                &alone.scale_outputs(&Mat::from_fn(1, 1, |_, _| 40.0)),
-                &inner,
-            ),
+            true => append(&channel(), &inner),
             false => inner,
         };
         GeneralizedPlant {
@@ -200,14 +202,7 @@ mod tests {
             for apart in [1e-5, 1e-4, 1e-3] {
                 let plant = neighbours(seed, apart)?;
                 let start = optimal_level(&plant, &HinfSettings::default())?;
-                let (mut lo, mut hi) = (start * (1.0 - 1e-3), start * (1.0 + 1e-3));
-                while hi / lo > 1.0 + 1e-9 {
-                    let middle = (lo * hi).sqrt();
-                    match is_feasible(&plant, middle)? {
-                        true => hi = middle,
-                        false => lo = middle,
-                    }
-                }
+                let hi = bisected(&plant, start * (1.0 - 1e-3), start * (1.0 + 1e-3))?;
                 assert!(
                     (start / hi - 1.0).abs() < 2e-7,
                     "{seed} {apart}: {start} {hi}"
@@ -226,6 +221,73 @@ mod tests {
             }
         }
         assert!(direct >= 40, "{direct}");
+        Ok(())
+    }
+
+    /// The level by bisection, within a thousand millionth.
+    fn bisected(plant: &GeneralizedPlant, mut lo: f64, mut hi: f64) -> Result<f64, SynthesisError> {
+        assert!(is_feasible(plant, hi)? && !is_feasible(plant, lo)?);
+        while hi / lo > 1.0 + 1e-9 {
+            let middle = (lo * hi).sqrt();
+            match is_feasible(plant, middle)? {
+                true => hi = middle,
+                false => lo = middle,
+            }
+        }
+        Ok(hi)
+    }
+
+    /// A plant beside a channel that no control reaches, of a level that is by the share `above` higher, which act on
+    /// each other by `coupled`: where the coupling binds it is steep, for X and Y pass infinity just below.
+    fn beside_a_channel(
+        seed: u64,
+        above: f64,
+        coupled: f64,
+    ) -> Result<GeneralizedPlant, SynthesisError> {
+        let inner = optimal_level(&plant(seed, false), &HinfSettings::default())?;
+        let mut plant = plant(seed, true);
+        let norm = hinf_norm(&channel(), 1e-9).map_or(f64::NAN, |norm| norm.norm);
+        let share = (1.0 + above) * inner / norm;
+        for m in [&mut plant.system.c, &mut plant.system.d] {
+            (0..m.ncols()).for_each(|j| m[(0, j)] *= share);
+        }
+        let n = plant.system.order();
+        let mut from = ChaCha8Rng::seed_from_u64(seed + 2000);
+        plant.system.a += random(n, n, &mut from) * coupled;
+        Ok(plant)
+    }
+
+    #[test]
+    fn a_level_just_above_that_of_a_side_is_that_of_a_bisection() -> Result<(), SynthesisError> {
+        let mut direct = 0;
+        for seed in 0..50 {
+            for (above, coupled) in [(-1e-2, 3e-2), (1e-2, 1e-2)] {
+                let plant = beside_a_channel(seed, above, coupled)?;
+                let near = optimal_level(&plant, &HinfSettings::default())?;
+                let level = bisected(&plant, near * (1.0 - 1e-3), near * (1.0 + 1e-3))?;
+                for off in [-0.9, 1e-5, 1e-4, 1e-3] {
+                    for tolerance in [1e-5, 1e-7] {
+                        let hint = level * (1.0 + off);
+                        let settings = HinfSettings {
+                            rel_tol: tolerance,
+                            hint: Some(hint),
+                            ..HinfSettings::default()
+                        };
+                        let searched = (optimal_level(&plant, &settings)? / level).ln();
+                        let near =
+                            near_level(&plant, hint, tolerance)?.map(|(ln, _)| ln - level.ln());
+                        direct += usize::from(near.is_some());
+                        let error = near.unwrap_or(0.0).abs().max(searched.abs());
+                        // The level of a search is the feasible end of its tolerance, a tenth above it.
+                        assert!(
+                            error <= 1.1 * tolerance,
+                            "{seed} {above} {off} {tolerance}: {searched:e} {near:?}"
+                        );
+                    }
+                }
+            }
+        }
+        assert!(direct >= 100, "{direct}");
         Ok(())
     }
 
