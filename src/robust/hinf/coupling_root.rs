@@ -3,7 +3,7 @@
 //! γ²/ρ(XY) − 1 grows with ln γ, nearly linearly, and its derivative costs a Lyapunov equation a side
 //! ([`super::couplings`]). ln γ as a cubic of it through the last two levels and their derivatives needs two or three
 //! pairs of Riccati equations, and neither brackets nor the peaks of the sides. Where X and Y exist and are positive at
-//! a root, it is the optimum, for both fall with γ. A root below the last level looked at is therefore looked at itself:
+//! a root, it is the optimum, for both fall with γ. A root below the last level looked at is therefore looked at, too:
 //! another eigenvalue, or X or Y, may pass infinity on the way.
 
 use super::couplings::{Binding, Couplings};
