@@ -19,6 +19,8 @@ pub(super) fn solve(problem: &Problem) -> Result<Answer, Failure> {
             Limit::Coupling => ("coupling", None),
             Limit::ControlSide { omega_rad_s } => ("control side", Some(omega_rad_s)),
             Limit::FilterSide { omega_rad_s } => ("filter side", Some(omega_rad_s)),
+            Limit::ControlIndefinite => ("control solution", None),
+            Limit::FilterIndefinite => ("filter solution", None),
             Limit::Rounding => ("rounding", None),
         };
         certificate = certificate.with("limit", name);

@@ -10,6 +10,8 @@ pub(crate) mod controller;
 mod coupling_root;
 pub(crate) mod couplings;
 mod feedthrough;
+mod level_bracket;
+mod limit;
 pub(crate) mod matrix_slope;
 mod near;
 pub(crate) mod normal;
@@ -29,9 +31,10 @@ use crate::robust::error::{Condition, SynthesisError};
 use controller::central;
 use couplings::BindingLevel;
 use feedthrough::blamed;
+use level_bracket::Optimum;
+pub use limit::Limit;
 use near::near_level;
-pub use search::Limit;
-use search::{LEVEL_TOL, Optimum, Search};
+use search::{LEVEL_TOL, Search};
 pub use settings::HinfSettings;
 use slope::binding_levels;
 use std::cell::Cell;
@@ -161,8 +164,12 @@ fn attempt(
         gamma: gamma_opt,
         condition: Condition::Unsolved,
     };
-    let asked = std::iter::once(settings.slack);
-    for slack in asked.chain(LADDER.into_iter().filter(|s| *s > settings.slack)) {
+    let further: &[f64] = match optimum.limit {
+        Limit::Rounding => &DECADES_ABOVE,
+        _ => &LADDER,
+    };
+    let further = further.iter().copied().filter(|s| *s > settings.slack);
+    for slack in std::iter::once(settings.slack).chain(further) {
         let gamma = gamma_opt * (1.0 + slack);
         match search.deliver(plant, Some(optimum), gamma, &pairs) {
             // Rounding in a nearly singular problem can leave the loop above its level: the level is then the norm.
@@ -177,6 +184,10 @@ fn attempt(
 /// Distances from the optimum at which a controller is formed; a larger one is taken only when the smaller ones fail
 /// their check, which happens on plants near the end of what f64 can hold.
 const LADDER: [f64; 5] = [1e-3, 3e-3, 9e-3, 5e-2, 2e-1];
+
+/// The same where nothing but rounding ends the search: the controller cancels the plant, and what is left of it is
+/// rounding, too.
+const DECADES_ABOVE: [f64; 6] = [9.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
 /// Distance from the optimum within which a verified norm is as good as the level aimed at.
 const CLOSE: f64 = 9.9e-3;

@@ -2,6 +2,7 @@
 //! X and Y grow as γ falls and turn indefinite through infinity; 1/λmax therefore passes zero smoothly, and so does
 //! γ²/ρ(XY) − 1. The smaller of the two is positive exactly when the conditions hold.
 
+use super::limit::Limit;
 use super::side::Side;
 use crate::linalg::riccati::{CareSolution, Effort};
 use crate::linalg::{Mat, NumericError, symmetric_eigen};
@@ -19,6 +20,8 @@ pub(super) struct Pair {
     pub coupling: f64,
     /// Positive when feasible, negative when not, zero at the boundary and continuous through it.
     pub measure: f64,
+    /// The condition that the measure belongs to: the nearest to failing.
+    pub nearest: Limit,
     pub failed: Option<Condition>,
 }
 
@@ -70,8 +73,8 @@ impl Coupling {
         self.x_min >= -DEFINITE && self.y_min >= -DEFINITE
     }
 
-    /// γ²/ρ(XY) − 1, and what is left until X and Y pass through infinity, whichever is smaller.
-    pub(super) fn measure(&self, gamma: f64, sizes: [f64; 2]) -> f64 {
+    /// γ²/ρ(XY) − 1, and what is left until X and Y pass through infinity: the smallest, and which it is.
+    pub(super) fn measure(&self, gamma: f64, sizes: [f64; 2]) -> (f64, Limit) {
         let passage = |k: usize| {
             if self.extremes[k] == 0.0 {
                 1.0
@@ -79,12 +82,18 @@ impl Coupling {
                 sizes[k] / self.extremes[k]
             }
         };
-        let near = passage(0).min(passage(1));
-        if near < 0.0 {
-            return near.max(-1.0);
+        let near = match passage(0) <= passage(1) {
+            true => (passage(0), Limit::ControlIndefinite),
+            false => (passage(1), Limit::FilterIndefinite),
+        };
+        if near.0 < 0.0 {
+            return (near.0.max(-1.0), near.1);
         }
         let coupling = gamma * gamma / self.ratio.max(1e-12 * gamma * gamma) - 1.0;
-        coupling.min(near)
+        match coupling <= near.0 {
+            true => (coupling, Limit::Coupling),
+            false => near,
+        }
     }
 }
 

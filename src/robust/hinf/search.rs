@@ -7,6 +7,8 @@
 
 use super::assumptions::explain;
 use super::coupling_root::{Asked, SHARE, coupling_root};
+use super::level_bracket::{Optimum, Test, Tested, bracket, narrow};
+use super::limit::Limit;
 use super::normal::NormalForm;
 use super::riccati_pair::{DEFINITE, Pair, Solved, coupling, solved};
 use super::settings::HinfSettings;
@@ -26,33 +28,6 @@ pub(super) const LEVEL_TOL: f64 = 1e-9;
 const LEAST_TOL: f64 = 1e-9;
 /// Factor on the lower bound from which the root of the coupling is sought where it is above.
 const BEYOND: f64 = 1.25;
-
-/// The condition that fails just below the optimal level.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Limit {
-    /// The coupling ρ(XY) < γ² of the control and the filter Riccati equation.
-    Coupling,
-    /// The control Riccati equation: with all states and disturbances measured, no control reaches a lower level at
-    /// this frequency (rad/s).
-    ControlSide {
-        /// Infinite where the feedthrough binds.
-        omega_rad_s: f64,
-    },
-    /// The filter Riccati equation: no estimate of the errors reaches a lower level at this frequency (rad/s).
-    FilterSide {
-        /// Infinite where the feedthrough binds.
-        omega_rad_s: f64,
-    },
-    /// None: the infimum is zero and not attained; the level is where rounding ends the search.
-    Rounding,
-}
-
-/// The smallest feasible level.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Optimum {
-    pub gamma: f64,
-    pub limit: Limit,
-}
 
 /// A problem in normal form with its lower bounds.
 pub(super) struct Search {
@@ -163,10 +138,12 @@ impl Search {
                 y_min: f64::NAN,
                 coupling: f64::NAN,
                 measure: -1.0,
+                nearest: Limit::Coupling,
                 failed: Some(Condition::Unsolved),
             });
         };
         let ratio = c.ratio / gamma / gamma;
+        let (measure, nearest) = c.measure(gamma, self.sizes);
         let failed = if c.x_min < -DEFINITE {
             Some(Condition::ControlIndefinite)
         } else if c.y_min < -DEFINITE {
@@ -184,7 +161,8 @@ impl Search {
             x_min: c.x_min,
             y_min: c.y_min,
             coupling: ratio,
-            measure: c.measure(gamma, self.sizes),
+            measure,
+            nearest,
             failed,
         })
     }
@@ -231,30 +209,31 @@ impl Search {
             gamma: lower,
             limit,
         } = self.lower_bound()?;
-        let mut test = |gamma: f64| -> Result<(f64, Option<Condition>), SynthesisError> {
+        let mut test = |gamma: f64| -> Result<Tested, SynthesisError> {
             pairs.set(pairs.get() + 1);
             let pair = self.pair(gamma, Effort::Fast)?;
             let failed = match pair.failed {
                 None => self.below_level(gamma)?,
                 failed => failed,
             };
-            Ok((pair.measure, failed))
+            Ok(Tested {
+                gamma,
+                measure: pair.measure,
+                nearest: pair.nearest,
+                failed,
+            })
         };
         if lower == 0.0 {
-            return Ok(Optimum {
-                gamma: self.lowered_to_zero(&mut test)?,
-                limit: Limit::Rounding,
-            });
+            return self.without_bound(settings, &mut test);
         }
         // Just above the axis conditions, as close as a Riccati equation can be solved in f64.
-        let mut lo = (lower, -1.0);
+        let mut lo = Tested::infeasible(lower);
         for step in [tol, 1e-6, 1e-5, 1e-4] {
             if step < tol {
                 continue;
             }
-            let gamma = lower * (1.0 + step);
-            let (value, failed) = test(gamma)?;
-            match failed {
+            let found = test(lower * (1.0 + step))?;
+            match found.failed {
                 // The conditions hold here, and none holds below `lower`.
                 None => {
                     let gamma = lower * (1.0 + tol);
@@ -262,7 +241,7 @@ impl Search {
                 }
                 Some(Condition::Unsolved) => {}
                 Some(_) => {
-                    lo = (gamma, value);
+                    lo = found;
                     break;
                 }
             }
@@ -270,11 +249,8 @@ impl Search {
         if let Some(found) = self.coupled_from(lower * BEYOND, settings, pairs)? {
             return Ok(found);
         }
-        let (lo, hi) = self.bracket(lo, settings.hint, &mut test)?;
-        Ok(Optimum {
-            gamma: narrow(lo, hi, tol, &mut test)?,
-            limit: Limit::Coupling,
-        })
+        let (lo, hi) = bracket(lo, settings.hint, &mut test)?;
+        narrow(lo, hi, tol, &mut test)
     }
 
     /// The largest of the bounds that need no Riccati equation at a level.
@@ -306,123 +282,35 @@ impl Search {
         }))
     }
 
-    /// An infimum of zero is not attained: the level is lowered as long as the conditions hold, to a floor.
-    fn lowered_to_zero(
+    /// Smallest feasible level where no condition is known to fail at a level above zero: it is sought by decades from
+    /// the size of the data. An infimum of zero is not attained: the level is lowered to a floor.
+    fn without_bound(
         &self,
-        test: &mut dyn FnMut(f64) -> Result<(f64, Option<Condition>), SynthesisError>,
-    ) -> Result<f64, SynthesisError> {
+        settings: &HinfSettings,
+        test: &mut Test,
+    ) -> Result<Optimum, SynthesisError> {
+        let tol = settings.rel_tol.max(LEAST_TOL);
         let size =
             1.0 + self.normal.d11.norm_l2() + self.normal.b1.norm_l2() * self.normal.c1.norm_l2();
-        let mut best = None;
-        // Sixteen decades below the size of the data there is nothing but rounding.
-        for k in 0..16 {
-            let gamma = size * 10f64.powi(-k);
-            match test(gamma)?.1 {
-                None => best = Some(gamma),
-                Some(condition) => {
-                    return best.ok_or(SynthesisError::NoLevel { gamma, condition });
-                }
+        let mut hi = test(size)?;
+        if hi.failed.is_some() {
+            let (lo, hi) = bracket(hi, settings.hint, test)?;
+            return narrow(lo, hi, tol, test);
+        }
+        for k in 1..=DECADES {
+            let next = test(size * 10f64.powi(-k))?;
+            match next.failed {
+                None => hi = next,
+                Some(Condition::Unsolved) => break,
+                Some(_) => return narrow(next, hi, tol, test),
             }
         }
-        best.ok_or(SynthesisError::NoLevel {
-            gamma: size,
-            condition: Condition::Unsolved,
+        Ok(Optimum {
+            gamma: hi.gamma,
+            limit: Limit::Rounding,
         })
     }
-
-    /// A feasible level above `lo`.
-    fn bracket(
-        &self,
-        mut lo: (f64, f64),
-        hint: Option<f64>,
-        test: &mut dyn FnMut(f64) -> Result<(f64, Option<Condition>), SynthesisError>,
-    ) -> Result<((f64, f64), (f64, f64)), SynthesisError> {
-        let lowest = lo.0;
-        let mut ratio = 1.5f64;
-        let mut gamma = match hint {
-            Some(g) if g > lo.0 * 1.0001 && g < 1e3 * lo.0 => g * 1.001,
-            _ => lo.0 * ratio,
-        };
-        let mut condition = Condition::Unsolved;
-        // 1e12 above a lower bound: a problem that needs more is out of the range of f64.
-        while gamma < 1e12 * lo.0.max(f64::MIN_POSITIVE) || ratio < 10.0 {
-            let (value, failed) = test(gamma)?;
-            match failed {
-                None => return Ok((lo, (gamma, value))),
-                Some(c) => {
-                    condition = c;
-                    lo = (gamma, value);
-                }
-            }
-            ratio = (ratio * ratio).min(100.0);
-            gamma *= ratio;
-            if !gamma.is_finite() || gamma > 1e14 * lowest {
-                break;
-            }
-        }
-        Err(SynthesisError::NoLevel { gamma, condition })
-    }
 }
 
-/// Root of the measure in log γ by inverse quadratic interpolation inside a bracket, bisection where that is not safe
-/// (Chandrupatla 1997). Returns the feasible end.
-fn narrow(
-    lo: (f64, f64),
-    hi: (f64, f64),
-    tol: f64,
-    test: &mut dyn FnMut(f64) -> Result<(f64, Option<Condition>), SynthesisError>,
-) -> Result<f64, SynthesisError> {
-    // Bisection alone needs 40 steps from a ratio of 100 to 1e-9.
-    const STEPS: usize = 100;
-    // A feasible measure counts as positive whatever its rounding, an infeasible one as negative.
-    let signed = |value: f64, feasible: bool| {
-        if feasible {
-            value.clamp(f64::MIN_POSITIVE, 10.0)
-        } else {
-            value.min(-f64::MIN_POSITIVE)
-        }
-    };
-    let mut new = (lo.0.ln(), signed(lo.1, false));
-    let mut old = (hi.0.ln(), signed(hi.1, true));
-    let mut best = hi.0;
-    let mut fraction = 0.5;
-    for _ in 0..STEPS {
-        let x = new.0 + fraction * (old.0 - new.0);
-        let gamma = x.exp();
-        let (value, failed) = test(gamma)?;
-        let point = (x, signed(value, failed.is_none()));
-        if failed.is_none() {
-            best = best.min(gamma);
-        }
-        let third;
-        if (point.1 > 0.0) == (new.1 > 0.0) {
-            third = new;
-        } else {
-            third = old;
-            old = new;
-        }
-        new = point;
-        let width = (old.0 - new.0).abs();
-        if width <= tol {
-            break;
-        }
-        let xi = (new.0 - old.0) / (third.0 - old.0);
-        let phi = (new.1 - old.1) / (third.1 - old.1);
-        let smooth = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
-        fraction = if smooth {
-            new.1 / (old.1 - new.1) * third.1 / (old.1 - third.1)
-                + (third.0 - new.0) / (old.0 - new.0) * new.1 / (third.1 - new.1) * old.1
-                    / (third.1 - old.1)
-        } else {
-            0.5
-        };
-        // Half a tolerance past the root closes the bracket from the other side.
-        let margin = 0.5 * tol / width;
-        fraction = if fraction.is_finite() {
-            fraction.clamp(margin, 1.0 - margin)
-        } else {
-            0.5
-        };
-    }
-    Ok(best)
-}
+/// Below the size of the data there is nothing but rounding after so many decades.
+const DECADES: i32 = 15;

@@ -3,6 +3,10 @@
 //!
 //! Riccati equation at γ: with R = [D11 D12]ᵀ[D11 D12] − diag(γ²I, 0), B = [B1 B2], S = C1ᵀ[D11 D12],
 //!   A_γ = A − B R⁻¹Sᵀ,  G = B R⁻¹Bᵀ,  Q = C1ᵀC1 − S R⁻¹Sᵀ.
+//! With the control eliminated, D_f, C_f the rows of D11, C1 that it does not reach, D_d, C_d those that it does, and
+//! E = B1 − B2 D_d, N = I − D_fᵀD_f/γ²:
+//!   A_γ = A − B2 C_d + E N⁻¹D_fᵀC_f/γ²,  G = B2B2ᵀ − E N⁻¹Eᵀ/γ²,  Q = C_fᵀ(I + D_f N⁻¹D_fᵀ/γ²)C_f.
+//! So Q is exactly zero where the control reaches every error, and X as well where A − B2 C_d is stable.
 //! Its Hamiltonian has an axis eigenvalue jω exactly when γ is a singular value of Π(jω)P11(jω), Π the projection on
 //! what P12(jω) cannot reach. The peak of σmax(ΠP11) over ω is therefore the smallest γ with a stabilising solution,
 //! and every single ω gives a lower bound: at that frequency no control, not even a non-causal one, does better.
@@ -13,7 +17,7 @@ use crate::linalg::{
     Mat, NumericError, c64, eigenvalues, max_singular_value, max_singular_value_complex, solve,
     solve_complex,
 };
-use crate::lti::connect::stack_cols;
+use crate::lti::connect::{stack_cols, stack_rows};
 use crate::lti::level_set::{Peak, peak};
 use crate::lti::norm::places;
 use crate::lti::{Continuous, FrequencyResponder, StateSpace};
@@ -62,6 +66,21 @@ pub(crate) struct Equation {
     pub q: Mat<f64>,
 }
 
+/// A side at γ with the control eliminated and the disturbances scaled by 1/γ, so that a level far below the entries of
+/// D11 leaves no small pivots.
+struct Reduced {
+    /// (B1 − B2 D_d)/γ, n×m1.
+    e: Mat<f64>,
+    /// D_f/γ, rows of the errors that the control does not reach.
+    d: Mat<f64>,
+    /// N = I − D_fᵀD_f/γ², m1×m1.
+    gap: Mat<f64>,
+    /// C_f, rows of the errors that the control does not reach.
+    c: Mat<f64>,
+    /// D_d, m2×m1.
+    direct: Mat<f64>,
+}
+
 impl Side {
     fn free_errors(&self) -> usize {
         self.c1.nrows() - self.b2.ncols()
@@ -105,24 +124,19 @@ impl Side {
         stack_cols(&self.d11, &d12)
     }
 
-    /// B, [D11 D12] and R at γ with the disturbances scaled by 1/γ, which turns the −γ²I of R into −I: a level far
-    /// below the other entries of R then leaves no small pivots.
-    fn scaled(&self, gamma: f64) -> (Mat<f64>, Mat<f64>, Mat<f64>) {
-        let m1 = self.b1.ncols();
-        let factor = |m: Mat<f64>| {
-            Mat::from_fn(m.nrows(), m.ncols(), |i, j| {
-                if j < m1 { m[(i, j)] / gamma } else { m[(i, j)] }
-            })
-        };
-        let (b, d) = (
-            factor(stack_cols(&self.b1, &self.b2)),
-            factor(self.feedthrough()),
-        );
-        let mut r = d.transpose() * &d;
-        for i in 0..m1 {
-            r[(i, i)] -= 1.0;
+    /// The side at γ with the control eliminated.
+    fn reduced(&self, gamma: f64) -> Reduced {
+        let (n, m1, free) = (self.a.nrows(), self.b1.ncols(), self.free_errors());
+        let direct = self.d11.submatrix(free, 0, self.b2.ncols(), m1).to_owned();
+        let e = (&self.b1 - &self.b2 * &direct) * gamma.recip();
+        let d = self.d11.submatrix(0, 0, free, m1) * gamma.recip();
+        Reduced {
+            gap: Mat::<f64>::identity(m1, m1) - d.transpose() * &d,
+            c: self.c1.submatrix(0, 0, free, n).to_owned(),
+            direct,
+            e,
+            d,
         }
-        (b, d, r)
     }
 
     /// Riccati equation at γ.
@@ -130,16 +144,15 @@ impl Side {
     /// # Errors
     /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
     pub(crate) fn equation(&self, gamma: f64) -> Result<Equation, NumericError> {
-        let (b, d, r) = self.scaled(gamma);
-        let s = self.c1.transpose() * d;
-        let right = stack_cols(&b.transpose().to_owned(), &s.transpose().to_owned());
-        let x = solve(&r, &right)?;
-        let (n, m) = (self.a.nrows(), r.nrows());
-        let (rb, rs) = (x.submatrix(0, 0, m, n), x.submatrix(0, n, m, n));
+        let Reduced { e, d, gap, c, .. } = self.reduced(gamma);
+        let n = self.a.nrows();
+        let seen = d.transpose() * &c;
+        let x = solve(&gap, &stack_cols(&e.transpose().to_owned(), &seen))?;
+        let (driven, read) = (x.subcols(0, n), x.subcols(n, n));
         Ok(Equation {
-            a: &self.a - &b * rs,
-            g: symmetric(&(&b * rb)),
-            q: symmetric(&(self.c1.transpose() * &self.c1 - &s * rs)),
+            a: &self.a - &self.b2 * self.direct() + &e * read,
+            g: symmetric(&(&self.b2 * self.b2.transpose() - &e * driven)),
+            q: symmetric(&(c.transpose() * &c + seen.transpose() * read)),
         })
     }
 
@@ -270,14 +283,14 @@ pub(crate) fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
 /// # Errors
 /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
 pub(crate) fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    let (b, d, r) = side.scaled(gamma);
-    let f = solve(&r, &(d.transpose() * &side.c1 + b.transpose() * x))?;
-    let m1 = side.b1.ncols();
-    Ok(Mat::from_fn(f.nrows(), f.ncols(), |i, j| {
-        if i < m1 {
-            -f[(i, j)] / gamma
-        } else {
-            -f[(i, j)]
-        }
-    }))
+    let Reduced {
+        e,
+        d,
+        gap,
+        c,
+        direct,
+    } = side.reduced(gamma);
+    let disturbance = solve(&gap, &(d.transpose() * c + e.transpose() * x))? * gamma.recip();
+    let control = direct * &disturbance + side.direct() + side.b2.transpose() * x;
+    Ok(stack_rows(&disturbance, &(control * -1.0)))
 }

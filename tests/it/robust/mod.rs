@@ -3,6 +3,7 @@
 mod control_cases;
 mod dfit;
 mod dk;
+mod hinf_square;
 mod minimax_step;
 mod mu_constant;
 mod mu_system;

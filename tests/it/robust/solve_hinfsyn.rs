@@ -5,7 +5,7 @@ use muspin::augment::GeneralizedPlant;
 use muspin::linalg::{Mat, max_singular_value_complex};
 use muspin::lti::connect::lower_lft;
 use muspin::lti::{Continuous, Response, StateSpace};
-use muspin::robust::hinf::is_feasible;
+use muspin::robust::hinf::{Limit, is_feasible};
 use muspin::robust::{Condition, HinfSettings, SynthesisError, synthesise};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -145,13 +145,25 @@ fn random_plant(rng: &mut ChaCha8Rng, k: usize) -> GeneralizedPlant {
 #[test]
 fn random_plants_get_a_level_that_cannot_be_lowered_and_a_loop_that_meets_it() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
-    for k in 0..24 {
+    for k in 0..150 {
         let p = random_plant(&mut rng, k);
         let found = synthesise(&p, &HinfSettings::default()).unwrap();
+        if found.certificate.limit == Some(Limit::Rounding) {
+            // A plant that can be cancelled has no lowest level.
+            assert!(found.gamma < 1e-9, "{k}: {:e}", found.gamma);
+            continue;
+        }
         assert!(found.gamma <= 1.01 * found.gamma_opt, "{k}");
         let closed = lower_lft(&p.system, &found.controller).unwrap();
         assert!(closed.growth_rate().unwrap() < 0.0, "{k}");
-        assert!(dense_peak(&closed) <= found.gamma * (1.0 + 1e-6), "{k}");
+        // A response is known to the rounding of the gains that cancel in it.
+        let rounding = 1e-10 * found.controller.a.norm_l2();
+        let peak = dense_peak(&closed);
+        assert!(
+            peak <= found.gamma * (1.0 + rounding.max(1e-6)),
+            "{k}: {peak} {}",
+            found.gamma
+        );
         let below = HinfSettings {
             gamma: Some(found.gamma_opt * (1.0 - 1e-4)),
             ..HinfSettings::default()
