@@ -34,6 +34,22 @@ pub fn solve(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     Ok(x)
 }
 
+/// X with A X = B for the symmetric matrix of normal equations: scaled to a diagonal of ones first, so that the pivots
+/// tell its rank and not the units of its unknowns.
+///
+/// # Errors
+/// As [`solve`].
+pub(crate) fn solve_normal(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+    let unit = |k: usize| match a[(k, k)] > 0.0 {
+        true => a[(k, k)].sqrt().recip(),
+        false => 1.0,
+    };
+    let units: Vec<f64> = (0..a.nrows()).map(unit).collect();
+    let scaled = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| units[i] * m[(i, j)]);
+    let even = Mat::from_fn(a.nrows(), a.ncols(), |i, j| units[i] * a[(i, j)] * units[j]);
+    Ok(scaled(&solve(&even, &scaled(b))?))
+}
+
 /// X with A X = B for complex matrices; entries are infinite or NaN when A is exactly singular (a pole on the axis).
 pub fn solve_complex(a: &Mat<c64>, b: &Mat<c64>) -> Mat<c64> {
     a.partial_piv_lu().solve(b)
@@ -166,4 +182,30 @@ pub fn max_singular_value_complex(a: &Mat<c64>) -> f64 {
         return Planar::from_fn(a.nrows(), a.ncols(), entry).largest_singular_value();
     }
     a.singular_values().map_or(f64::NAN, |s| s[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Units far apart make the pivots of a well-posed matrix look like rounding.
+    #[test]
+    fn normal_equations_in_units_far_apart_are_solved() {
+        let unit = [1e12, 1.0, 1e-12, 1e-3];
+        let close = Mat::from_fn(4, 4, |i, j| 0.5f64.powi((i as i32 - j as i32).abs()));
+        let normal = Mat::from_fn(4, 4, |i, j| unit[i] * close[(i, j)] * unit[j]);
+        let x = Mat::from_fn(4, 1, |i, _| (1.0 + i as f64) / unit[i]);
+        let right = &normal * &x;
+        assert!(solve(&normal, &right).is_err());
+        let found = solve_normal(&normal, &right).expect("well posed");
+        for i in 0..4 {
+            assert!((found[(i, 0)] / x[(i, 0)] - 1.0).abs() < 1e-12, "{i}");
+        }
+        // What no equation sees stays singular.
+        let mut blind = normal;
+        for k in 0..4 {
+            (blind[(1, k)], blind[(k, 1)]) = (0.0, 0.0);
+        }
+        assert!(solve_normal(&blind, &right).is_err());
+    }
 }

@@ -5,7 +5,8 @@ use super::super::DiagnoseError;
 use super::geodesic::GaussNewtonStep;
 use super::linearise::Linearised;
 use super::problem::{Point, Problem};
-use crate::linalg::{Mat, solve, symmetric_eigen};
+use crate::linalg::dense::solve_normal;
+use crate::linalg::{Mat, symmetric_eigen};
 use crate::spindle::{Effect, EffectKind, Location};
 
 /// Model model error of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
@@ -266,7 +267,7 @@ impl Problem<'_> {
         for k in small..n {
             normal[(k, k)] += UNKNOWN;
         }
-        let Ok(whole) = solve(&normal, &slope) else {
+        let Ok(whole) = solve_normal(&normal, &slope) else {
             return Ok(None);
         };
         let predicted: f64 = (0..n).map(|k| whole[(k, 0)] * slope[(k, 0)]).sum();
@@ -308,7 +309,7 @@ impl Problem<'_> {
             let damped = Mat::from_fn(n, n, |a, b| {
                 normal[(a, b)] * if a == b { 1.0 + damping } else { 1.0 }
             });
-            let Ok(step) = solve(&damped, &slope) else {
+            let Ok(step) = solve_normal(&damped, &slope) else {
                 continue;
             };
             let there = self.stepped(at, &step);

@@ -6,7 +6,8 @@ use super::hypothesis::Hypothesis;
 use super::jacobian::Jacobian;
 use super::linearise::Linearised;
 use super::problem::{Point, Problem};
-use crate::linalg::{Mat, solve};
+use crate::linalg::Mat;
+use crate::linalg::dense::solve_normal;
 use crate::spindle::response::Receptance;
 use crate::spindle::response::electronics_change::on_electronics;
 
@@ -162,7 +163,7 @@ impl Problem<'_> {
             (false, true) => new.cross[(j, i - n)],
             (false, false) => new.own[(i - n, j - n)] + if i == j { UNKNOWN } else { 0.0 },
         });
-        let step = solve(&normal, &slope)?;
+        let step = solve_normal(&normal, &slope)?;
         let gain: f64 = (0..n + d).map(|k| step[(k, 0)] * slope[(k, 0)]).sum();
         // The whole step where it is short, the same direction where it is long: the prediction is linear. The nuisance
         // parameters go along, as they have taken up what the new effect explains.
