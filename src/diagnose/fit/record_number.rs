@@ -9,7 +9,8 @@ use super::super::data::evidence::{Evidence, Subset};
 use super::model::Model;
 use super::prediction::Linear;
 use super::problem::{Point, Problem};
-use crate::linalg::{Mat, solve};
+use crate::linalg::Mat;
+use crate::linalg::dense::solve_normal;
 
 /// Curvature that the number has at least: data that do not depend on it leave it where it is.
 const UNKNOWN: f64 = 1e-6;
@@ -128,12 +129,12 @@ impl RecordNumber<'_> {
         known: (&Linear, &[&Linear]),
     ) -> Result<f64, DiagnoseError> {
         let (normal, slope) = self.bordered(from, model_error, known)?;
-        let step = solve(&normal, &slope)?;
+        let step = solve_normal(&normal, &slope)?;
         let n = step.nrows() - 1;
         // What is left of the number's own curvature once the nuisance parameters follow.
         let shared = Mat::from_fn(n, 1, |k, _| normal[(k, n)]);
         let block = Mat::from_fn(n, n, |i, j| normal[(i, j)]);
-        let absorbed = solve(&block, &shared)?;
+        let absorbed = solve_normal(&block, &shared)?;
         let taken: f64 = (0..n).map(|k| shared[(k, 0)] * absorbed[(k, 0)]).sum();
         Ok(step[(n, 0)].powi(2) * (normal[(n, n)] - taken).max(0.0))
     }
@@ -141,7 +142,7 @@ impl RecordNumber<'_> {
     /// The Gauss–Newton step of nuisance parameters and number, n+1×1.
     fn step(&self, from: &Numbered, model_error: f64) -> Result<Mat<f64>, DiagnoseError> {
         let (normal, slope) = self.equations(from, model_error)?;
-        Ok(solve(&normal, &slope)?)
+        Ok(solve_normal(&normal, &slope)?)
     }
 
     /// The bordered normal equations, the number last.

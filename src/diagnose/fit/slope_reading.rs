@@ -7,7 +7,8 @@
 use super::super::DiagnoseError;
 use super::linearise::Linearised;
 use super::problem::{Point, Problem};
-use crate::linalg::{Mat, solve};
+use crate::linalg::Mat;
+use crate::linalg::dense::solve_normal;
 
 /// Shares of a step that are tried.
 const HALVINGS: i32 = 4;
@@ -34,7 +35,7 @@ impl Problem<'_> {
                 ..self.linearised(&at, model_error)?
             };
             let equations = self.equations(&at, &here, 0.0);
-            let step = solve(&equations.normal, &equations.slope)?;
+            let step = solve_normal(&equations.normal, &equations.slope)?;
             let before = lowest;
             for halving in 0..HALVINGS {
                 let share = 0.5f64.powi(halving);

@@ -3,8 +3,8 @@
 //! γ²/ρ(XY) − 1 grows with ln γ, nearly linearly, and its derivative costs a Lyapunov equation a side
 //! ([`super::couplings`]). ln γ as a cubic of it through the last two levels and their derivatives needs two or three
 //! pairs of Riccati equations, and neither brackets nor the peaks of the sides. Where X and Y exist and are positive at
-//! a root, it is the optimum, for both fall with γ. A root below the last level looked at is therefore looked at, too:
-//! another eigenvalue, or X or Y, may pass infinity on the way.
+//! a root, it is the optimum, for both fall with γ. The conditions are therefore tested at a root that lies below
+//! the last level, too: another eigenvalue, or X or Y, may pass infinity on the way.
 
 use super::couplings::{Binding, Couplings};
 use super::riccati_pair::solved;
@@ -44,7 +44,7 @@ pub(super) fn coupling_root(
     let least = control.level_at_infinity().max(filter.level_at_infinity());
     let mut ln = start.ln();
     let mut last: Option<Point> = None;
-    // A root to be confirmed by the next level.
+    // A root at which the conditions are yet to be tested.
     let mut estimated: Option<(f64, Couplings)> = None;
     for _ in 0..PAIRS {
         let gamma = ln.exp();

@@ -1,14 +1,7 @@
 //! The smallest feasible level between an infeasible and a feasible one.
 
-use super::limit::Limit;
+use super::limit::{Limit, Optimum};
 use crate::robust::error::{Condition, SynthesisError};
-
-/// The smallest feasible level.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Optimum {
-    pub gamma: f64,
-    pub limit: Limit,
-}
 
 /// What X and Y say of a level.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +16,7 @@ pub(super) struct Tested {
 }
 
 impl Tested {
-    /// A lower bound.
+    /// A lower bound of the level, at which nothing was computed.
     pub(super) fn infeasible(gamma: f64) -> Self {
         Self {
             gamma,
@@ -79,7 +72,7 @@ pub(super) fn bracket(
 }
 
 /// Root of the measure in log γ by inverse quadratic interpolation inside a bracket, bisection where that is not safe
-/// (Chandrupatla 1997). The feasible end.
+/// (Chandrupatla 1997). Returns the feasible end and the condition that is nearest to failing there.
 pub(super) fn narrow(
     lo: Tested,
     hi: Tested,

@@ -1,4 +1,4 @@
-//! What keeps a level from being lowered.
+//! The smallest feasible level, and what keeps it from being lowered.
 
 /// The condition that fails just below the optimal level.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,4 +22,11 @@ pub enum Limit {
     FilterIndefinite,
     /// None: the infimum is zero and not attained; the level is where rounding ends the search.
     Rounding,
+}
+
+/// The smallest feasible level.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Optimum {
+    pub gamma: f64,
+    pub limit: Limit,
 }

@@ -31,8 +31,8 @@ use crate::robust::error::{Condition, SynthesisError};
 use controller::central;
 use couplings::BindingLevel;
 use feedthrough::blamed;
-use level_bracket::Optimum;
 pub use limit::Limit;
+use limit::Optimum;
 use near::near_level;
 use search::{LEVEL_TOL, Search};
 pub use settings::HinfSettings;
@@ -185,8 +185,7 @@ fn attempt(
 /// their check, which happens on plants near the end of what f64 can hold.
 const LADDER: [f64; 5] = [1e-3, 3e-3, 9e-3, 5e-2, 2e-1];
 
-/// The same where nothing but rounding ends the search: the controller cancels the plant, and what is left of it is
-/// rounding, too.
+/// The same where the infimum is zero: the controller cancels the plant, and the norm of the loop is rounding.
 const DECADES_ABOVE: [f64; 6] = [9.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
 /// Distance from the optimum within which a verified norm is as good as the level aimed at.

@@ -224,7 +224,7 @@ mod tests {
         Ok(())
     }
 
-    /// The level by bisection, within a thousand millionth.
+    /// The optimal level by bisection, to a relative 1e-9.
     fn bisected(plant: &GeneralizedPlant, mut lo: f64, mut hi: f64) -> Result<f64, SynthesisError> {
         assert!(is_feasible(plant, hi)? && !is_feasible(plant, lo)?);
         while hi / lo > 1.0 + 1e-9 {
@@ -237,8 +237,9 @@ mod tests {
         Ok(hi)
     }
 
-    /// A plant beside a channel that no control reaches, of a level that is by the share `above` higher, which act on
-    /// each other by `coupled`: where the coupling binds it is steep, for X and Y pass infinity just below.
+    /// A plant with a channel that no control reaches, the norm of which is 1 + `above` times the level of the rest;
+    /// random entries of A of the size `coupled` join the two. Where the coupling binds it is steep, because X and Y
+    /// pass infinity just below.
     fn beside_a_channel(
         seed: u64,
         above: f64,

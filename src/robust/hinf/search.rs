@@ -7,8 +7,8 @@
 
 use super::assumptions::explain;
 use super::coupling_root::{Asked, SHARE, coupling_root};
-use super::level_bracket::{Optimum, Test, Tested, bracket, narrow};
-use super::limit::Limit;
+use super::level_bracket::{Test, Tested, bracket, narrow};
+use super::limit::{Limit, Optimum};
 use super::normal::NormalForm;
 use super::riccati_pair::{DEFINITE, Pair, Solved, coupling, solved};
 use super::settings::HinfSettings;
@@ -28,6 +28,8 @@ pub(super) const LEVEL_TOL: f64 = 1e-9;
 const LEAST_TOL: f64 = 1e-9;
 /// Factor on the lower bound from which the root of the coupling is sought where it is above.
 const BEYOND: f64 = 1.25;
+/// So many decades below the size of the data there is nothing but rounding.
+const DECADES: i32 = 15;
 
 /// A problem in normal form with its lower bounds.
 pub(super) struct Search {
@@ -282,8 +284,8 @@ impl Search {
         }))
     }
 
-    /// Smallest feasible level where no condition is known to fail at a level above zero: it is sought by decades from
-    /// the size of the data. An infimum of zero is not attained: the level is lowered to a floor.
+    /// Smallest feasible level where the lower bound is zero: it is bracketed in steps of a decade from the size of the
+    /// data. An infimum of zero is not attained: then the level ends where rounding begins.
     fn without_bound(
         &self,
         settings: &HinfSettings,
@@ -311,6 +313,3 @@ impl Search {
         })
     }
 }
-
-/// Below the size of the data there is nothing but rounding after so many decades.
-const DECADES: i32 = 15;

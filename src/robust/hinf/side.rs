@@ -7,9 +7,11 @@
 //! E = B1 − B2 D_d, N = I − D_fᵀD_f/γ²:
 //!   A_γ = A − B2 C_d + E N⁻¹D_fᵀC_f/γ²,  G = B2B2ᵀ − E N⁻¹Eᵀ/γ²,  Q = C_fᵀ(I + D_f N⁻¹D_fᵀ/γ²)C_f.
 //! So Q is exactly zero where the control reaches every error, and X as well where A − B2 C_d is stable.
-//! Its Hamiltonian has an axis eigenvalue jω exactly when γ is a singular value of Π(jω)P11(jω), Π the projection on
-//! what P12(jω) cannot reach. The peak of σmax(ΠP11) over ω is therefore the smallest γ with a stabilising solution,
-//! and every single ω gives a lower bound: at that frequency no control, not even a non-causal one, does better.
+//!
+//! The Hamiltonian of the equation has an axis eigenvalue jω exactly when γ is a singular value of Π(jω)P11(jω), Π the
+//! projection on what P12(jω) cannot reach. The peak of σmax(ΠP11) over ω is therefore the smallest γ with a
+//! stabilising solution, and every single ω gives a lower bound: at that frequency no control, not even a non-causal
+//! one, does better.
 
 use crate::linalg::lyapunov::symmetric;
 use crate::linalg::riccati::{CareSolution, Effort, RiccatiError, care_with};
@@ -68,17 +70,15 @@ pub(crate) struct Equation {
 
 /// A side at γ with the control eliminated and the disturbances scaled by 1/γ, so that a level far below the entries of
 /// D11 leaves no small pivots.
-struct Reduced {
+struct Eliminated {
     /// (B1 − B2 D_d)/γ, n×m1.
     e: Mat<f64>,
-    /// D_f/γ, rows of the errors that the control does not reach.
-    d: Mat<f64>,
+    /// D_f/γ, p_f×m1.
+    d_free: Mat<f64>,
     /// N = I − D_fᵀD_f/γ², m1×m1.
     gap: Mat<f64>,
-    /// C_f, rows of the errors that the control does not reach.
-    c: Mat<f64>,
     /// D_d, m2×m1.
-    direct: Mat<f64>,
+    d_direct: Mat<f64>,
 }
 
 impl Side {
@@ -86,12 +86,20 @@ impl Side {
         self.c1.nrows() - self.b2.ncols()
     }
 
-    /// D12ᵀC1: the errors that u reaches directly are the last ones.
-    fn direct(&self) -> Mat<f64> {
+    /// C_d = D12ᵀC1: the errors that u reaches directly are the last ones.
+    fn c_direct(&self) -> Mat<f64> {
         let free = self.free_errors();
-        self.c1
-            .submatrix(free, 0, self.b2.ncols(), self.a.nrows())
-            .to_owned()
+        self.c1.subrows(free, self.b2.ncols()).to_owned()
+    }
+
+    /// C_f.
+    fn c_free(&self) -> Mat<f64> {
+        self.c1.subrows(0, self.free_errors()).to_owned()
+    }
+
+    /// D_f.
+    fn d_free(&self) -> Mat<f64> {
+        self.d11.subrows(0, self.free_errors()).to_owned()
     }
 
     /// Solves the side at γ = ∞.
@@ -100,8 +108,7 @@ impl Side {
     /// [`RiccatiError`] when (A, B2) cannot be stabilised or P12 has a zero on the axis.
     pub(crate) fn regulator(&self) -> Result<Regulator, RiccatiError> {
         let n = self.a.nrows();
-        let direct = self.direct();
-        let free = self.c1.submatrix(0, 0, self.free_errors(), n).to_owned();
+        let (direct, free) = (self.c_direct(), self.c_free());
         let found = care_with(
             &(&self.a - &self.b2 * &direct),
             &(&self.b2 * self.b2.transpose()),
@@ -125,17 +132,15 @@ impl Side {
     }
 
     /// The side at γ with the control eliminated.
-    fn reduced(&self, gamma: f64) -> Reduced {
-        let (n, m1, free) = (self.a.nrows(), self.b1.ncols(), self.free_errors());
-        let direct = self.d11.submatrix(free, 0, self.b2.ncols(), m1).to_owned();
-        let e = (&self.b1 - &self.b2 * &direct) * gamma.recip();
-        let d = self.d11.submatrix(0, 0, free, m1) * gamma.recip();
-        Reduced {
-            gap: Mat::<f64>::identity(m1, m1) - d.transpose() * &d,
-            c: self.c1.submatrix(0, 0, free, n).to_owned(),
-            direct,
-            e,
-            d,
+    fn eliminated(&self, gamma: f64) -> Eliminated {
+        let m1 = self.b1.ncols();
+        let d_direct = self.d11.subrows(self.free_errors(), self.b2.ncols());
+        let d_free = self.d_free() * gamma.recip();
+        Eliminated {
+            e: (&self.b1 - &self.b2 * d_direct) * gamma.recip(),
+            gap: Mat::<f64>::identity(m1, m1) - d_free.transpose() * &d_free,
+            d_direct: d_direct.to_owned(),
+            d_free,
         }
     }
 
@@ -144,15 +149,15 @@ impl Side {
     /// # Errors
     /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
     pub(crate) fn equation(&self, gamma: f64) -> Result<Equation, NumericError> {
-        let Reduced { e, d, gap, c, .. } = self.reduced(gamma);
-        let n = self.a.nrows();
-        let seen = d.transpose() * &c;
+        let Eliminated { e, d_free, gap, .. } = self.eliminated(gamma);
+        let (n, free) = (self.a.nrows(), self.c_free());
+        let seen = d_free.transpose() * &free;
         let x = solve(&gap, &stack_cols(&e.transpose().to_owned(), &seen))?;
         let (driven, read) = (x.subcols(0, n), x.subcols(n, n));
         Ok(Equation {
-            a: &self.a - &self.b2 * self.direct() + &e * read,
+            a: &self.a - &self.b2 * self.c_direct() + &e * read,
             g: symmetric(&(&self.b2 * self.b2.transpose() - &e * driven)),
-            q: symmetric(&(c.transpose() * &c + seen.transpose() * read)),
+            q: symmetric(&(free.transpose() * &free + seen.transpose() * read)),
         })
     }
 
@@ -181,10 +186,7 @@ impl Side {
 
     /// What no control reaches at infinite frequency: γ is above it.
     pub(crate) fn level_at_infinity(&self) -> f64 {
-        let part = self
-            .d11
-            .submatrix(0, 0, self.free_errors(), self.b1.ncols());
-        max_singular_value(&part.to_owned())
+        max_singular_value(&self.d_free())
     }
 
     /// Smallest γ for which the Riccati equation has a stabilising solution, with its frequency.
@@ -283,14 +285,14 @@ pub(crate) fn filter_side(p: &crate::robust::hinf::normal::NormalForm) -> Side {
 /// # Errors
 /// [`NumericError::Singular`] when γ is a singular value of the feedthrough.
 pub(crate) fn feedback(side: &Side, gamma: f64, x: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    let Reduced {
+    let Eliminated {
         e,
-        d,
+        d_free,
         gap,
-        c,
-        direct,
-    } = side.reduced(gamma);
-    let disturbance = solve(&gap, &(d.transpose() * c + e.transpose() * x))? * gamma.recip();
-    let control = direct * &disturbance + side.direct() + side.b2.transpose() * x;
+        d_direct,
+    } = side.eliminated(gamma);
+    let right = d_free.transpose() * side.c_free() + e.transpose() * x;
+    let disturbance = solve(&gap, &right)? * gamma.recip();
+    let control = d_direct * &disturbance + side.c_direct() + side.b2.transpose() * x;
     Ok(stack_rows(&disturbance, &(control * -1.0)))
 }

@@ -16,7 +16,8 @@ fn random(rows: usize, columns: usize, from: &mut ChaCha8Rng) -> DMatrix<f64> {
 }
 
 /// Order `n`, as many disturbances and measurements as states, two errors and controls: D12 and D21 are square. P21 has
-/// stable zeros, −1 each; the zeros of P12 are the poles of `zeros`.
+/// stable zeros, −1 each; the zeros of P12 are the eigenvalues of `zeros`. With the plant come E = B1 − B2 D12⁻¹D11 and
+/// B2 D12⁻¹, through which the disturbance and the errors drive those zeros.
 fn square(
     zeros: &DMatrix<f64>,
     from: &mut ChaCha8Rng,
@@ -29,8 +30,8 @@ fn square(
     );
     let inverse = d12.clone().try_inverse().expect("near the identity");
     let a = zeros + &b2 * &inverse * &c1;
+    // With D21 = I the zeros of P21 are the eigenvalues of A − B1 C2.
     let c2 = b1.clone().try_inverse().expect("random") * (&a + DMatrix::identity(n, n));
-    // Where y sees w through D21 = I, the zeros of P21 are the eigenvalues of A − B1 C2.
     let e = &b1 - &b2 * &inverse * &d11;
     let b = DMatrix::from_fn(
         n,
@@ -62,7 +63,7 @@ fn square(
     (plant, e, b2 * inverse)
 }
 
-/// Wᵢ of A W + W Aᵀ = B Bᵀ, by Kronecker products.
+/// W of A W + W Aᵀ = B Bᵀ, by Kronecker products.
 fn gramian(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let n = a.nrows();
     let eye = DMatrix::identity(n, n);
@@ -116,7 +117,7 @@ fn with_unstable_zeros_the_level_is_that_of_two_gramians() {
     }
 }
 
-/// With stable zeros the controller cancels the plant: no level above rounding is the least.
+/// With stable zeros the controller cancels the plant: the infimum of the level is zero.
 #[test]
 fn a_plant_that_can_be_cancelled_has_a_controller_at_rounding_level() {
     for seed in 0..20 {

@@ -156,11 +156,12 @@ fn random_plants_get_a_level_that_cannot_be_lowered_and_a_loop_that_meets_it() {
         assert!(found.gamma <= 1.01 * found.gamma_opt, "{k}");
         let closed = lower_lft(&p.system, &found.controller).unwrap();
         assert!(closed.growth_rate().unwrap() < 0.0, "{k}");
-        // A response is known to the rounding of the gains that cancel in it.
+        // Where the gains of the controller are five decades above those of the loop, its response is rounded by more.
         let rounding = 1e-10 * found.controller.a.norm_l2();
+        let tolerance = if k < 24 { 1e-6 } else { rounding.max(1e-6) };
         let peak = dense_peak(&closed);
         assert!(
-            peak <= found.gamma * (1.0 + rounding.max(1e-6)),
+            peak <= found.gamma * (1.0 + tolerance),
             "{k}: {peak} {}",
             found.gamma
         );
