@@ -3,8 +3,9 @@
 use super::Failure;
 use crate::input::kind::FileKind;
 use crate::input::{self, Measurement, Warning};
+use crate::rotor::PlanarModes;
 use crate::spindle::Machine;
-use crate::spindle::mesh_quality::coarse_mesh;
+use crate::spindle::mesh_quality::{CoarseMesh, coarse_mesh};
 
 /// Warnings that are held back until it is known whether the loop is stable, because that is said in the first line.
 /// They go to standard error when the value is dropped, so that none is lost on the way to an error.
@@ -60,7 +61,13 @@ pub(super) fn say(warning: &Warning) {
     eprintln!("{warning}");
 }
 
-/// What the mesh does not resolve.
+/// Relative error of a kept frequency that is said: half the smallest uncertainty that frequencies are usually
+/// specified with.
+const KEPT_ERROR: f64 = 0.005;
+/// The same of a measured one that moduli do not explain: some of what two ways of reading the same peak differ by.
+const MEASURED_ERROR: f64 = 5e-4;
+
+/// What the mesh does not resolve of the modes that the model keeps.
 ///
 /// # Errors
 /// [`Failure`] when the modes of the shaft cannot be computed.
@@ -69,21 +76,41 @@ pub(super) fn mesh_warning(
     spindle: &str,
     tool: &str,
 ) -> Result<Option<Warning>, Failure> {
-    let Some(coarse) = coarse_mesh(machine)? else {
+    let coarse = coarse_mesh(machine, machine.spindle.flexible_modes, KEPT_ERROR)?;
+    Ok(coarse.map(|coarse| mesh_words(&coarse, spindle, tool)))
+}
+
+/// What the mesh does not resolve of the modes up to a measured frequency, unless it has been said of the kept ones.
+///
+/// # Errors
+/// [`Failure`] when the modes of the shaft cannot be computed.
+pub(super) fn measured_mesh_warning(
+    machine: &Machine,
+    (spindle, tool): (&str, &str),
+    to_hz: f64,
+) -> Result<Option<Warning>, Failure> {
+    if mesh_warning(machine, spindle, tool)?.is_some() {
         return Ok(None);
-    };
+    }
+    let frequencies = PlanarModes::new(&machine.rotor()?)?.flexible_hz();
+    let measured = frequencies.iter().filter(|f| **f <= to_hz).count();
+    let coarse = coarse_mesh(machine, measured, MEASURED_ERROR)?;
+    Ok(coarse.map(|coarse| mesh_words(&coarse, spindle, tool)))
+}
+
+fn mesh_words(coarse: &CoarseMesh, spindle: &str, tool: &str) -> Warning {
     let (file, list) = match coarse.in_tool {
         true => (tool, "elements"),
         false => (spindle, "rotor.elements"),
     };
-    Ok(Some(Warning {
+    Warning {
         file: file.to_owned(),
         message: format!(
-            "{list}[{}]: an element of {} m is too long for mode {}, whose frequency is {:.1} % off; split it",
+            "{list}[{}]: an element of {} m is too long for mode {}, whose frequency is {:.2} % off; split it",
             coarse.element,
             coarse.length_m,
             coarse.mode,
             100.0 * coarse.relative_error
         ),
-    }))
+    }
 }

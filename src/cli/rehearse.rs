@@ -16,6 +16,7 @@ use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::records::{Listed, hammer_csv, rehearsed_list, sweep_csv};
 use crate::report::results::ResultsFolder;
 use crate::spindle::Machine;
+use crate::spindle::halved::refined_around_tilting;
 use serde_json::json;
 use std::path::Path;
 
@@ -157,7 +158,8 @@ fn levitating(machine: &Machine) -> Result<Controller, Failure> {
 }
 
 /// A sweep and a hammer test at every speed and the controller `pid.json`, added below `prefix` (empty, or ending in
-/// `/`).
+/// `/`). The shaft has twice the elements of its file, because the elements of a file are an approximation that no rig
+/// shares.
 ///
 /// # Errors
 /// [`Failure`] when the loop is unstable, because no such measurement can be taken.
@@ -168,6 +170,7 @@ pub(super) fn records(
     controller: &Controller,
     (rehearsal, speeds): (&Rehearsal, &[f64]),
 ) -> Result<Vec<Listed>, Failure> {
+    let truth = &refined_around_tilting(truth);
     let mut listed = vec![];
     for rpm in speeds {
         let growth = growth_rate_at(truth, controller, *rpm)?;

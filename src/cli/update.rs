@@ -2,7 +2,7 @@
 
 use super::console::{Console, Shown};
 use super::identify::record_at_rest;
-use super::machine::of_measurement;
+use super::machine::{measured_mesh_warning, of_measurement, say};
 use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::named;
@@ -140,6 +140,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         None
     };
     let delivered = resonances_only.as_ref().unwrap_or(&full);
+    if !delivered.fit.explanation.explained {
+        let spindle = arguments.spindle.as_ref().unwrap_or(&measurement.spindle);
+        let tool = arguments.tool.as_ref().unwrap_or(&measurement.tool);
+        measured_mesh_warning(&machine, (spindle, tool), targets.highest_hz())?
+            .iter()
+            .for_each(say);
+    }
     let models: Vec<(&str, &Updated)> = match &resonances_only {
         Some(only) => vec![("resonances_only", &only.fit), ("full", &full.fit)],
         None => vec![("updated", &full.fit)],

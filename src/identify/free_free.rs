@@ -13,12 +13,10 @@ use super::peaks::{Antiresonance, Channel, Resonance, antiresonances, resonances
 use crate::linalg::c64;
 use crate::rotor::chain::{Chain, Port};
 use crate::rotor::chain_assembly;
-use crate::rotor::spectrum::{Query, Spectrum, spectrum};
+use crate::rotor::spectrum::{Query, Spectrum, lowest_hz, spectrum};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
-/// Antiresonances are counted from here, Hz, as in the model.
-const LOWEST_HZ: f64 = 100.0;
 /// Entries are not believed beyond this relative standard deviation, however well the repeats agree.
 const ENTRY_FLOOR: f64 = 5e-4;
 /// Share of the model's shift that counts as uncertain: ks is known to some 5–10 %.
@@ -118,7 +116,7 @@ pub fn identify(frf: &MeasuredFrf, machine: &Machine) -> Result<Identification, 
     let shift = Shift::of(machine, frf.frequency_hz.last().copied().unwrap_or(0.0))?;
     let zeros = |pair: [usize; 2], list: usize| {
         let each =
-            pair.map(|k| antiresonances(&frf.frequency_hz, &channels[k], k, &poles, LOWEST_HZ));
+            pair.map(|k| antiresonances(&frf.frequency_hz, &channels[k], k, &poles, shift.from_hz));
         merge(&each)
             .into_iter()
             .map(|zero| match zero {
@@ -233,6 +231,8 @@ fn merge(lists: &[Vec<Antiresonance>; 2]) -> Vec<Antiresonance> {
 
 /// Peaks of the model with and without the magnets' stiffness.
 struct Shift {
+    /// Where they begin, Hz.
+    from_hz: f64,
     free: Spectrum,
     held: Spectrum,
 }
@@ -254,13 +254,15 @@ impl Shift {
             .iter()
             .map(|(s, a)| (ports[*s].0, ports[*a].1))
             .collect();
+        let from_hz = lowest_hz(&rotor)?;
         let query = Query {
             frfs,
-            from_hz: LOWEST_HZ,
-            to_hz: 1.5 * to_hz.max(2.0 * LOWEST_HZ),
+            from_hz,
+            to_hz: 1.5 * to_hz.max(2.0 * from_hz),
         };
         let ones = vec![1.0; chain.regions.len()];
         Ok(Self {
+            from_hz,
             free: spectrum(&chain, &ones, &query),
             held: spectrum(&with_magnets, &ones, &query),
         })
@@ -268,19 +270,24 @@ impl Shift {
 
     /// Reading of the free-free rotor from a measured peak; `list` is the FRF of a zero.
     fn apply(&self, list: Option<usize>, measured_hz: f64, sd_hz: f64) -> Reading {
-        let of = |s: &Spectrum| match list {
-            None => s.poles_hz.clone(),
-            Some(k) => s.zeros_hz.get(k).cloned().unwrap_or_default(),
-        };
         let nearest = |list: &[f64], f: f64| {
-            list.iter()
-                .copied()
-                .min_by(|a, b| (a / f).ln().abs().total_cmp(&(b / f).ln().abs()))
-                .filter(|g| (g / f).ln().abs() < SAME_PEAK.ln())
+            (list.iter().copied().enumerate())
+                .min_by(|(_, a), (_, b)| (a / f).ln().abs().total_cmp(&(b / f).ln().abs()))
+                .filter(|(_, g)| (g / f).ln().abs() < SAME_PEAK.ln())
         };
-        let shift = nearest(&of(&self.held), measured_hz)
-            .and_then(|held| Some(nearest(&of(&self.free), held)? / held - 1.0))
-            .map_or(0.0, |ratio| ratio * measured_hz);
+        let ratio = match list {
+            // Springs move every natural frequency of a symmetric pencil without changing their order.
+            None => nearest(&self.held.poles_hz, measured_hz).and_then(|(k, held)| {
+                let place = (k + self.held.below).checked_sub(self.free.below)?;
+                Some(self.free.poles_hz.get(place)? / held)
+            }),
+            Some(list) => {
+                let zeros = |s: &Spectrum| s.zeros_hz.get(list).cloned().unwrap_or_default();
+                nearest(&zeros(&self.held), measured_hz)
+                    .and_then(|(_, held)| Some(nearest(&zeros(&self.free), held)?.1 / held))
+            }
+        };
+        let shift = ratio.map_or(0.0, |ratio| (ratio - 1.0) * measured_hz);
         Reading::Found {
             frequency_hz: measured_hz + shift,
             standard_deviation_hz: sd_hz.hypot(SHIFT_UNCERTAINTY * shift),

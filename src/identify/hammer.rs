@@ -1,7 +1,9 @@
 //! A measured FRF of one input and one output with what is known about its noise: hammer tests at the tool.
 //!
 //! From coherence γ² and n averages the complex standard deviation is |H| √((1 − γ²)/(n γ²)), half its square for the
-//! real and half for the imaginary part (Bendat and Piersol, Random Data, sec. 9.2).
+//! real and half for the imaginary part (Bendat and Piersol, Random Data, sec. 9.2). Where noise dominates, a line may
+//! measure next to nothing by chance, and that formula would believe it; noise is smooth over frequency, so that no
+//! line is believed to be better than its neighbours are in the mean.
 
 use super::frf::AXES;
 use super::peaks::{Channel, Resonance, resonances};
@@ -25,6 +27,9 @@ pub struct HammerFrf {
     pub averages: Option<Vec<f64>>,
 }
 
+/// Lines on either side over which the noise of a line is averaged.
+const NEIGHBOURS: usize = 2;
+
 impl HammerFrf {
     /// Resonances that a local fit resolves: those with a damping ratio of two percent at most.
     pub(crate) fn lightly_damped(&self) -> Vec<Resonance> {
@@ -41,17 +46,33 @@ impl HammerFrf {
     /// Standard deviation of the complex compliance at a line, √E|δH|², m/N, with `floor` × |H| added in squares.
     pub fn sigma(&self, line: usize, floor: f64) -> f64 {
         let size = self.compliance.get(line).map_or(0.0, |h| h.norm());
-        let noise = match (&self.coherence, &self.averages) {
-            (Some(c), Some(n)) => {
-                let (c, n) = (
-                    c.get(line).copied().unwrap_or(1.0),
-                    n.get(line).copied().unwrap_or(1.0),
-                );
-                size * ((1.0 - c).max(0.0) / (n * c)).sqrt()
-            }
-            _ => 0.0,
-        };
+        let around =
+            line.saturating_sub(NEIGHBOURS)..(line + NEIGHBOURS + 1).min(self.compliance.len());
+        let (mut sum, mut count) = (0.0, 0.0);
+        // A coherence of zero says nothing of its neighbours.
+        for variance in around.map(|k| self.variance(k)).filter(|v| v.is_finite()) {
+            sum += variance;
+            count += 1.0;
+        }
+        let mean = if count > 0.0 { sum / count } else { 0.0 };
+        let noise = self.variance(line).max(mean).sqrt();
         noise.hypot(floor * size)
+    }
+
+    /// Variance of the complex compliance at a line by its own coherence, m²/N².
+    fn variance(&self, line: usize) -> f64 {
+        let (Some(h), Some(c), Some(n)) = (
+            self.compliance.get(line),
+            self.coherence.as_ref(),
+            self.averages.as_ref(),
+        ) else {
+            return 0.0;
+        };
+        let (c, n) = (
+            c.get(line).copied().unwrap_or(1.0),
+            n.get(line).copied().unwrap_or(1.0),
+        );
+        h.norm_sqr() * (1.0 - c).max(0.0) / (n * c)
     }
 }
 

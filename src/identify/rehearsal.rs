@@ -110,7 +110,8 @@ impl Rehearsal {
         })
     }
 
-    /// The compliance at the tool plane in x from blows of a hammer, with the coherence that the noise leaves.
+    /// The compliance at the tool plane in x from blows of a hammer: the mean over the blows, and the coherence that
+    /// they have among each other. One blow alone has none.
     ///
     /// # Errors
     /// [`SpindleError`] when the plant of the machine cannot be built.
@@ -121,19 +122,25 @@ impl Rehearsal {
         speed_rpm: f64,
     ) -> Result<HammerFrf, SpindleError> {
         let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-        // Of one blow; the mean over the blows has the root of their number less.
+        // Of one blow.
         let one = self.noise_m(machine) / self.hammer_force_n;
-        let blows = self.blows.max(1) as f64;
+        let blows = self.blows.max(1);
         // Another stream than that of the sweep.
         let mut random = Random::new(self.seed.wrapping_add(1 << 32), speed_rpm);
         let (mut compliance, mut coherence) = (vec![], vec![]);
         for hz in &self.frequency_hz {
             let exact = closed_loop_compliance(&plant, controller, TAU * hz, 0);
-            compliance.push(exact + random.complex(one / blows.sqrt()));
-            let power = exact.norm_sqr();
-            coherence.push(power / (power + one * one));
+            let (mut sum, mut power) = (c64::new(0.0, 0.0), 0.0);
+            for _ in 0..blows {
+                let blow = exact + random.complex(one);
+                sum += blow;
+                power += blow.norm_sqr();
+            }
+            let mean = sum / blows as f64;
+            compliance.push(mean);
+            coherence.push(blows as f64 * mean.norm_sqr() / power);
         }
-        let averages = Some(vec![blows; compliance.len()]);
+        let averages = Some(vec![blows as f64; compliance.len()]);
         Ok(HammerFrf {
             speed_rpm,
             frequency_hz: self.frequency_hz.clone(),

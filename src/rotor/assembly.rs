@@ -3,7 +3,7 @@
 
 use super::element::{self, ElementMatrices};
 use super::section::{Disc, Section};
-use super::{MOST_ELEMENTS, RotorError};
+use super::{MOST_ELEMENTS, RotorError, check_lengths};
 use crate::linalg::Mat;
 
 /// A disc's position may differ from its node's by this much, m: positions are sums of printed lengths.
@@ -79,11 +79,7 @@ impl Rotor {
         if sections.is_empty() {
             return Err(RotorError::NoElements);
         }
-        for (list, count) in [("elements", sections.len()), ("discs", discs.len())] {
-            if count > MOST_ELEMENTS {
-                return Err(RotorError::TooMany { list, count });
-            }
-        }
+        check_lengths([sections.len(), discs.len()], MOST_ELEMENTS)?;
         let mut node_z_m = vec![origin_m];
         let mut z = origin_m;
         for (index, section) in sections.iter().enumerate() {

@@ -25,9 +25,30 @@ pub use whirl::{Damping, Support, WhirlMode};
 use crate::linalg::NumericError;
 use thiserror::Error;
 
-/// Most elements of a shaft. The eigenvalue problems are dense: time grows with the cube, and at this number the modes
-/// at one speed take about a minute. Elements of a tenth of the shortest wavelength of interest are ample.
-pub(crate) const MOST_ELEMENTS: usize = 300;
+/// Most elements and most discs of a file. The eigenvalue problems are dense: time grows with the cube, and at this
+/// number the modes at one speed take about a minute. Elements of a tenth of the shortest wavelength of interest are
+/// ample.
+pub(crate) const MOST_LISTED: usize = 300;
+/// Most elements of a shaft: the same with every element halved twice, as a finer mesh has it.
+const MOST_ELEMENTS: usize = 4 * MOST_LISTED;
+
+/// Checks that the lists of a file are short enough.
+///
+/// # Errors
+/// [`RotorError::TooMany`] with the first list that is too long.
+pub(crate) fn check_lists(sections: &[Section], discs: &[Disc]) -> Result<(), RotorError> {
+    check_lengths([sections.len(), discs.len()], MOST_LISTED)
+}
+
+/// Checks the numbers of elements and of discs.
+fn check_lengths(counts: [usize; 2], most: usize) -> Result<(), RotorError> {
+    for (list, count) in ["elements", "discs"].into_iter().zip(counts) {
+        if count > most {
+            return Err(RotorError::TooMany { list, count, most });
+        }
+    }
+    Ok(())
+}
 
 /// What can be wrong with a shaft.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -60,12 +81,14 @@ pub enum RotorError {
     #[error("elements: the list is empty, a shaft needs at least one element")]
     NoElements,
     /// More elements than the dense eigenvalue problems can take.
-    #[error("{list}: has {count} entries, at most {MOST_ELEMENTS} are computed")]
+    #[error("{list}: has {count} entries, at most {most} are computed")]
     TooMany {
         /// The list.
         list: &'static str,
         /// Its length.
         count: usize,
+        /// The longest that is computed.
+        most: usize,
     },
     /// A position that is not on the shaft.
     #[error(

@@ -7,6 +7,8 @@
 //! not show in a Bode plot.
 
 use super::chain::{Blocks, Chain, Factor, Port};
+use super::modes::PlanarModes;
+use super::{Rotor, RotorError};
 use std::f64::consts::TAU;
 
 /// Ratio of neighbouring grid frequencies. Two zeros of one FRF closer than this are still found when they leave a
@@ -29,6 +31,8 @@ pub struct Query {
 /// Poles, shapes and zeros between the limits of a [`Query`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
+    /// Number of poles below the lower limit: rigid modes, and what negative springs make unstable.
+    pub below: usize,
     /// Natural frequencies, Hz, ascending.
     pub poles_hz: Vec<f64>,
     /// Mass-normalised shapes (w, ψ) at every node.
@@ -47,6 +51,19 @@ pub(crate) fn hz(lambda: f64) -> f64 {
     lambda.max(0.0).sqrt() / TAU
 }
 
+/// Share of the first bending frequency from which on peaks are counted: below lie the rigid modes, which magnets make
+/// unstable or which a suspension holds, and their zeros.
+const LOWEST_SHARE: f64 = 0.1;
+
+/// Where the peaks of the free-free rotor begin, Hz.
+///
+/// # Errors
+/// [`RotorError`] when the modes cannot be computed.
+pub(crate) fn lowest_hz(rotor: &Rotor) -> Result<f64, RotorError> {
+    let flexible = PlanarModes::new(rotor)?.flexible_hz();
+    Ok(LOWEST_SHARE * flexible.first().copied().unwrap_or_default())
+}
+
 /// Computes the spectrum of the chain with the given modulus factors.
 pub fn spectrum(chain: &Chain, factors: &[f64], query: &Query) -> Spectrum {
     let stiffness = chain.stiffness(factors);
@@ -57,6 +74,7 @@ pub fn spectrum(chain: &Chain, factors: &[f64], query: &Query) -> Spectrum {
         .map(|k| search.zeros(&grid, &poles, k))
         .collect();
     Spectrum {
+        below: grid.first().map_or(0, |point| point.below),
         poles_hz: poles.iter().map(|l| hz(*l)).collect(),
         shapes,
         zeros_hz,

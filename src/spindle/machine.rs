@@ -7,7 +7,7 @@ use super::effective::{Effective, EffectiveBearing};
 use super::effects::{Effect, EffectKind, Location, action};
 use super::rule::{MOST_DELAY_SAMPLES, rule};
 use crate::rotor::whirl::WhirlSpectrum;
-use crate::rotor::{Damping, Disc, Rotor, RotorError, Section};
+use crate::rotor::{Damping, Disc, Rotor, RotorError, Section, check_lists};
 
 /// A bearing of the spindle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,6 +171,7 @@ impl Tool {
     /// # Errors
     /// [`SpindleError`] with the key path of the first rule that is broken.
     pub(crate) fn validate(&self) -> Result<(), SpindleError> {
+        check_lists(&self.sections, &self.discs).map_err(SpindleError::Tool)?;
         // In list order first, so that an error names the element of the file.
         Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Tool)?;
         let length = self.length_m();

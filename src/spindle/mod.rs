@@ -3,6 +3,7 @@
 pub mod backup;
 pub mod effective;
 pub mod effects;
+pub mod halved;
 pub(crate) mod machine;
 pub(crate) mod mechanics;
 pub mod mesh_quality;

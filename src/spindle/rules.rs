@@ -2,7 +2,7 @@
 
 use super::rule::{MOST_DELAY_SAMPLES, positive, rule};
 use super::{Side, Spindle, SpindleError};
-use crate::rotor::Rotor;
+use crate::rotor::{Rotor, check_lists};
 
 impl Spindle {
     /// Checks every rule that concerns the spindle alone.
@@ -10,6 +10,7 @@ impl Spindle {
     /// # Errors
     /// [`SpindleError`] with the key path of the first rule that is broken.
     pub(crate) fn validate(&self) -> Result<(), SpindleError> {
+        check_lists(&self.sections, &self.discs).map_err(SpindleError::Rotor)?;
         let rotor =
             Rotor::new(0.0, self.sections.clone(), &self.discs).map_err(SpindleError::Rotor)?;
         for side in Side::BOTH {

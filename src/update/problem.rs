@@ -10,10 +10,8 @@ use super::targets::{Target, Targets};
 use crate::rotor::Rotor;
 use crate::rotor::chain::{Chain, Factor, Port};
 use crate::rotor::chain_assembly;
-use crate::rotor::spectrum::{Query, Spectrum, lambda, spectrum};
+use crate::rotor::spectrum::{Query, Spectrum, lambda, lowest_hz, spectrum};
 
-/// Antiresonances are counted from here, Hz: below lie rigid-body and suspension effects.
-const LOWEST_HZ: f64 = 100.0;
 /// A zero this close to a pole (relative) hardly shows in a Bode plot and may have been overlooked.
 const SHALLOW: f64 = 0.02;
 /// Residual, in ln f, of a measured peak without partner in the model.
@@ -167,11 +165,12 @@ impl Problem {
                 chain_assembly::port(rotor, "force of an FRF", frf.input_m)?,
             ));
         }
+        let from_hz = lowest_hz(rotor)?;
         let query = Query {
             frfs,
-            from_hz: LOWEST_HZ,
+            from_hz,
             // Moduli up to 2.5 times too high still show every measured peak at the start.
-            to_hz: (1.6 * targets.highest_hz()).max(2.0 * LOWEST_HZ),
+            to_hz: (1.6 * targets.highest_hz()).max(2.0 * from_hz),
         };
         let frf_names = targets
             .antiresonances

@@ -43,7 +43,30 @@ pub fn diagnose_with(
     alternatives: &Alternatives,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let (gross, measurement) = without_gross_faults(machine, measurement)?;
+    let (gross, corrected) = without_gross_faults(machine, measurement)?;
+    let plain = gross.is_empty();
+    let found = course(machine, corrected, gross, alternatives, progress)?;
+    if plain || found.verdict != Verdict::Unexplained {
+        return Ok(found);
+    }
+    // What looks like a gross mistake from afar may be a large effect: a soft joint lowers all resonances, as a wrong
+    // clock does.
+    progress("the records as they are");
+    let again = course(machine, measurement.clone(), vec![], alternatives, progress)?;
+    Ok(match again.verdict {
+        Verdict::Unexplained => found,
+        _ => again,
+    })
+}
+
+/// The course of a diagnosis once gross mistakes are corrected.
+fn course(
+    machine: &Machine,
+    measurement: Measurement,
+    gross: Vec<FoundFault>,
+    alternatives: &Alternatives,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
     let trial = Trial::new(machine, measurement)?;
     progress("the machine as it is");
     let (null, explained_by_nothing) = trial.stands(Subset::ALL)?;

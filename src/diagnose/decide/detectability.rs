@@ -17,7 +17,7 @@ use super::super::fit::linearise::assembled_with_size;
 use super::super::fit::prediction::Linear;
 use super::super::fit::problem::{Point, Problem};
 use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN};
-use crate::linalg::solve;
+use crate::linalg::dense::solve_normal;
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
@@ -108,7 +108,7 @@ fn remaining(base: &Linear, further: &Jacobian) -> Result<Vec<f64>, DiagnoseErro
     let (jacobian, normal) = base.parts();
     let shared = jacobian.transpose_times_columns(further);
     let own = further.normal_of_each(&vec![1; further.columns()]);
-    let absorbed = solve(normal, &shared)?;
+    let absorbed = solve_normal(normal, &shared)?;
     let each = (0..shared.ncols()).map(|c| {
         let taken: f64 = (0..shared.nrows())
             .map(|i| shared[(i, c)] * absorbed[(i, c)])

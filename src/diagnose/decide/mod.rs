@@ -9,5 +9,6 @@ pub mod next_measurement;
 pub mod residuals;
 pub(crate) mod screening;
 pub(crate) mod selection;
+mod strong;
 mod tie;
 pub mod verdict;

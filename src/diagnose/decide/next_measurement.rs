@@ -11,7 +11,8 @@ use super::super::data::evidence::GAP_FLOOR;
 use super::super::fit::case::Case;
 use super::super::fit::hypothesis;
 use super::candidate::Candidate;
-use crate::linalg::{Mat, c64, solve};
+use crate::linalg::dense::solve_normal;
+use crate::linalg::{Mat, c64};
 use crate::spindle::response::ported::factor;
 use crate::spindle::response::{SIDE, Square, ZERO};
 use crate::spindle::{Bearings, Effect, EffectKind, Location};
@@ -402,7 +403,7 @@ fn separation(a: &Predicted, b: &Predicted, member: &Candidate) -> Result<f64, D
         matrix[(i, i)] *= 1.0 + 1e-12;
     }
     let right = Mat::from_fn(n, 1, |i, _| dot(&columns[i], &d));
-    let step = solve(&matrix, &right)?;
+    let step = solve_normal(&matrix, &right)?;
     let gain: f64 = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
     Ok((dot(&d, &d) - gain).max(0.0))
 }

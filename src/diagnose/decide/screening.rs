@@ -14,7 +14,7 @@ use super::super::fit::case::Case;
 use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::linearise::assembled_with_size;
-use super::super::fit::problem::{Point, Problem};
+use super::super::fit::problem::Point;
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, failing_chi2, fails, next_model_error};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ const PAIR_LISTS: [usize; 3] = [16, 6, 4];
 const MIMICS: usize = 8;
 /// Hypotheses beyond this multiple of the best χ² after a first fit are dropped, except resonances, whose χ² falls
 /// late.
-const DROPPED_CHI2_RATIO: f64 = 3.0;
+pub(super) const DROPPED_CHI2_RATIO: f64 = 3.0;
 /// Starts of one name that are fitted.
 const STARTS: usize = 2;
 /// Names that reach the final model error where none of them explains the data: those that pairs are begun with; twice
@@ -43,16 +43,13 @@ const PAIR_SEEDS: usize = 2;
 /// Places of one name at which the machine is evaluated, those with the smallest predicted χ².
 const PLACES: usize = 12;
 
-/// Further places of an effect from which a fit that failed is begun again.
-const RELOCATED: usize = 8;
-
 /// Lines that rank hypotheses, at least every third.
-const LINES: usize = 60;
+pub(super) const LINES: usize = 60;
 /// Lines to which finalists are fitted at larger model errors, at least; at the final one all lines are fitted.
 const FINALIST_LINES: usize = 160;
 
 /// The present effects and one more.
-fn beside_present(present: &[Hypothesis], h: &Hypothesis) -> Vec<Hypothesis> {
+pub(super) fn beside_present(present: &[Hypothesis], h: &Hypothesis) -> Vec<Hypothesis> {
     let mut effects = present.to_vec();
     effects.push(h.clone());
     effects
@@ -145,18 +142,25 @@ impl Case<'_> {
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Subset::ALL).ok())
             .filter(matters)
             .collect();
-        // Whoever reaches a lower model error is ahead; at one model error, what explains the data within the priors is
-        // ahead of what drives nuisance parameters out of them, which is no explanation; then the score counts.
-        let outside = |c: &Candidate| {
-            let explains = c.model_error == FINAL_MODEL_ERROR && !fails(&c.fit);
-            explains && !self.model.strained(&c.fit.at.p).is_empty()
-        };
+        self.rank(&mut finalists);
+        if !settled(standing) && finalists.first().is_none_or(|best| !explains(best)) {
+            (self.progress)("strong effects of any size");
+            finalists.extend(self.of_any_size(standing)?);
+            self.rank(&mut finalists);
+        }
+        self.move_finalist(&mut finalists)?;
+        Ok(Round { finalists, others })
+    }
+
+    /// Best first. Whoever reaches a lower model error is ahead; at one model error, what explains the data within the
+    /// priors is ahead of what drives nuisance parameters out of them, which is no explanation; then the score counts.
+    fn rank(&self, finalists: &mut [Candidate]) {
+        let outside = |c: &Candidate| explains(c) && !self.model.strained(&c.fit.at.p).is_empty();
         finalists.sort_by(|a, b| {
             (a.model_error.total_cmp(&b.model_error))
                 .then(outside(a).cmp(&outside(b)))
                 .then(a.score().total_cmp(&b.score()))
         });
-        Ok(Round { finalists, others })
     }
 
     /// Least score of one effect that explains thinned lines, if any does: what does not has no part in a tie.
@@ -264,91 +268,6 @@ impl Case<'_> {
         Ok(fits.collect())
     }
 
-    /// Begins tilting stiffnesses that fail from other places, unless another effect explains thinned lines down to
-    /// the final model error. Each start is tried, as the place at which a fit ends depends on it, the best one first:
-    /// where that stays among what is dropped, the others do too.
-    fn move_tilting(
-        &self,
-        fits: &mut [(Hypothesis, Fit)],
-        with: &(impl Fn(&Hypothesis) -> Vec<Hypothesis> + Sync),
-        stages: Vec<Stage>,
-    ) -> Result<(), DiagnoseError> {
-        let order = |i: &usize, j: &usize| fits[*i].1.chi2.total_cmp(&fits[*j].1.chi2);
-        let failing = |i: &usize| {
-            let (h, fit) = &fits[*i];
-            h.kind == EffectKind::TiltingStiffness && fails(fit)
-        };
-        let mut moved: Vec<usize> = (0..fits.len()).filter(failing).collect();
-        moved.sort_by(order);
-        let Some((best, (w, _))) = (0..fits.len()).min_by(order).zip(stages.last()) else {
-            return Ok(());
-        };
-        let (h, fit) = &fits[best];
-        if !moved.is_empty() && !fails(fit) {
-            let with = with(h);
-            let down = MODEL_ERRORS.into_iter().filter(|e| e < w);
-            let down: Vec<Stage> = down.map(|e| (e, 4)).collect();
-            let end = self.problem(&with, self.thin()).fit(&fit.at, &down)?;
-            if !fails(&end) && self.model.strained(&end.at.p).is_empty() {
-                return Ok(());
-            }
-        }
-        let limit = DROPPED_CHI2_RATIO * fit.chi2 + 100.0;
-        for i in moved {
-            let (h, found) = &fits[i];
-            let with = with(h);
-            let problem = self.problem(&with, self.thin());
-            let next = self.relocated(&problem, h, found.clone(), &stages);
-            let dropped = next.chi2 > limit;
-            fits[i].1 = next;
-            if dropped {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// A fit, or a better one from another place with the numbers that it found: where the row of an effect goes up and
-    /// down along the shaft, a fit stays between two nodes. A step, on half of the lines where there are many, ranks
-    /// the places; those with the smallest χ² are fitted.
-    fn relocated(&self, problem: &Problem, h: &Hypothesis, found: Fit, stages: &[Stage]) -> Fit {
-        let Some((w, _)) = stages.last().copied() else {
-            return found;
-        };
-        // On fewer lines than these the wrong place may have the smallest χ².
-        let enough = self.evidence.lines() / problem.usage.stride >= LINES;
-        let half = Problem {
-            usage: Subset {
-                stride: if enough { 2 } else { 1 } * problem.usage.stride,
-                ..problem.usage
-            },
-            ..*problem
-        };
-        let places = self.catalogue.par_iter().filter(|o| o.same_name(h));
-        let mut ahead: Vec<Fit> = places
-            .filter_map(|other| {
-                let mut at = found.at.clone();
-                *at.theta.last_mut()?.last_mut()? = *other.start.last()?;
-                half.fit(&at, &[(w, 1)]).ok()
-            })
-            .collect();
-        ahead.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        ahead.truncate(RELOCATED);
-        let tried = ahead.par_iter();
-        let mut tried: Vec<Fit> = tried
-            .filter_map(|fit| problem.fit(&fit.at, &[(w, 2)]).ok())
-            .collect();
-        tried.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        tried.truncate(RELOCATED / 2);
-        let refined = tried
-            .into_iter()
-            .filter_map(|fit| problem.fit(&fit.at, stages).ok());
-        refined.fold(found, |best, next| match next.chi2 < best.chi2 {
-            true => next,
-            false => best,
-        })
-    }
-
     /// Two starts of every name, where there are more: those with the smallest χ² after the step; and the one with the
     /// smallest predicted χ². A step is linear, and where an effect is large the prediction hardly tells one place from
     /// another; the places themselves do, unless the step goes too far. All starts of a name share its best prediction.
@@ -410,8 +329,13 @@ fn score(fit: &Fit) -> f64 {
     fit.chi2 + free as f64 * (fit.residuals.max(2) as f64).ln()
 }
 
+/// Whether a candidate leaves no more than noise and the final model error do.
+pub(super) fn explains(candidate: &Candidate) -> bool {
+    candidate.model_error == FINAL_MODEL_ERROR && !fails(&candidate.fit)
+}
+
 /// Whether the newest effect of a candidate is large enough to be named.
-fn matters(candidate: &Candidate) -> bool {
+pub(super) fn matters(candidate: &Candidate) -> bool {
     let newest = candidate.effects.last().zip(candidate.fit.at.theta.last());
     newest.is_none_or(|(h, theta)| h.matters(theta))
 }

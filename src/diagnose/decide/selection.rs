@@ -11,10 +11,10 @@ use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::Point;
 use super::super::locate::place::Place;
-use super::candidate::{Candidate, Standing, fails};
+use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails};
 use super::judgement::needed;
 use super::misfit::FAILING_BLOCK_CHI2;
-use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round};
+use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round, explains};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
@@ -49,7 +49,18 @@ pub(super) fn choose(
     sole: Option<&Place>,
     most: usize,
 ) -> Result<Chosen, DiagnoseError> {
-    let round = case.round(null)?;
+    let mut round = case.round(null)?;
+    let strained = |at: &Point| !case.model.strained(&at.p).is_empty();
+    let within = |c: &Candidate| explains(c) && !strained(&c.fit.at);
+    // What is in the electronics alone is no effect of the shaft that nuisance parameters could have taken up.
+    let inside = sole.is_none_or(Place::mechanical);
+    if inside && strained(&null.candidate.fit.at) && !round.finalists.iter().any(within) {
+        (case.progress)("from the machine as it is");
+        let again = case.round(&as_it_is(case, null))?;
+        if again.finalists.first().is_some_and(within) {
+            round = again;
+        }
+    }
     let ranking = ranked(&round);
     let finalists = round.finalists;
     let fall = fall(case, null, &finalists)?;
@@ -104,6 +115,18 @@ pub(super) fn choose(
         standing = thinned(case, standing, &mut rivals)?;
     }
     Ok(chosen(standing, rivals))
+}
+
+/// The same standing with every nuisance parameter at the value of the machine, where any effect may begin: beside
+/// nuisance parameters that have taken up what is missing, and left their priors for that, the right effect has nothing
+/// to explain.
+fn as_it_is(case: &Case, standing: &Standing) -> Standing {
+    Standing {
+        from: case.origin(),
+        working_error: MODEL_ERRORS[0],
+        failure: f64::INFINITY,
+        ..standing.clone()
+    }
 }
 
 /// Where all that is missing sits at one place and no single effect explains it: one and two effects that the place can

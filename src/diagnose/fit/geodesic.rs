@@ -9,7 +9,8 @@
 use super::super::DiagnoseError;
 use super::linearise::Linearised;
 use super::problem::{Point, Problem};
-use crate::linalg::{Mat, solve};
+use crate::linalg::Mat;
+use crate::linalg::dense::solve_normal;
 
 /// Share of the step over which the second derivative is taken: long enough for rounding, short enough for a parabola.
 const NEAR: f64 = 0.1;
@@ -56,7 +57,7 @@ impl Problem<'_> {
                 pull[(k, 0)] = 0.0;
             }
         }
-        let bend = solve(gauss_newton.normal, &pull)?;
+        let bend = solve_normal(gauss_newton.normal, &pull)?;
         let (mut best, mut lowest) = (None, gauss_newton.chi2);
         let mut share = 1.0;
         while share > SHORTEST {

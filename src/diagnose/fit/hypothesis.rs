@@ -198,7 +198,18 @@ fn nominal(machine: &Machine, which: Nominal) -> f64 {
         }
         Nominal::AmplifierBandwidth => electronics.amplifier_bandwidth_hz,
         Nominal::GyroscopicFactor => machine.effective().gyroscopic_factor,
+        Nominal::MagnetStiffness => magnets_n_per_m(machine),
+        Nominal::MagnetTiltingStiffness => {
+            let planes = &machine.spindle.planes;
+            let arm_m = 0.5 * (planes.rear_actuator_m - planes.front_actuator_m);
+            magnets_n_per_m(machine) * arm_m * arm_m
+        }
     }
+}
+
+fn magnets_n_per_m(machine: &Machine) -> f64 {
+    let bearings = machine.effective().bearings;
+    bearings.iter().map(|b| b.ks_n_per_m.abs()).sum()
 }
 
 fn starts(starts: Starts, nominal: f64, scope: Scope) -> Vec<Vec<f64>> {

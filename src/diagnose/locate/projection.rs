@@ -12,8 +12,9 @@ use super::super::fit::nuisance::Layout;
 use super::basis::{Basis, power};
 use super::place::Place;
 use super::place_response::{OpenedPlace, PlaceResponse};
+use crate::linalg::dense::solve_normal;
 use crate::linalg::gram::{add_gram, mirrored};
-use crate::linalg::{Mat, c64, solve};
+use crate::linalg::{Mat, c64};
 use crate::spindle::response::{SIDE, Square, ZERO};
 
 /// Standard deviation of a nuisance parameter that is under test: free.
@@ -228,7 +229,7 @@ pub(crate) fn settle(
                 2.0 * gram[(i, j)] + if i == j { pulls[i].0 } else { 0.0 }
             });
             let right = Mat::from_fn(n, 1, |i, _| 2.0 * gram[(n, i)] + pulls[i].1);
-            let step = solve(&matrix, &right)?;
+            let step = solve_normal(&matrix, &right)?;
             for (i, p) in p.iter_mut().enumerate() {
                 *p += step[(i, 0)].clamp(-LONGEST_STEP, LONGEST_STEP);
                 *p = p.clamp(-0.7, 3.0);

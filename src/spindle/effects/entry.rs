@@ -49,6 +49,10 @@ pub enum Nominal {
     AmplifierBandwidth,
     /// The factor on the gyroscopic matrix.
     GyroscopicFactor,
+    /// The negative stiffness of both bearings, N/m.
+    MagnetStiffness,
+    /// The negative stiffness of both bearings against tilting about the middle between them, N m/rad.
+    MagnetTiltingStiffness,
 }
 
 /// Where fits of an effect start, in fit coordinates.

@@ -276,8 +276,9 @@ pub const TABLE: &[Entry] = &[
             NEWTONS_PER_METRE,
         )],
         sites: &[Site::Shaft],
-        // 2000 N/m.
-        matters: |size, _, _| size.abs() > 0.02,
+        nominal: Nominal::MagnetStiffness,
+        // A thousandth of what the magnets pull with.
+        matters: |size, _, magnets| 1e5 * size.abs() > 1e-3 * magnets,
         sentence: "a circulatory stiffness of {0} acts at {at}",
         advice: "repeat with motor and coolant off to find its source, and verify stability at speed with the \
             corrected file",
@@ -345,8 +346,8 @@ pub const TABLE: &[Entry] = &[
             GRAMS,
         )],
         sites: &[Site::Shaft, Site::Joint],
-        // 0, 5 and 15 g: the resonance of a slender tool moves by more than its width.
-        starts: Starts::At(&[&[0.0], &[1.0], &[3.0]]),
+        // 0, 5, 15 and 40 g: the resonance of a slender tool moves by more than its width.
+        starts: Starts::At(&[&[0.0], &[1.0], &[3.0], &[8.0]]),
         // 0.3 g.
         matters: |size, _, _| size.abs() > 0.06,
         sentence: "the tip of the tool carries {0} {way} than the model",
@@ -431,8 +432,9 @@ pub const TABLE: &[Entry] = &[
             NEWTONS_PER_METRE,
         )],
         sites: &[Site::Shaft],
-        // 20 000 N/m.
-        matters: |size, _, _| size.abs() > 0.2,
+        nominal: Nominal::MagnetStiffness,
+        // A hundredth of what the magnets pull with: a careful ks is that far off.
+        matters: |size, _, magnets| 1e5 * size.abs() > 0.01 * magnets,
         sentence: "a stiffness of {0} acts at {at}",
         advice: "repeat with the motor off (its pull is negative), and look for seals or cables there",
         ..COMMON
@@ -450,8 +452,10 @@ pub const TABLE: &[Entry] = &[
         // Thrust discs and axial bearings.
         on_spindle: true,
         sites: &[Site::Shaft],
-        // 2000 N m/rad: a thrust disc of 100 mm that pulls with 1 N/µm at its rim has about that.
-        matters: |size, _, _| size.abs() > 0.2,
+        nominal: Nominal::MagnetTiltingStiffness,
+        // A tenth of what the magnets tilt with; on a spindle of 8 kg this is 2000 N m/rad, which a thrust disc of
+        // 100 mm has that pulls with 1 N/µm at its rim.
+        matters: |size, _, magnets| 1e4 * size.abs() > 0.1 * magnets,
         sentence: "a tilting stiffness of {0} acts at {at}",
         advice: "repeat with the axial bearing at another bias (magnetic tilting is negative and grows with its \
             square), and design with the corrected file",

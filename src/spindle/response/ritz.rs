@@ -8,13 +8,14 @@
 
 use super::mesh_correction;
 use super::ritz_basis::{
-    MODES, beside, group_stiffness, independent_part, joint_rows, jointed, port_rows,
+    MODES, SLOW_RAD_S, beside, group_stiffness, independent_part, joint_rows, jointed, port_rows,
     static_forces, without_rigid,
 };
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::rotor::tilt::Tilt;
-use crate::rotor::{PlanarModes, Rotor, Section};
+use crate::rotor::{PlanarModes, Rotor};
+use crate::spindle::halved::refined;
 use crate::spindle::{Machine, SpindleError};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -31,8 +32,6 @@ const RIGID_JOINT_MODES: usize = 12;
 const STATIC_DIRECTIONS: usize = 56;
 /// Part of a group's influence on slow motion below which a strain is left out of derivatives.
 const NO_STRAIN: f64 = 1e-4;
-/// Coordinates slower than this count alike in it, rad/s: the end of a 4 kHz sweep.
-const SLOW_RAD_S: f64 = 25_000.0;
 /// How much more the shapes of the ports and of the joint count, so that none of them is lost among the others.
 const PORT_WEIGHT: f64 = 10.0;
 /// Joint with which the coordinates are made, N/m and N m/rad: it shapes them only, not what they can express.
@@ -293,33 +292,4 @@ fn left_out(matrix: &Mat<f64>, shapes: &Mat<f64>) -> Result<Mat<f64>, SpindleErr
         &shapes.transpose().to_owned(),
     )?;
     Ok(all - shapes * within)
-}
-
-/// The same machine with every element cut in two.
-pub fn refined(machine: &Machine) -> Machine {
-    let mut machine = machine.clone();
-    for sections in [&mut machine.spindle.sections, &mut machine.tool.sections] {
-        *sections = halves(sections);
-    }
-    machine
-}
-
-fn halves(sections: &[Section]) -> Vec<Section> {
-    let mut all = Vec::with_capacity(2 * sections.len());
-    for section in sections {
-        let cut = |d: [f64; 2]| {
-            let middle = 0.5 * (d[0] + d[1]);
-            ([d[0], middle], [middle, d[1]])
-        };
-        let (mut a, mut b) = (section.clone(), section.clone());
-        a.length_m *= 0.5;
-        b.length_m *= 0.5;
-        (a.outer_diameter_m, b.outer_diameter_m) = cut(section.outer_diameter_m);
-        (a.inner_diameter_m, b.inner_diameter_m) = cut(section.inner_diameter_m);
-        (a.mass_outer_diameter_m, b.mass_outer_diameter_m) = cut(section.mass_outer_diameter_m);
-        (a.mass_inner_diameter_m, b.mass_inner_diameter_m) = cut(section.mass_inner_diameter_m);
-        all.push(a);
-        all.push(b);
-    }
-    all
 }

@@ -7,8 +7,8 @@ use crate::spindle::{Effect, EffectKind, Location, Machine, SpindleError};
 
 /// Modes kept: of the reference shaft the fortieth lies beyond 100 kHz.
 pub(super) const MODES: usize = 20;
-/// Modes below the end of a sweep, whose change with a modulus the coordinates must follow.
-const BENT_MODES: usize = 4;
+/// End of a sweep of 4 kHz, rad/s: modes below it, and one above, change with a modulus as the coordinates must follow.
+pub(super) const SLOW_RAD_S: f64 = 25_000.0;
 /// Sensors and actuators may sit off their drawing by about this much, m: forces there are ports as well.
 const BESIDE_M: f64 = 4e-3;
 /// Ritz vectors whose independent part is smaller than this (squared, relative) repeat the others.
@@ -88,7 +88,9 @@ pub(super) fn static_forces(
     group_of_element: &[usize],
 ) -> (Mat<f64>, usize) {
     let count = group_of_element.iter().max().map_or(0, |g| g + 1);
-    let bent = BENT_MODES.min(modes.len().saturating_sub(RIGID).min(MODES));
+    let flexible = modes.omega_rad_s.get(RIGID..).unwrap_or_default();
+    let slow = flexible.iter().take_while(|w| **w < SLOW_RAD_S).count();
+    let bent = (slow + 1).min(flexible.len()).min(MODES);
     let own = ports.rows.len();
     let mut forces = Mat::zeros(rotor.dofs(), own + count * bent);
     for (c, row) in ports.rows.iter().enumerate() {

@@ -6,7 +6,7 @@ use muspin::diagnose::fit::model::Model;
 use muspin::lti::Response;
 use muspin::rotor::element;
 use muspin::rotor::section::{Material, Section};
-use muspin::spindle::response::ritz::refined;
+use muspin::spindle::halved::refined;
 use muspin::spindle::response::term::Number;
 use muspin::spindle::response::{Assembled, Assembly, Square};
 use muspin::spindle::{Bearings, Effect, EffectKind, Location, Machine, ModelDetail, Plane, Plant};

@@ -9,4 +9,5 @@ mod diagnose_matrix;
 mod diagnose_model;
 mod diagnose_next;
 mod diagnose_records;
+mod diagnose_rehearsed;
 pub mod generator;

@@ -3,7 +3,7 @@
 use crate::rotor::own_spectrum::own_spectrum;
 use muspin::identify::frf::{AXES, SweepRecord};
 use muspin::identify::peaks::{Antiresonance, Channel, antiresonances, resonances};
-use muspin::identify::{Reading, identify, open_loop};
+use muspin::identify::{HammerFrf, Reading, identify, open_loop};
 use muspin::input::sweep::{header, read_sweep};
 use muspin::input::{load_machine, load_measurement};
 use muspin::linalg::c64;
@@ -355,4 +355,45 @@ fn experiments_that_do_not_differ_are_a_named_error() {
     });
     let error = open_loop(&read_sweep("s.csv", &same, 0.0).unwrap()).unwrap_err();
     assert!(error.to_string().contains("linearly dependent"), "{error}");
+}
+
+/// Where noise dominates, some line measures next to nothing by chance; it is no better known than the lines beside it.
+#[test]
+fn a_hammer_line_that_happens_to_be_small_is_not_believed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    // Noise of one blow in units of one, against a compliance of 0.3; five blows.
+    let (exact, blows, lines) = (c64::new(0.3, 0.0), 5, 2000);
+    let mut frf = HammerFrf {
+        speed_rpm: 0.0,
+        frequency_hz: (1..=lines).map(f64::from).collect(),
+        compliance: vec![],
+        coherence: Some(vec![]),
+        averages: Some(vec![f64::from(blows); lines as usize]),
+    };
+    let power = exact.norm_sqr();
+    // The coherence of the model, and that of the blows among each other.
+    for estimated in [false, true] {
+        let mut coherence = vec![];
+        frf.compliance.clear();
+        for _ in 0..lines {
+            let each: Vec<c64> = (0..blows).map(|_| exact + complex(&mut rng, 1.0)).collect();
+            let mean = each.iter().sum::<c64>() / f64::from(blows);
+            let all: f64 = each.iter().map(|h| h.norm_sqr()).sum();
+            frf.compliance.push(mean);
+            coherence.push(match estimated {
+                true => f64::from(blows) * mean.norm_sqr() / all,
+                false => power / (power + 1.0),
+            });
+        }
+        frf.coherence = Some(coherence);
+        let square = |k: usize| ((frf.compliance[k] - exact).norm() / frf.sigma(k, 0.0)).powi(2);
+        let squares: Vec<f64> = (0..lines as usize).map(square).collect();
+        let largest = squares.iter().copied().fold(0.0, f64::max);
+        // A mean of five variances: (1 + x/5)⁻⁵ is 3e-6 at 60. A variance of its own leaves hundreds.
+        assert!(largest < 60.0, "{largest}");
+        let mean = squares.iter().sum::<f64>() / f64::from(lines);
+        // The coherence of the model knows nothing of the noise that the measured size has: thrice the variance.
+        let least = if estimated { 0.6 } else { 0.2 };
+        assert!((least..1.2).contains(&mean), "{estimated} {mean}");
+    }
 }

@@ -330,7 +330,9 @@ fn a_coarse_mesh_is_said_with_its_error_and_the_element_to_split() {
     let exact = third(64);
     let mut said = vec![];
     for n in [3, 4] {
-        let found = coarse_mesh(&cylinder(n)).unwrap().expect("too coarse");
+        let found = coarse_mesh(&cylinder(n), 3, 0.005)
+            .unwrap()
+            .expect("too coarse");
         let error = third(n) / exact - 1.0;
         assert_eq!((found.mode, found.in_tool), (3, false));
         // The mesh that the error is taken from has sixteen elements and an error of its own.
@@ -341,11 +343,9 @@ fn a_coarse_mesh_is_said_with_its_error_and_the_element_to_split() {
         said.push(found.relative_error);
     }
     assert!(said[1] < said[0]);
-    assert_eq!(coarse_mesh(&cylinder(24)).unwrap(), None);
-    assert_eq!(
-        coarse_mesh(&muspin::input::load_machine("reference", "paper-tool").unwrap()).unwrap(),
-        None
-    );
+    assert_eq!(coarse_mesh(&cylinder(24), 3, 0.005).unwrap(), None);
+    let reference = muspin::input::load_machine("reference", "paper-tool").unwrap();
+    assert_eq!(coarse_mesh(&reference, 3, 0.005).unwrap(), None);
     // One long element among short ones is the one that is named.
     let mut uneven = cylinder(24);
     let long = uneven
@@ -357,7 +357,9 @@ fn a_coarse_mesh_is_said_with_its_error_and_the_element_to_split() {
     let mut joined = uneven.spindle.sections[0].clone();
     joined.length_m = long;
     uneven.spindle.sections.insert(6, joined);
-    let found = coarse_mesh(&uneven).unwrap().expect("one long element");
+    let found = coarse_mesh(&uneven, 3, 0.005)
+        .unwrap()
+        .expect("one long element");
     assert_eq!((found.element, found.in_tool), (6, false), "{found:?}");
 }
 

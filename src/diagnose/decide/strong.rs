@@ -1,0 +1,238 @@
+//! Effects that the shaft feels strongly: masses at a slender tool, and tilting stiffnesses.
+//!
+//! A linear step does not predict an effect that moves a sharp resonance by many times its width. Where nothing else
+//! explains the data, every place is tried with such effects of every size. The row that a moment acts on goes up and
+//! down along the shaft besides, from the rotation of the section at the ends of a part of an element to the slope with
+//! the shear in its middle, so that a fit of its position ends between two nodes; it is begun again elsewhere.
+
+use super::super::DiagnoseError;
+use super::super::data::evidence::Subset;
+use super::super::fit::case::Case;
+use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
+use super::super::fit::hypothesis::Hypothesis;
+use super::super::fit::problem::Problem;
+use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails, next_model_error};
+use super::screening::{DROPPED_CHI2_RATIO, LINES, beside_present, matters};
+use crate::spindle::EffectKind;
+use rayon::prelude::*;
+
+/// Further places of an effect from which a fit that failed is begun again.
+const RELOCATED: usize = 8;
+/// Effects that are tried with every size.
+const STRONG: [EffectKind; 4] = [
+    EffectKind::TiltingStiffness,
+    EffectKind::ToolMass,
+    EffectKind::AddedMass,
+    EffectKind::ToolJoint,
+];
+/// Places of the whole shaft that are fitted at the next model error, and down to the final one.
+const PLACES: [usize; 2] = [8, 2];
+/// Fits of a finalist at other places: thinned lines first.
+const FINAL_STAGES: [Stage; 3] = [(0.01, 2), (0.003, 3), (FINAL_MODEL_ERROR, 3)];
+
+impl Case<'_> {
+    /// Begins tilting stiffnesses that fail from other places, unless another effect explains thinned lines down to
+    /// the final model error. Each start is tried, as the place at which a fit ends depends on it, the best one first:
+    /// where that stays among what is dropped, the others do too.
+    pub(super) fn move_tilting(
+        &self,
+        fits: &mut [(Hypothesis, Fit)],
+        with: &(impl Fn(&Hypothesis) -> Vec<Hypothesis> + Sync),
+        stages: Vec<Stage>,
+    ) -> Result<(), DiagnoseError> {
+        let order = |i: &usize, j: &usize| fits[*i].1.chi2.total_cmp(&fits[*j].1.chi2);
+        let failing = |i: &usize| {
+            let (h, fit) = &fits[*i];
+            h.kind == EffectKind::TiltingStiffness && fails(fit)
+        };
+        let mut moved: Vec<usize> = (0..fits.len()).filter(failing).collect();
+        moved.sort_by(order);
+        let Some((best, (w, _))) = (0..fits.len()).min_by(order).zip(stages.last()) else {
+            return Ok(());
+        };
+        let (h, fit) = &fits[best];
+        if !moved.is_empty() && !fails(fit) {
+            let with = with(h);
+            let down = MODEL_ERRORS.into_iter().filter(|e| e < w);
+            let down: Vec<Stage> = down.map(|e| (e, 4)).collect();
+            let end = self.problem(&with, self.thin()).fit(&fit.at, &down)?;
+            if !fails(&end) && self.model.strained(&end.at.p).is_empty() {
+                return Ok(());
+            }
+        }
+        let limit = DROPPED_CHI2_RATIO * fit.chi2 + 100.0;
+        for i in moved {
+            let (h, found) = &fits[i];
+            let with = with(h);
+            let problem = self.problem(&with, self.thin());
+            let next = self.relocated(&problem, h, found.clone(), &stages);
+            let dropped = next.chi2 > limit;
+            fits[i].1 = next;
+            if dropped {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// A fit, or a better one from another place with the numbers that it found: where the row of an effect goes up and
+    /// down along the shaft, a fit stays between two nodes. A step, on half of the lines where there are many, ranks
+    /// the places; those with the smallest χ² are fitted.
+    fn relocated(&self, problem: &Problem, h: &Hypothesis, found: Fit, stages: &[Stage]) -> Fit {
+        let Some((w, _)) = stages.last().copied() else {
+            return found;
+        };
+        // On fewer lines than these the wrong place may have the smallest χ².
+        let enough = self.evidence.lines() / problem.usage.stride >= LINES;
+        let half = Problem {
+            usage: Subset {
+                stride: if enough { 2 } else { 1 } * problem.usage.stride,
+                ..problem.usage
+            },
+            ..*problem
+        };
+        let places = self.catalogue.par_iter().filter(|o| o.same_name(h));
+        let mut ahead: Vec<Fit> = places
+            .filter_map(|other| {
+                let mut at = found.at.clone();
+                *at.theta.last_mut()?.last_mut()? = *other.start.last()?;
+                half.fit(&at, &[(w, 1)]).ok()
+            })
+            .collect();
+        ahead.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+        ahead.truncate(RELOCATED);
+        let tried = ahead.par_iter();
+        let mut tried: Vec<Fit> = tried
+            .filter_map(|fit| problem.fit(&fit.at, &[(w, 2)]).ok())
+            .collect();
+        tried.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+        tried.truncate(RELOCATED / 2);
+        let refined = tried
+            .into_iter()
+            .filter_map(|fit| problem.fit(&fit.at, stages).ok());
+        refined.fold(found, |best, next| match next.chi2 < best.chi2 {
+            true => next,
+            false => best,
+        })
+    }
+
+    /// The best strong effects beside a standing, of any size at any place.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a model cannot be assembled.
+    pub(super) fn of_any_size(&self, standing: &Standing) -> Result<Vec<Candidate>, DiagnoseError> {
+        let each = STRONG
+            .into_iter()
+            .map(|kind| self.best_of_any_size(standing, kind));
+        let all = each.collect::<Result<Vec<_>, _>>()?;
+        Ok(all.into_iter().flatten().collect())
+    }
+
+    /// Those of one kind: at each place the size with the smallest χ² is where a fit begins.
+    fn best_of_any_size(
+        &self,
+        standing: &Standing,
+        kind: EffectKind,
+    ) -> Result<Vec<Candidate>, DiagnoseError> {
+        let (present, w) = (&standing.candidate.effects, standing.working_error);
+        let mut places: Vec<&Hypothesis> = vec![];
+        for h in self.catalogue.iter().filter(|h| h.kind == kind) {
+            let taken = present.iter().any(|p| p.same_name(h));
+            if !taken && places.iter().all(|other| other.place != h.place) {
+                places.push(h);
+            }
+        }
+        // Nuisance parameters that stand in for what is missing lead away from it.
+        let mut origin = standing.from.clone();
+        origin.p.fill(0.0);
+        let sizes = sizes(kind);
+        let begun = places.par_iter().filter_map(|h| {
+            let effects = beside_present(present, h);
+            let problem = self.problem(&effects, self.thin());
+            let sized = sizes.iter().filter_map(|size| {
+                let mut at = origin.clone();
+                let mut theta = h.start.clone();
+                theta.iter_mut().zip(size).for_each(|(t, s)| *t = *s);
+                h.clamp(&mut theta);
+                at.theta.push(theta);
+                let chi2 = problem.chi2(&at, w).ok()?;
+                Some((at, chi2))
+            });
+            let (at, _) = sized.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            let fit = problem.fit(&at, &[(w, 2)]).ok()?;
+            Some((*h, fit))
+        });
+        let mut begun: Vec<(&Hypothesis, Fit)> = begun.collect();
+        let lower = next_model_error(w);
+        begun.sort_by(|a, b| a.1.chi2.total_cmp(&b.1.chi2));
+        begun.truncate(PLACES[0]);
+        let followed = begun.into_par_iter().filter_map(|(h, fit)| {
+            let effects = beside_present(present, h);
+            let problem = self.problem(&effects, self.thin());
+            Some((h, problem.fit(&fit.at, &[(w, 2), (lower, 4)]).ok()?))
+        });
+        let mut followed: Vec<(&Hypothesis, Fit)> = followed.collect();
+        followed.sort_by(|a, b| a.1.chi2.total_cmp(&b.1.chi2));
+        followed.truncate(PLACES[1]);
+        let ends = followed.into_par_iter().filter_map(|(h, fit)| {
+            let effects = beside_present(present, h);
+            self.finish(&effects, &fit.at, lower, Subset::ALL).ok()
+        });
+        Ok(ends.filter(matters).collect())
+    }
+
+    /// Where the best finalist is a tilting stiffness at the final model error: the same at the place that fits best.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] when a model cannot be assembled.
+    pub(super) fn move_finalist(&self, finalists: &mut [Candidate]) -> Result<(), DiagnoseError> {
+        let Some(best) = finalists.first_mut() else {
+            return Ok(());
+        };
+        let newest = best.effects.last();
+        let Some(newest) = newest.filter(|h| h.kind == EffectKind::TiltingStiffness) else {
+            return Ok(());
+        };
+        if best.model_error != FINAL_MODEL_ERROR {
+            return Ok(());
+        }
+        let problem = self.problem(&best.effects, self.thin());
+        let places = self.catalogue.par_iter().filter(|o| o.same_name(newest));
+        let ranked = places.filter_map(|place| {
+            let mut at = best.fit.at.clone();
+            *at.theta.last_mut()?.last_mut()? = *place.start.last()?;
+            problem.fit(&at, &FINAL_STAGES[..1]).ok()
+        });
+        let mut ranked: Vec<Fit> = ranked.collect();
+        ranked.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+        ranked.truncate(RELOCATED);
+        let ends = ranked
+            .par_iter()
+            .filter_map(|fit| problem.fit(&fit.at, &FINAL_STAGES[1..]).ok());
+        let mut ends: Vec<Fit> = ends.collect();
+        ends.push(problem.fit(&best.fit.at, &FINAL_STAGES[2..])?);
+        ends.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+        for end in ends.iter().take(PLACES[1]) {
+            let moved = self.finish(&best.effects, &end.at, FINAL_MODEL_ERROR, Subset::ALL)?;
+            if moved.score() < best.score() {
+                *best = moved;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Numbers that an effect is tried with beside its position, in fit coordinates. Stiffnesses and masses have either
+/// sign: a tilting stiffness from that of a light rotor's disc to the largest that is fitted, masses from 0.1 g at the
+/// tool and 1 g on the shaft. Joints from stiff ones to the softest of a small spindle, each with little damping.
+fn sizes(kind: EffectKind) -> Vec<Vec<f64>> {
+    let up = |first: f64, ratio: f64, count: i32| (0..count).map(move |k| first * ratio.powi(k));
+    let signed = |of: f64| [vec![-of], vec![of]];
+    match kind {
+        EffectKind::TiltingStiffness => up(0.01, 3.0, 10).flat_map(signed).collect(),
+        EffectKind::ToolJoint => up(0.5, 2.0, 7)
+            .flat_map(|along| up(0.5, 2.0, 9).map(move |turning| vec![along, turning, 0.1]))
+            .collect(),
+        _ => up(0.02, 1.5, 21).flat_map(signed).collect(),
+    }
+}

@@ -1,0 +1,76 @@
+//! The same machine with a finer mesh: elements cut in two halves each, which describe the same body.
+
+use super::{EffectKind, Machine};
+use crate::rotor::Section;
+
+/// Every element in two halves.
+#[must_use]
+pub fn refined(machine: &Machine) -> Machine {
+    halved(machine, |_| true)
+}
+
+/// The machine as a rig has it, for which the mesh of the file is an approximation: every element in two halves but
+/// those that hold a tilting stiffness, as this is defined with the element of the file.
+#[must_use]
+pub fn refined_around_tilting(machine: &Machine) -> Machine {
+    let tilting = machine.of_kind(EffectKind::TiltingStiffness);
+    let at: Vec<f64> = tilting.filter_map(|e| e.location.position_m()).collect();
+    let elements = (machine.tool.sections.iter().rev()).chain(&machine.spindle.sections);
+    let mut from = -machine.tool.length_m();
+    let mut whole: Vec<bool> = vec![];
+    for element in elements {
+        let to = from + element.length_m;
+        // An end belongs to both elements: which one is read there is left to the shaft.
+        whole.push(at.iter().any(|z| (from - NODE_M..=to + NODE_M).contains(z)));
+        from = to;
+    }
+    // From the tip first to the order of the file, the nose first.
+    let tool = machine.tool.sections.len();
+    whole[..tool].reverse();
+    halved(machine, |element| !whole[element])
+}
+
+/// Positions closer than this are one, m.
+const NODE_M: f64 = 1e-6;
+
+/// The machine with the chosen elements in two halves; elements count from the tool's first to the spindle's last, each
+/// list in the order of its file.
+pub(super) fn halved(machine: &Machine, chosen: impl Fn(usize) -> bool) -> Machine {
+    let tool = machine.tool.sections.len();
+    let split = |sections: &[Section], first: usize| -> Vec<Section> {
+        let mut all = Vec::with_capacity(2 * sections.len());
+        for (k, section) in sections.iter().enumerate() {
+            match chosen(first + k) {
+                true => all.extend(halves(section)),
+                false => all.push(section.clone()),
+            }
+        }
+        all
+    };
+    let mut machine = machine.clone();
+    machine.tool.sections = split(&machine.tool.sections, 0);
+    machine.spindle.sections = split(&machine.spindle.sections, tool);
+    machine
+}
+
+/// The two halves of an element; a cone is cut at its mean diameter.
+fn halves(section: &Section) -> [Section; 2] {
+    [0, 1].map(|half| {
+        let part = |[from, to]: [f64; 2]| {
+            let middle = 0.5 * (from + to);
+            if half == 0 {
+                [from, middle]
+            } else {
+                [middle, to]
+            }
+        };
+        Section {
+            length_m: 0.5 * section.length_m,
+            outer_diameter_m: part(section.outer_diameter_m),
+            inner_diameter_m: part(section.inner_diameter_m),
+            mass_outer_diameter_m: part(section.mass_outer_diameter_m),
+            mass_inner_diameter_m: part(section.mass_inner_diameter_m),
+            ..section.clone()
+        }
+    })
+}
