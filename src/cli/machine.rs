@@ -41,6 +41,18 @@ pub(super) fn load_with_remarks(spindle: &str, tool: &str) -> Result<(Machine, R
     Ok((machine, remarks))
 }
 
+/// Spindle and tool of a measurement; one that is given on the command line wins.
+pub(super) fn files_of_measurement<'a>(
+    measurement: &'a Measurement,
+    spindle: Option<&'a str>,
+    tool: Option<&'a str>,
+) -> (&'a str, &'a str) {
+    (
+        spindle.unwrap_or(&measurement.spindle),
+        tool.unwrap_or(&measurement.tool),
+    )
+}
+
 /// The machine of a measurement; a spindle or tool given on the command line wins.
 ///
 /// # Errors
@@ -50,10 +62,8 @@ pub(super) fn of_measurement(
     spindle: Option<&str>,
     tool: Option<&str>,
 ) -> Result<Machine, Failure> {
-    load_machine(
-        spindle.unwrap_or(&measurement.spindle),
-        tool.unwrap_or(&measurement.tool),
-    )
+    let (spindle, tool) = files_of_measurement(measurement, spindle, tool);
+    load_machine(spindle, tool)
 }
 
 /// Says a warning on standard error.

@@ -2,7 +2,7 @@
 
 use super::console::{Console, Shown};
 use super::identify::record_at_rest;
-use super::machine::{measured_mesh_warning, of_measurement, say};
+use super::machine::{files_of_measurement, load_machine, measured_mesh_warning, say};
 use super::output::claim;
 use super::plausibility::Records;
 use super::plausibility::named;
@@ -96,11 +96,12 @@ impl From<UpdateError> for Failure {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, Failure> {
     let settings = settings(arguments)?;
     let measurement = load_measurement(&arguments.measurement)?;
-    let machine = of_measurement(
+    let files = files_of_measurement(
         &measurement,
         arguments.spindle.as_deref(),
         arguments.tool.as_deref(),
-    )?;
+    );
+    let machine = load_machine(files.0, files.1)?;
     let given = [&arguments.spindle, &arguments.tool].into_iter().flatten();
     let read = given.chain([&arguments.measurement]);
     claim(
@@ -141,9 +142,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     };
     let delivered = resonances_only.as_ref().unwrap_or(&full);
     if !delivered.fit.explanation.explained {
-        let spindle = arguments.spindle.as_ref().unwrap_or(&measurement.spindle);
-        let tool = arguments.tool.as_ref().unwrap_or(&measurement.tool);
-        measured_mesh_warning(&machine, (spindle, tool), targets.highest_hz())?
+        measured_mesh_warning(&machine, files, targets.highest_hz())?
             .iter()
             .for_each(say);
     }

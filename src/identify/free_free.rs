@@ -3,8 +3,9 @@
 //! G = Y U⁻¹ removes the levitation loop. Amplifier, delay and sensor are scalar factors of a channel: they move
 //! neither its poles nor its zeros of bending, and those known are divided out so that residues keep their sign. What
 //! is left is the rotor on the negative stiffness of its magnets; the shift between that and the free-free rotor, f(ks
-//! = 0) − f(ks), is taken from the finite-element model of the given machine and added. It is below a few hertz and
-//! nearly independent of the moduli, so that a nominal model serves; a tenth of it is added to the standard deviation.
+//! = 0) − f(ks), is taken from the finite-element model of the given machine and added: the ratio of the two
+//! frequencies of a mode hardly depends on the moduli, so that a nominal model serves. A tenth of the shift is added to
+//! the standard deviation.
 //! The two control axes of a plane see the same rotor at rest: poles are fitted to both together, zeros averaged.
 
 use super::IdentifyError;

@@ -13,6 +13,7 @@ use crate::linalg::{Mat, c64, max_singular_value_complex, solve_complex};
 use crate::lti::held::hold_magnitude;
 use ndarray::{Array2, Array3, Array4, s};
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Axes of the plant: front_x, front_y, rear_x, rear_y.
 pub const AXES: usize = 4;
@@ -102,6 +103,11 @@ impl MeasuredFrf {
     }
 }
 
+/// The lines over which the noise of a line is averaged, it among them.
+pub(super) fn neighbours(line: usize, lines: usize) -> Range<usize> {
+    line.saturating_sub(SMOOTHING)..(line + SMOOTHING + 1).min(lines)
+}
+
 /// Ĝ with its covariance.
 ///
 /// # Errors
@@ -166,7 +172,7 @@ pub fn open_loop(record: &SweepRecord) -> Result<MeasuredFrf, IdentifyError> {
         inverses.push(inverse);
     }
     for (line, inverse) in inverses.iter().enumerate() {
-        let window = line.saturating_sub(SMOOTHING)..(line + SMOOTHING + 1).min(lines);
+        let window = neighbours(line, lines);
         let count = window.len() as f64;
         let sigma_v = window.fold(Mat::<c64>::zeros(AXES, AXES), |sum, k| sum + &scatter[k]);
         for j in 0..AXES {

@@ -5,7 +5,7 @@
 //! measure next to nothing by chance, and that formula would believe it; noise is smooth over frequency, so that no
 //! line is believed to be better than its neighbours are in the mean.
 
-use super::frf::AXES;
+use super::frf::{AXES, neighbours};
 use super::peaks::{Channel, Resonance, resonances};
 use crate::linalg::c64;
 use crate::lti::HeldResponse;
@@ -27,9 +27,6 @@ pub struct HammerFrf {
     pub averages: Option<Vec<f64>>,
 }
 
-/// Lines on either side over which the noise of a line is averaged.
-const NEIGHBOURS: usize = 2;
-
 impl HammerFrf {
     /// Resonances that a local fit resolves: those with a damping ratio of two percent at most.
     pub(crate) fn lightly_damped(&self) -> Vec<Resonance> {
@@ -46,8 +43,7 @@ impl HammerFrf {
     /// Standard deviation of the complex compliance at a line, √E|δH|², m/N, with `floor` × |H| added in squares.
     pub fn sigma(&self, line: usize, floor: f64) -> f64 {
         let size = self.compliance.get(line).map_or(0.0, |h| h.norm());
-        let around =
-            line.saturating_sub(NEIGHBOURS)..(line + NEIGHBOURS + 1).min(self.compliance.len());
+        let around = neighbours(line, self.compliance.len());
         let (mut sum, mut count) = (0.0, 0.0);
         // A coherence of zero says nothing of its neighbours.
         for variance in around.map(|k| self.variance(k)).filter(|v| v.is_finite()) {

@@ -7,7 +7,7 @@ use super::{MOST_ELEMENTS, RotorError, check_lengths};
 use crate::linalg::Mat;
 
 /// A disc's position may differ from its node's by this much, m: positions are sums of printed lengths.
-const NODE_TOLERANCE_M: f64 = 1e-6;
+pub(crate) const NODE_TOLERANCE_M: f64 = 1e-6;
 
 /// Springs between two shafts that meet at one position.
 #[derive(Clone, Copy, Debug, PartialEq)]

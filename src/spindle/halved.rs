@@ -2,6 +2,7 @@
 
 use super::{EffectKind, Machine};
 use crate::rotor::Section;
+use crate::rotor::assembly::NODE_TOLERANCE_M;
 
 /// Every element in two halves.
 #[must_use]
@@ -21,7 +22,10 @@ pub fn refined_around_tilting(machine: &Machine) -> Machine {
     for element in elements {
         let to = from + element.length_m;
         // An end belongs to both elements: which one is read there is left to the shaft.
-        whole.push(at.iter().any(|z| (from - NODE_M..=to + NODE_M).contains(z)));
+        whole.push(
+            at.iter()
+                .any(|z| (from - NODE_TOLERANCE_M..=to + NODE_TOLERANCE_M).contains(z)),
+        );
         from = to;
     }
     // From the tip first to the order of the file, the nose first.
@@ -29,9 +33,6 @@ pub fn refined_around_tilting(machine: &Machine) -> Machine {
     whole[..tool].reverse();
     halved(machine, |element| !whole[element])
 }
-
-/// Positions closer than this are one, m.
-const NODE_M: f64 = 1e-6;
 
 /// The machine with the chosen elements in two halves; elements count from the tool's first to the spindle's last, each
 /// list in the order of its file.

@@ -44,9 +44,9 @@ pub fn diagnose_with(
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     let (gross, corrected) = without_gross_faults(machine, measurement)?;
-    let plain = gross.is_empty();
+    let as_recorded = gross.is_empty();
     let found = course(machine, corrected, gross, alternatives, progress)?;
-    if plain || found.verdict != Verdict::Unexplained {
+    if as_recorded || found.verdict != Verdict::Unexplained {
         return Ok(found);
     }
     // What looks like a gross mistake from afar may be a large effect: a soft joint lowers all resonances, as a wrong

@@ -160,7 +160,7 @@ pub(crate) fn further(without: Overall, with: Overall, numbers: usize) -> bool {
 /// one alone or several together, and beside the longer one they do not. A number that takes more from the χ² of the
 /// priors than one parameter may add to it explains several parameters that are off together.
 pub(super) fn relieves(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
-    let strained = |c: &Candidate| !case.model.strained(&c.fit.at.p).is_empty();
+    let strained = |c: &Candidate| case.model.is_strained(&c.fit.at.p);
     if strained(longer) {
         return false;
     }

@@ -155,7 +155,7 @@ impl Case<'_> {
     /// Best first. Whoever reaches a lower model error is ahead; at one model error, what explains the data within the
     /// priors is ahead of what drives nuisance parameters out of them, which is no explanation; then the score counts.
     fn rank(&self, finalists: &mut [Candidate]) {
-        let outside = |c: &Candidate| explains(c) && !self.model.strained(&c.fit.at.p).is_empty();
+        let outside = |c: &Candidate| explains(c) && self.model.is_strained(&c.fit.at.p);
         finalists.sort_by(|a, b| {
             (a.model_error.total_cmp(&b.model_error))
                 .then(outside(a).cmp(&outside(b)))
@@ -179,7 +179,7 @@ impl Case<'_> {
             let one = std::slice::from_ref(h);
             self.problem(one, self.thin()).fit(&f.at, &down).ok()
         });
-        let explains = |end: &Fit| !fails(end) && self.model.strained(&end.at.p).is_empty();
+        let explains = |end: &Fit| !fails(end) && !self.model.is_strained(&end.at.p);
         let scores = ends.filter(explains).map(|end| score(&end));
         Ok(scores.collect::<Vec<f64>>().into_iter().reduce(f64::min))
     }

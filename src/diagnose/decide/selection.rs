@@ -50,13 +50,17 @@ pub(super) fn choose(
     most: usize,
 ) -> Result<Chosen, DiagnoseError> {
     let mut round = case.round(null)?;
-    let strained = |at: &Point| !case.model.strained(&at.p).is_empty();
-    let within = |c: &Candidate| explains(c) && !strained(&c.fit.at);
+    let within = |c: &Candidate| explains(c) && !case.model.is_strained(&c.fit.at.p);
     // What is in the electronics alone is no effect of the shaft that nuisance parameters could have taken up.
     let inside = sole.is_none_or(Place::mechanical);
-    if inside && strained(&null.candidate.fit.at) && !round.finalists.iter().any(within) {
+    let strained = case.model.is_strained(&null.candidate.fit.at.p);
+    let again = match inside && strained && !round.finalists.iter().any(within) {
+        true => as_it_is(case, null),
+        false => None,
+    };
+    if let Some(again) = again {
         (case.progress)("from the machine as it is");
-        let again = case.round(&as_it_is(case, null))?;
+        let again = case.round(&again)?;
         if again.finalists.first().is_some_and(within) {
             round = again;
         }
@@ -119,14 +123,17 @@ pub(super) fn choose(
 
 /// The same standing with every nuisance parameter at the value of the machine, where any effect may begin: beside
 /// nuisance parameters that have taken up what is missing, and left their priors for that, the right effect has nothing
-/// to explain.
-fn as_it_is(case: &Case, standing: &Standing) -> Standing {
-    Standing {
+/// to explain. None where that is what the standing begins with.
+fn as_it_is(case: &Case, standing: &Standing) -> Option<Standing> {
+    let [working_error, ..] = MODEL_ERRORS;
+    let begun =
+        standing.working_error == working_error && standing.from.p.iter().all(|p| *p == 0.0);
+    (!begun).then(|| Standing {
         from: case.origin(),
-        working_error: MODEL_ERRORS[0],
+        working_error,
         failure: f64::INFINITY,
         ..standing.clone()
-    }
+    })
 }
 
 /// Where all that is missing sits at one place and no single effect explains it: one and two effects that the place can
@@ -279,8 +286,7 @@ fn elsewhere(case: &Case, effects: &[Hypothesis], at: Point) -> Result<Point, Di
         let tried: Vec<Fit> = stations
             .par_iter()
             .filter_map(|h| {
-                let mut from = best.at.clone();
-                *from.theta[e].last_mut()? = *h.start.last()?;
+                let from = best.at.with_effect_at(e, h)?;
                 fit(&from).ok()
             })
             .collect();
@@ -311,7 +317,7 @@ pub(crate) fn complete(case: &Case, standing: &Standing) -> Result<bool, Diagnos
         model_error,
     } = &standing.candidate;
     Ok(*model_error == FINAL_MODEL_ERROR
-        && case.model.strained(&fit.at.p).is_empty()
+        && !case.model.is_strained(&fit.at.p)
         && case.misfit(effects, &fit.at, FINAL_MODEL_ERROR)?.value < FAILING_BLOCK_CHI2)
 }
 

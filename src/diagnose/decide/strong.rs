@@ -1,4 +1,4 @@
-//! Effects that the shaft feels strongly: masses at a slender tool, and tilting stiffnesses.
+//! Effects that the shaft feels strongly: masses, the tool joint, and tilting stiffnesses.
 //!
 //! A linear step does not predict an effect that moves a sharp resonance by many times its width. Where nothing else
 //! explains the data, every place is tried with such effects of every size. The row that a moment acts on goes up and
@@ -56,7 +56,7 @@ impl Case<'_> {
             let down = MODEL_ERRORS.into_iter().filter(|e| e < w);
             let down: Vec<Stage> = down.map(|e| (e, 4)).collect();
             let end = self.problem(&with, self.thin()).fit(&fit.at, &down)?;
-            if !fails(&end) && self.model.strained(&end.at.p).is_empty() {
+            if !fails(&end) && !self.model.is_strained(&end.at.p) {
                 return Ok(());
             }
         }
@@ -92,21 +92,15 @@ impl Case<'_> {
             ..*problem
         };
         let places = self.catalogue.par_iter().filter(|o| o.same_name(h));
-        let mut ahead: Vec<Fit> = places
-            .filter_map(|other| {
-                let mut at = found.at.clone();
-                *at.theta.last_mut()?.last_mut()? = *other.start.last()?;
-                half.fit(&at, &[(w, 1)]).ok()
-            })
-            .collect();
-        ahead.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        ahead.truncate(RELOCATED);
-        let tried = ahead.par_iter();
-        let mut tried: Vec<Fit> = tried
-            .filter_map(|fit| problem.fit(&fit.at, &[(w, 2)]).ok())
-            .collect();
-        tried.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        tried.truncate(RELOCATED / 2);
+        let ahead = places.filter_map(|other| {
+            let at = found.at.with_newest_at(other)?;
+            half.fit(&at, &[(w, 1)]).ok()
+        });
+        let ahead = lowest(ahead.collect(), |fit: &Fit| fit.chi2, RELOCATED);
+        let tried = ahead
+            .par_iter()
+            .filter_map(|fit| problem.fit(&fit.at, &[(w, 2)]).ok());
+        let tried = lowest(tried.collect(), |fit: &Fit| fit.chi2, RELOCATED / 2);
         let refined = tried
             .into_iter()
             .filter_map(|fit| problem.fit(&fit.at, stages).ok());
@@ -162,18 +156,15 @@ impl Case<'_> {
             let fit = problem.fit(&at, &[(w, 2)]).ok()?;
             Some((*h, fit))
         });
-        let mut begun: Vec<(&Hypothesis, Fit)> = begun.collect();
+        let chi2 = |found: &(&Hypothesis, Fit)| found.1.chi2;
+        let begun = lowest(begun.collect(), chi2, PLACES[0]);
         let lower = next_model_error(w);
-        begun.sort_by(|a, b| a.1.chi2.total_cmp(&b.1.chi2));
-        begun.truncate(PLACES[0]);
         let followed = begun.into_par_iter().filter_map(|(h, fit)| {
             let effects = beside_present(present, h);
             let problem = self.problem(&effects, self.thin());
             Some((h, problem.fit(&fit.at, &[(w, 2), (lower, 4)]).ok()?))
         });
-        let mut followed: Vec<(&Hypothesis, Fit)> = followed.collect();
-        followed.sort_by(|a, b| a.1.chi2.total_cmp(&b.1.chi2));
-        followed.truncate(PLACES[1]);
+        let followed = lowest(followed.collect(), chi2, PLACES[1]);
         let ends = followed.into_par_iter().filter_map(|(h, fit)| {
             let effects = beside_present(present, h);
             self.finish(&effects, &fit.at, lower, Subset::ALL).ok()
@@ -199,20 +190,16 @@ impl Case<'_> {
         let problem = self.problem(&best.effects, self.thin());
         let places = self.catalogue.par_iter().filter(|o| o.same_name(newest));
         let ranked = places.filter_map(|place| {
-            let mut at = best.fit.at.clone();
-            *at.theta.last_mut()?.last_mut()? = *place.start.last()?;
+            let at = best.fit.at.with_newest_at(place)?;
             problem.fit(&at, &FINAL_STAGES[..1]).ok()
         });
-        let mut ranked: Vec<Fit> = ranked.collect();
-        ranked.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        ranked.truncate(RELOCATED);
+        let ranked = lowest(ranked.collect(), |fit: &Fit| fit.chi2, RELOCATED);
         let ends = ranked
             .par_iter()
             .filter_map(|fit| problem.fit(&fit.at, &FINAL_STAGES[1..]).ok());
         let mut ends: Vec<Fit> = ends.collect();
         ends.push(problem.fit(&best.fit.at, &FINAL_STAGES[2..])?);
-        ends.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
-        for end in ends.iter().take(PLACES[1]) {
+        for end in lowest(ends, |fit: &Fit| fit.chi2, PLACES[1]) {
             let moved = self.finish(&best.effects, &end.at, FINAL_MODEL_ERROR, Subset::ALL)?;
             if moved.score() < best.score() {
                 *best = moved;
@@ -220,6 +207,13 @@ impl Case<'_> {
         }
         Ok(())
     }
+}
+
+/// So many with the smallest χ², the best one first.
+fn lowest<T>(mut found: Vec<T>, chi2: impl Fn(&T) -> f64, most: usize) -> Vec<T> {
+    found.sort_by(|a, b| chi2(a).total_cmp(&chi2(b)));
+    found.truncate(most);
+    found
 }
 
 /// Numbers that an effect is tried with beside its position, in fit coordinates. Stiffnesses and masses have either

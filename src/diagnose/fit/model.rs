@@ -69,6 +69,12 @@ impl Model {
             .collect()
     }
 
+    /// Whether a nuisance parameter is that far off.
+    pub(crate) fn is_strained(&self, p: &[f64]) -> bool {
+        let far = |(k, p): (usize, &f64)| self.layout.deviation(k, *p).0.abs() > MOST_SD;
+        p.iter().enumerate().any(far)
+    }
+
     /// A nuisance parameter in words.
     pub(crate) fn name_of(&self, k: usize) -> String {
         let layout = &self.layout;

@@ -15,6 +15,20 @@ pub struct Point {
     pub smooth: f64,
 }
 
+impl Point {
+    /// The same with effect `e` at the position where a hypothesis starts.
+    pub(crate) fn with_effect_at(&self, e: usize, h: &Hypothesis) -> Option<Self> {
+        let mut moved = self.clone();
+        *moved.theta.get_mut(e)?.last_mut()? = *h.start.last()?;
+        Some(moved)
+    }
+
+    /// The same with the newest effect at the position where a hypothesis starts.
+    pub(crate) fn with_newest_at(&self, h: &Hypothesis) -> Option<Self> {
+        self.with_effect_at(self.theta.len().checked_sub(1)?, h)
+    }
+}
+
 /// Something that can be fitted.
 pub struct Problem<'a> {
     /// The reduced machine.

@@ -33,12 +33,28 @@ fn part(folder: &Path, file: &str, key: &str) -> Value {
     serde_json::from_str::<Value>(&text).unwrap()[key].take()
 }
 
-/// A spindle file with a further effect, written to the folder.
-fn with_effect(spindle: &Path, kind: EffectKind, at: Location, value: f64, to: &Path) {
+/// A spindle file with a further effect, written to the folder as `truth.yaml`.
+fn hide(effect: Effect, spindle: &Path, folder: &Path) {
     let text = std::fs::read_to_string(spindle).unwrap();
-    let effect = Effect::new(kind, at, vec![value]).unwrap();
     let changed = read_spindle("s.yaml", &text).unwrap().with_effect(effect);
-    std::fs::write(to, spindle_yaml(&changed)).unwrap();
+    std::fs::write(folder.join("truth.yaml"), spindle_yaml(&changed)).unwrap();
+}
+
+/// What the diagnosis of a rehearsal with a hidden effect says; it names one.
+fn named(spindle: &Path, effect: Effect, rest: &[&str]) -> Value {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let kind = effect.kind.name();
+    hide(effect, spindle, folder);
+    let spindle = spindle.to_str().unwrap();
+    let truth = ["--truth", "truth.yaml", "--out", "m"];
+    let rehearse = [&["rehearse", "--spindle", spindle], &truth[..], rest].concat();
+    muspin(&rehearse, folder);
+    muspin(&["diagnose", "--measurement", "m", "--out", "d"], folder);
+    let found = part(folder, "d", "diagnosis");
+    assert_eq!(found["verdict"], "named", "{}", found["sentence"]);
+    assert_eq!(found["effects"][0]["effect"], kind, "{}", found["sentence"]);
+    found
 }
 
 /// Its first mode is at 17 Hz and fourteen lie below 4 kHz; the magnets lower the second by 8.6 Hz.
@@ -93,14 +109,14 @@ fn a_slender_rotor_is_identified_updated_and_diagnosed() {
 
     // Nearly the whole shaft is a quarter stiffer: fourteen modes bend otherwise, and the reduction follows them.
     let region = Location::Region("shaft".to_owned());
-    let truth = folder.join("stiffer.yaml");
-    with_effect(&spindle, EffectKind::RegionStiffness, region, 1.25, &truth);
+    let stiffer = Effect::new(EffectKind::RegionStiffness, region, vec![1.25]).unwrap();
+    hide(stiffer, &spindle, folder);
     let rehearse = [
         "rehearse",
         "--spindle",
         spindle_name,
         "--truth",
-        "stiffer.yaml",
+        "truth.yaml",
         "--controller",
         "m/pid.json",
         "--out",
@@ -147,38 +163,10 @@ fn a_strong_tilting_stiffness_is_found_wherever_it_acts() {
 }
 
 fn tilting_is_found(spindle: &Path, rest: &[&str], position_m: f64, stiffness: f64) {
-    let temporary = tempfile::tempdir().unwrap();
-    let folder = temporary.path();
     let place = Location::Position(position_m);
-    let truth = folder.join("truth.yaml");
-    with_effect(
-        spindle,
-        EffectKind::TiltingStiffness,
-        place,
-        stiffness,
-        &truth,
-    );
-    let spindle = spindle.to_str().unwrap();
-    let mut rehearse = vec![
-        "rehearse",
-        "--spindle",
-        spindle,
-        "--truth",
-        "truth.yaml",
-        "--out",
-        "m",
-    ];
-    rehearse.extend(rest);
-    muspin(&rehearse, folder);
-    muspin(&["diagnose", "--measurement", "m", "--out", "d"], folder);
-    let found = part(folder, "d", "diagnosis");
-    assert_eq!(found["verdict"], "named", "{}", found["sentence"]);
+    let hidden = Effect::new(EffectKind::TiltingStiffness, place, vec![stiffness]).unwrap();
+    let found = named(spindle, hidden, rest);
     let effect = &found["effects"][0];
-    assert_eq!(
-        effect["effect"], "tilting_stiffness",
-        "{}",
-        found["sentence"]
-    );
     let at = effect["where"]["position_m"].as_f64().unwrap();
     let value = &effect["parameters"]["stiffness_n_m_per_rad"];
     assert!((at - position_m).abs() < 2e-3, "{at} {position_m}");
@@ -252,76 +240,22 @@ fn a_finer_mesh_keeps_the_element_of_a_tilting_stiffness() {
 #[test]
 #[ignore = "half a minute"]
 fn a_soft_joint_is_no_wrong_clock() {
-    let temporary = tempfile::tempdir().unwrap();
-    let folder = temporary.path();
     let spindle = data("spindles/s09-four-modes.yaml");
-    let text = std::fs::read_to_string(&spindle).unwrap();
     let values = vec![2.5157e8, 8412.3, 0.49031];
     let joint = Effect::new(EffectKind::ToolJoint, Location::None, values).unwrap();
-    let soft = read_spindle("s.yaml", &text).unwrap().with_effect(joint);
-    std::fs::write(folder.join("truth.yaml"), spindle_yaml(&soft)).unwrap();
-    let spindle = spindle.to_str().unwrap();
-    let tool = "endmill-12-long";
-    let rehearse = [
-        "rehearse",
-        "--spindle",
-        spindle,
-        "--tool",
-        tool,
-        "--truth",
-        "truth.yaml",
-        "--out",
-        "m",
-    ];
-    muspin(&rehearse, folder);
-    muspin(&["diagnose", "--measurement", "m", "--out", "d"], folder);
-    let found = part(folder, "d", "diagnosis");
-    assert_eq!(found["verdict"], "named", "{}", found["sentence"]);
-    assert_eq!(found["effects"][0]["effect"], "tool_joint");
+    let found = named(&spindle, joint, &["--tool", "endmill-12-long"]);
     let turning = &found["effects"][0]["parameters"]["rotational_n_m_per_rad"];
-    assert!(
-        (turning.as_f64().unwrap() / 8412.3 - 1.0).abs() < 0.01,
-        "{turning}"
-    );
+    let ratio = turning.as_f64().unwrap() / 8412.3;
+    assert!((ratio - 1.0).abs() < 0.01, "{turning}");
 }
 
 /// Three grams at a slender tool move its resonance by many times its width.
 #[test]
 fn a_small_mass_at_a_slender_tool_is_found() {
-    let temporary = tempfile::tempdir().unwrap();
-    let folder = temporary.path();
     let spindle = data("spindles/s09-four-modes.yaml");
-    let truth = folder.join("truth.yaml");
-    with_effect(
-        &spindle,
-        EffectKind::ToolMass,
-        Location::None,
-        0.003,
-        &truth,
-    );
-    let spindle = spindle.to_str().unwrap();
-    let rehearse = [
-        "rehearse",
-        "--spindle",
-        spindle,
-        "--tool",
-        "drill-8",
-        "--truth",
-        "truth.yaml",
-        "--out",
-        "m",
-    ];
-    muspin(&rehearse, folder);
-    muspin(&["diagnose", "--measurement", "m", "--out", "d"], folder);
-    let found = part(folder, "d", "diagnosis");
-    assert_eq!(found["verdict"], "named", "{}", found["sentence"]);
-    assert_eq!(
-        found["effects"][0]["effect"], "tool_mass",
-        "{}",
-        found["sentence"]
-    );
-    let mass = found["effects"][0]["parameters"]["mass_kg"]
-        .as_f64()
-        .unwrap();
-    assert!((mass / 0.003 - 1.0).abs() < 0.02, "{mass}");
+    let mass = Effect::new(EffectKind::ToolMass, Location::None, vec![0.003]).unwrap();
+    let found = named(&spindle, mass, &["--tool", "drill-8"]);
+    let mass = &found["effects"][0]["parameters"]["mass_kg"];
+    let ratio = mass.as_f64().unwrap() / 0.003;
+    assert!((ratio - 1.0).abs() < 0.02, "{mass}");
 }
