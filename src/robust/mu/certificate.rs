@@ -10,6 +10,7 @@
 //! Rounding moves axis eigenvalues off the axis: every eigenvalue near the axis counts as a possible crossing, and
 //! every interval between two of them is tested at its middle. A false candidate costs time only.
 
+use super::level_form::LevelForm;
 use super::system::{MuPoint, MuSystem};
 use crate::linalg::dense::complex;
 use crate::linalg::hermitian::inverse_complex;
@@ -24,21 +25,27 @@ const MAX_SCALINGS: usize = 1500;
 const NEAR_AXIS: f64 = 1e-3;
 
 /// Covers all frequencies with scalings whose bound is below (1 + slack) times the largest value met; that value grows
-/// when the sweep meets a larger one. Returns the point of that value and the number of scalings.
+/// when the sweep meets a larger one. Crossings are eigenvalues of `form`. Returns the point of that value and the number of
+/// scalings.
 ///
 /// # Errors
 /// [`MuError::NotCovered`] when the sweep gets stuck or needs too many scalings.
-pub(crate) fn certify(
+pub(super) fn certify(
     system: &MuSystem,
     attained: MuPoint,
     points: &[MuPoint],
     slack: f64,
+    form: &LevelForm,
 ) -> Result<(MuPoint, usize), MuError> {
     let mut best = attained;
     if best.upper <= 0.0 {
         return Ok((best, 0));
     }
-    let sweep = Sweep { system, points };
+    let sweep = Sweep {
+        system,
+        points,
+        form,
+    };
     let (mut covered, mut ahead, mut scalings) = (0.0f64, 0.05f64, 0);
     while covered < f64::INFINITY {
         let level = best.upper * (1.0 + slack);
@@ -103,6 +110,7 @@ pub(crate) fn certify(
 struct Sweep<'a> {
     system: &'a MuSystem,
     points: &'a [MuPoint],
+    form: &'a LevelForm,
 }
 
 impl Sweep<'_> {
@@ -132,7 +140,7 @@ impl Sweep<'_> {
         if !below(from) {
             return Ok(None);
         }
-        let crossings = crossings(self.system, scaling, level)?;
+        let crossings = crossings(self.form, scaling, level)?;
         let mut end = from;
         for crossing in crossings.into_iter().filter(|w| *w > from) {
             if !below(0.5 * (end + crossing)) {
@@ -153,8 +161,9 @@ impl Sweep<'_> {
 }
 
 /// Frequencies (ascending, rad/s) where the bound of a scaling may meet a level.
-fn crossings(system: &MuSystem, scaling: &Scaling, level: f64) -> Result<Vec<f64>, NumericError> {
-    let scaled = system.system.scale_states(&balancing(&system.system));
+fn crossings(form: &LevelForm, scaling: &Scaling, level: f64) -> Result<Vec<f64>, NumericError> {
+    let scaled = form.system.scale_states(&balancing(&form.system));
+    let level = form.level(scaling, level);
     let is_real =
         |m: &Mat<c64>| (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].im == 0.0));
     let plain = scaling.skew.norm_max() == 0.0 && is_real(&scaling.left) && is_real(&scaling.right);

@@ -4,6 +4,7 @@
 
 use super::MuBounds;
 use super::certificate;
+use super::level_form::LevelForm;
 use super::search;
 use super::system::{MuPoint, MuSystem};
 use crate::robust::structure::MuError;
@@ -54,11 +55,18 @@ impl MuSystem {
     pub fn peak(&self, slack: f64) -> Result<MuPeak, MuError> {
         let found = search::search(self, search::STRIDE)?;
         let (best, points) = (found.best, found.optimised);
-        // A flat loop needs many scalings for a close certificate: a wider one is tried before giving up.
+        // A flat loop needs many scalings for a close certificate: a wider one is tried before giving up, and where
+        // that ends early as well the crossings are lost to rounding in the given coordinates.
         let mut slack = slack;
+        let mut form = LevelForm::own(&self.system);
+        let mut balanced = false;
         let (end, scalings) = loop {
-            match certificate::certify(self, best.clone(), &points, slack) {
+            match certificate::certify(self, best.clone(), &points, slack, &form) {
                 Err(MuError::NotCovered { .. }) if slack < 4e-4 => slack = 8e-4,
+                Err(MuError::NotCovered { .. }) if !balanced => {
+                    form = LevelForm::balanced(&self.system, best.upper)?;
+                    balanced = true;
+                }
                 other => break other?,
             }
         };
