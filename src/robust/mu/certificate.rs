@@ -25,8 +25,8 @@ const MAX_SCALINGS: usize = 1500;
 const NEAR_AXIS: f64 = 1e-3;
 
 /// Covers all frequencies with scalings whose bound is below (1 + slack) times the largest value met; that value grows
-/// when the sweep meets a larger one. Crossings are eigenvalues of `form`. Returns the point of that value and the number of
-/// scalings.
+/// when the sweep meets a larger one. Crossings are eigenvalues of `form`. Returns the point of that value and the
+/// number of scalings.
 ///
 /// # Errors
 /// [`MuError::NotCovered`] when the sweep gets stuck or needs too many scalings.
