@@ -12,7 +12,7 @@ use crate::lti::{Continuous, StateSpace};
 use crate::robust::structure::Scaling;
 
 /// What the cut may change, relative to the largest μ: far below the slack of a certificate, far above rounding.
-const CUT: f64 = 1e-8;
+pub(super) const CUT: f64 = 1e-8;
 
 /// A system, or one near it.
 pub(super) struct LevelForm {

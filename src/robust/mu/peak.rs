@@ -55,8 +55,8 @@ impl MuSystem {
     pub fn peak(&self, slack: f64) -> Result<MuPeak, MuError> {
         let found = search::search(self, search::STRIDE)?;
         let (best, points) = (found.best, found.optimised);
-        // A flat loop needs many scalings for a close certificate: a wider one is tried before giving up, and where
-        // that ends early as well the crossings are lost to rounding in the given coordinates.
+        // A flat loop needs many scalings for a close certificate: a wider one is tried before giving up. Where
+        // that ends early as well, rounding in the given coordinates may have lost crossings: others are tried.
         let mut slack = slack;
         let mut form = LevelForm::own(&self.system);
         let mut balanced = false;
@@ -85,11 +85,10 @@ impl MuSystem {
 mod tests {
     use super::*;
     use crate::augment::Block;
-    use crate::linalg::Mat;
-    use crate::linalg::{NumericError, c64, max_singular_value_complex};
-    use crate::lti::Response;
+    use crate::linalg::{Mat, NumericError, c64, max_singular_value_complex};
     use crate::lti::connect::{add, append};
-    use crate::lti::{Continuous, StateSpace};
+    use crate::lti::{Continuous, Response, StateSpace};
+    use crate::robust::mu::level_form::CUT;
     use crate::robust::structure::{Scaling, Structure};
     use certificate::certify;
 
@@ -136,8 +135,7 @@ mod tests {
         // The small state is cut, and the difference is what the form says at most.
         assert_eq!((form.system.order(), system.order()), (3, 4));
         let error = error(&form);
-        // The share that a cut may change at most.
-        assert!(error > 0.0 && error <= 1e-8);
+        assert!(error > 0.0 && error <= CUT);
         for omega in [0.0, 5.0, 50.0, 1e3, 1e6] {
             let difference = system.at(omega) - form.system.at(omega);
             // Rounding of responses of size one.
@@ -146,7 +144,7 @@ mod tests {
         }
         let mu = MuSystem::new(&system, &BLOCKS).expect("stable");
         let (best, points) = mu.largest().expect("finite");
-        let slack = 3e-4;
+        let slack = CERTIFICATE_SLACK;
         let (end, scalings) = certify(&mu, best.clone(), &points, slack, &form).expect("covered");
         assert!((end.upper - 1.0).abs() < 1e-7, "{}", end.upper);
         assert!(scalings > 100, "{scalings}");

@@ -34,6 +34,15 @@ fn reference() -> (Machine, Weights) {
     )
 }
 
+/// A spindle of `tests/data/spindles` with a shipped tool, and Table 2.
+fn of_tests(spindle: &str, tool: &str) -> (Machine, Weights) {
+    let path = below_root(&format!("tests/data/spindles/{spindle}.yaml"));
+    (
+        load_machine(path.to_str().unwrap(), tool).unwrap(),
+        load_weights("benchmark").unwrap(),
+    )
+}
+
 /// Plain H∞ design of one plane: generalized plant, level, four-axis controller at the sample rate.
 fn plain(machine: &Machine, weights: &Weights) -> (GeneralizedPlant, f64, StateSpace<Discrete>) {
     let modes: [UncertainMode; 0] = [];
@@ -302,10 +311,7 @@ fn limits_out_of_reach_are_widened_no_further_than_needed() {
 #[test]
 #[ignore = "a design takes half a minute; run with: cargo test --release --test it brought_up_to_speed -- --ignored"]
 fn a_start_that_is_unstable_at_speed_is_brought_up_to_speed() {
-    let root = env!("CARGO_MANIFEST_DIR");
-    let spindle = format!("{root}/tests/data/spindles/s04-noncollocated.yaml");
-    let machine = load_machine(&spindle, "endmill-20-short").unwrap();
-    let weights = load_weights("benchmark").unwrap();
+    let (machine, weights) = of_tests("s04-noncollocated", "endmill-20-short");
     let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
     let polish = found.polish.as_ref().unwrap();
     assert!(polish.dk.stiffness_n_per_m[1].is_nan());
@@ -319,10 +325,7 @@ fn a_start_that_is_unstable_at_speed_is_brought_up_to_speed() {
 #[test]
 #[ignore = "a design takes half a minute; run with: cargo test --release --test it that_cannot_meet_its_goals -- --ignored"]
 fn a_machine_that_cannot_meet_its_goals_gets_a_certified_peak() {
-    let root = env!("CARGO_MANIFEST_DIR");
-    let spindle = format!("{root}/tests/data/spindles/s13-lab-rotor-thin.yaml");
-    let machine = load_machine(&spindle, "endmill-12-long").unwrap();
-    let weights = load_weights("benchmark").unwrap();
+    let (machine, weights) = of_tests("s13-lab-rotor-thin", "endmill-12-long");
     // The certificate of the full order lost the crossings of low frequencies to rounding.
     let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
     let (lower, upper) = (found.full.covered.lower, found.full.covered.upper);
