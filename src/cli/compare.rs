@@ -23,6 +23,7 @@ use crate::report::plot::Role;
 use crate::report::whole::Report;
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::Machine;
+use rayon::prelude::*;
 
 /// Flexible modes whose damping is listed and at which stiffness is stated.
 const LISTED_MODES: usize = 3;
@@ -97,11 +98,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         met = own.design.meets_targets();
         controllers = add_own(&mut report.summary, own);
     }
-    let mut list: Vec<(Role, Compared)> = vec![];
-    for (name, (role, controller)) in keys(&controllers).iter().zip(&controllers) {
-        progress.timed(format!("predictions for {name}"));
-        list.push((*role, compared(&ground, name, controller)?));
-    }
+    let list = all_compared(
+        &ground,
+        &controllers,
+        &progress,
+        arguments.timings.are_asked(),
+    )?;
     let met = met && list.iter().all(|(role, c)| is_acceptable(*role, c));
     let ended = match met {
         true => Outcome::Done,
@@ -135,6 +137,27 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         shown(sentence, ended, &list, &arguments.out)
     })?;
     Ok(ended)
+}
+
+/// All controllers compared, in their order; one at a time where the time of each is asked for.
+fn all_compared(
+    ground: &Ground<'_>,
+    controllers: &[(Role, Controller)],
+    progress: &Progress,
+    timed: bool,
+) -> Result<Vec<(Role, Compared)>, Failure> {
+    let keys = keys(controllers);
+    let one = |(name, (role, controller)): (&String, &(Role, Controller))| {
+        if timed {
+            progress.timed(format!("predictions for {name}"));
+        }
+        Ok((*role, compared(ground, name, controller)?))
+    };
+    if timed {
+        return keys.iter().zip(controllers).map(one).collect();
+    }
+    progress.timed("predictions");
+    keys.par_iter().zip(controllers).map(one).collect()
 }
 
 /// Proven stable at every speed, and in an acceptable zone. The textbook PID shows what is left without tuning: its

@@ -300,11 +300,18 @@ struct Gains {
 fn l1_gains(transitions: &[Row], maps: &[Vec<f64>], b: &Mat<f64>, limit: f64) -> Gains {
     let (n, m) = (transitions.len(), b.ncols());
     let read: Vec<Row> = maps.iter().map(|map| terms(&map[..n])).collect();
-    let of_input = |j: usize| {
-        let start = (0..n).map(|i| b[(i, j)] * limit).collect();
-        impulse_sums(transitions, &read, start)
+    let of_inputs = |first: usize| {
+        let input = |i: usize, lane: usize| match first + lane < m {
+            true => b[(i, first + lane)] * limit,
+            false => 0.0,
+        };
+        let start = |i: usize| std::array::from_fn(|lane| input(i, lane));
+        let mut sums = impulse_sums::<LANES>(transitions, &read, (0..n).map(start).collect());
+        sums.truncate(m - first);
+        sums
     };
-    let sums: Vec<Gains> = (0..m).into_par_iter().map(of_input).collect();
+    let firsts: Vec<usize> = (0..m).step_by(LANES).collect();
+    let sums: Vec<Gains> = firsts.into_par_iter().flat_map(of_inputs).collect();
     let total = |first: f64, of: &dyn Fn(&Gains) -> Option<f64>| {
         sums.iter()
             .try_fold(first, |sum, gains| of(gains).map(|own| sum + own))
@@ -331,36 +338,53 @@ fn terms(row: &[f64]) -> Row {
     all.filter(|t| t.coefficient != 0.0).collect()
 }
 
-/// The states that a start can ever reach.
-fn reached(transitions: &[Row], start: &[f64]) -> Vec<usize> {
-    let mut reached: Vec<bool> = start.iter().map(|x| *x != 0.0).collect();
+/// Inputs whose impulse responses are computed together.
+const LANES: usize = 4;
+
+/// The states that some starts can ever reach.
+fn reached<const K: usize>(transitions: &[Row], starts: &[[f64; K]]) -> Vec<usize> {
+    let is_moved = |x: &[f64; K]| x.iter().any(|x| *x != 0.0);
+    let mut reached: Vec<bool> = starts.iter().map(is_moved).collect();
     loop {
         let newly = |i: &usize| !reached[*i] && transitions[*i].iter().any(|t| reached[t.source]);
-        let more: Vec<usize> = (0..start.len()).filter(newly).collect();
+        let more: Vec<usize> = (0..starts.len()).filter(newly).collect();
         if more.is_empty() {
-            return (0..start.len()).filter(|i| reached[*i]).collect();
+            return (0..starts.len()).filter(|i| reached[*i]).collect();
         }
         more.into_iter().for_each(|i| reached[i] = true);
     }
 }
 
-/// Σₖ |x| of the states from a start, and of the signals that read them; no sum where it did not converge.
-fn impulse_sums(transitions: &[Row], read: &[Row], start: Vec<f64>) -> Gains {
+/// Σₖ |x| of the states from each of some starts, and of the signals that read them; no sum where it did not converge.
+fn impulse_sums<const K: usize>(
+    transitions: &[Row],
+    read: &[Row],
+    starts: Vec<[f64; K]>,
+) -> Vec<Gains> {
     let n = transitions.len();
-    let reached = reached(transitions, &start);
-    let product =
-        |row: &Row, x: &[f64]| -> f64 { row.iter().map(|t| t.coefficient * x[t.source]).sum() };
-    let (mut x, mut next) = (start, vec![0.0; n]);
-    let (mut states, mut signals) = (vec![0.0; n], vec![0.0; read.len()]);
-    let (mut peak, mut recent) = (vec![0.0f64; n], vec![0.0f64; n]);
+    let reached = reached(transitions, &starts);
+    let product = |row: &Row, x: &[[f64; K]]| {
+        let terms = row.iter().map(|t| (t.coefficient, &x[t.source]));
+        terms.fold([0.0; K], |sum: [f64; K], (coefficient, x)| {
+            std::array::from_fn(|l| sum[l] + coefficient * x[l])
+        })
+    };
+    let (mut x, mut next) = (starts.clone(), vec![[0.0; K]; n]);
+    let (mut states, mut signals) = (vec![[0.0; K]; n], vec![[0.0; K]; read.len()]);
+    let (mut peak, mut recent) = (vec![[0.0f64; K]; n], vec![[0.0f64; K]; n]);
+    let add = |sum: &mut [f64; K], x: &[f64; K]| {
+        *sum = std::array::from_fn(|l| sum[l] + x[l].abs());
+    };
+    let raise = |largest: &mut [f64; K], x: &[f64; K]| {
+        *largest = std::array::from_fn(|l| largest[l].max(x[l].abs()));
+    };
     for k in 0..LONGEST_SUM {
         for i in reached.iter().copied() {
-            let value = x[i].abs();
-            states[i] += value;
-            recent[i] = recent[i].max(value);
+            add(&mut states[i], &x[i]);
+            raise(&mut recent[i], &x[i]);
         }
         for (signal, row) in signals.iter_mut().zip(read) {
-            *signal += product(row, &x).abs();
+            add(signal, &product(row, &x));
         }
         for i in reached.iter().copied() {
             next[i] = product(&transitions[i], &x);
@@ -369,25 +393,39 @@ fn impulse_sums(transitions: &[Row], read: &[Row], start: Vec<f64>) -> Gains {
         // Oscillating states pass through zero: judge by the largest of the last 256 samples.
         if k % 256 == 255 {
             for i in reached.iter().copied() {
-                peak[i] = peak[i].max(recent[i]);
+                raise(&mut peak[i], &recent[i]);
             }
-            let decayed = reached.iter().all(|i| recent[*i] <= DECAYED * peak[*i]);
-            let bounded = x.iter().all(|v| v.is_finite() && v.abs() < 1e200);
+            let bounded = x.iter().flatten().all(|v| v.is_finite() && v.abs() < 1e200);
+            if !bounded && K > 1 {
+                // One that grows does not end the sums of the others.
+                let alone = |l: usize| starts.iter().map(|x| [x[l]]).collect();
+                return (0..K)
+                    .flat_map(|l| impulse_sums::<1>(transitions, read, alone(l)))
+                    .collect();
+            }
+            let decayed = reached.iter().all(|i| has_decayed(&recent[*i], &peak[*i]));
             if decayed || !bounded || k + 1 == LONGEST_SUM {
                 break;
             }
-            recent.fill(0.0);
+            recent.fill([0.0; K]);
         }
     }
     // Only what has not decayed is unbounded.
-    let sums = |i: usize| {
-        let decays = !x[i].is_nan() && recent[i] <= DECAYED * peak[i];
-        decays.then_some(states[i])
+    let sum = |i: usize, l: usize| {
+        let decays = !x[i][l].is_nan() && has_decayed(&[recent[i][l]], &[peak[i][l]]);
+        decays.then_some(states[i][l])
     };
-    Gains {
-        states: (0..n).map(sums).collect(),
-        signals: signals.into_iter().map(Some).collect(),
-    }
+    (0..K)
+        .map(|l| Gains {
+            states: (0..n).map(|i| sum(i, l)).collect(),
+            signals: signals.iter().map(|sum| Some(sum[l])).collect(),
+        })
+        .collect()
+}
+
+/// True where what was last seen is negligible beside the largest.
+fn has_decayed<const K: usize>(recent: &[f64; K], peak: &[f64; K]) -> bool {
+    (0..K).all(|l| recent[l] <= DECAYED * peak[l])
 }
 
 /// Smallest power of two that is not below `value`; 1 for zero.

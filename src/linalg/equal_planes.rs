@@ -9,7 +9,7 @@ use super::dense::balance;
 use super::error::NumericError;
 use super::hermitian::hermitian_eigen;
 use super::pade::exponentials_of_balanced;
-use super::real_eigenvalues::eigenvalues;
+use super::real_eigenvalues::{eigenvalues, eigenvalues_of_balanced};
 use faer::{Mat, c64};
 
 /// Which coordinates belong to the x plane and which to the y plane: the k-th of each are partners.
@@ -111,14 +111,9 @@ impl EqualPlanes {
         times: [f64; K],
     ) -> Option<[Mat<f64>; K]> {
         let (turning, scale) = self.turning(a, scale_of_moduli)?;
-        let n = turning.nrows();
-        let is_real = (0..n).all(|j| (0..n).all(|i| turning[(i, j)].im == 0.0));
-        Some(match is_real {
-            true => {
-                let real = Mat::from_fn(n, n, |i, j| turning[(i, j)].re);
-                self.unscaled(exponentials_of_balanced(&real, times), &scale)
-            }
-            false => self.unscaled(exponentials_of_balanced(&turning, times), &scale),
+        Some(match one_plane(&turning) {
+            Some(plane) => self.unscaled(exponentials_of_balanced(&plane, times), &scale),
+            None => self.unscaled(exponentials_of_balanced(&turning, times), &scale),
         })
     }
 
@@ -183,14 +178,27 @@ impl EqualPlanes {
         let Some((turning, _)) = self.turning(a, scale_of_moduli) else {
             return eigenvalues(a);
         };
-        let own = eigenvalues_complex(&turning)?;
+        let own = match one_plane(&turning) {
+            Some(plane) => eigenvalues_of_balanced(&plane)?,
+            None => eigenvalues_complex(&turning)?,
+        };
         Ok(own.into_iter().flat_map(|v| [v, v.conj()]).collect())
     }
 }
 
-/// What balances the moduli of a matrix.
+/// P of P + jQ where Q is zero: the planes do not act on each other.
+fn one_plane(turning: &Mat<c64>) -> Option<Mat<f64>> {
+    let n = turning.nrows();
+    let apart = (0..n).all(|j| (0..n).all(|i| turning[(i, j)].im == 0.0));
+    apart.then(|| Mat::from_fn(n, n, |i, j| turning[(i, j)].re))
+}
+
+/// What balances the moduli of a matrix, taken to within √2.
 fn scale_of_moduli(a: &Mat<c64>) -> Vec<f64> {
-    balance(&Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].norm())).1
+    balance(&Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
+        a[(i, j)].re.abs() + a[(i, j)].im.abs()
+    }))
+    .1
 }
 
 /// Numbers of the eigenvalues of a matrix W ≥ 0 above a share of the largest.

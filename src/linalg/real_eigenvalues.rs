@@ -12,13 +12,26 @@ use faer::{Mat, c64};
 /// # Errors
 /// [`NumericError::NotFinite`] for bad data, [`NumericError::NoConvergence`] when the QR iteration fails.
 pub fn eigenvalues(a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
-    if !a.is_all_finite() {
-        return Err(NumericError::NotFinite {
+    ensure_finite(a)?;
+    eigenvalues_of_balanced(&balance(a).0)
+}
+
+fn ensure_finite(a: &Mat<f64>) -> Result<(), NumericError> {
+    match a.is_all_finite() {
+        true => Ok(()),
+        false => Err(NumericError::NotFinite {
             what: "eigenvalues",
-        });
+        }),
     }
-    let n = a.nrows();
-    let (balanced, _) = balance(a);
+}
+
+/// [`eigenvalues`] of a balanced matrix.
+///
+/// # Errors
+/// As [`eigenvalues`].
+pub(super) fn eigenvalues_of_balanced(balanced: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
+    ensure_finite(balanced)?;
+    let n = balanced.nrows();
     let unit = unit_of(balanced.norm_max());
     let mut form = Hessenberg::of(Mat::from_fn(n, n, |i, j| balanced[(i, j)] / unit), |x| *x);
     let mut values = Vec::with_capacity(n);
@@ -53,8 +66,13 @@ struct Reflection {
 impl Reflection {
     /// That which takes x to (β, 0, 0), and β.
     fn of([x, y, z]: [f64; 3]) -> (Self, f64) {
-        let rest = y.hypot(z);
-        let size = x.hypot(rest);
+        let rest = y * y + z * z;
+        let square = x * x + rest;
+        // Outside this range squares lose digits.
+        let (rest, size) = match rest > 1e-280 && square < 1e280 {
+            true => (rest, square.sqrt()),
+            false => (y.hypot(z), x.hypot(y.hypot(z))),
+        };
         // The reciprocal of a smaller size could be infinite.
         if rest == 0.0 || size < NEGLIGIBLE {
             let (tau, v) = (0.0, [0.0; 2]);

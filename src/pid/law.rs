@@ -90,7 +90,7 @@ impl Fixed for FixedPid<'_> {
     fn gain(&self, line: &Line) -> Matrix2 {
         let [front, rear] = [0, 1].map(|axis: usize| {
             let own = self.axes[axis].as_ref();
-            own.map_or(c64::new(f64::NAN, 0.0), |a| -a.response(line.s))
+            own.map_or(c64::new(f64::NAN, 0.0), |a| -a.response_on_axis(line.s.im))
         });
         [[front, ZERO], [ZERO, rear]]
     }
@@ -101,8 +101,8 @@ impl Fixed for FixedPid<'_> {
             let Some(p) = &self.axes[axis] else {
                 return [ZERO; PER_AXIS];
             };
-            let gain = -p.response(line.s);
-            let mut slopes = log_slopes(p, line.s);
+            let gain = -p.response_on_axis(line.s.im);
+            let mut slopes = log_slopes(p, line.s.im);
             for (slope, moves) in slopes.iter_mut().zip(self.moves[axis]) {
                 *slope = if moves { *slope * gain } else { ZERO };
             }
@@ -118,24 +118,29 @@ impl Fixed for FixedPid<'_> {
     }
 }
 
-/// ∂ ln C/∂ ln p for the thirteen parameters, in the order of the vector form.
-fn log_slopes(p: &AxisParameters, s: c64) -> [c64; PER_AXIS] {
-    let by_corner = (s / p.derivative_corner_rad_s + 1.0).inv();
-    let derivative = s * by_corner * p.derivative_s;
-    let integral = s.inv() * p.integral_rad_s;
-    let by_pid = (integral + derivative + 1.0).inv();
+/// ∂ ln C/∂ ln p at jv for the thirteen parameters, in the order of the vector form.
+fn log_slopes(p: &AxisParameters, v: f64) -> [c64; PER_AXIS] {
+    let inverse = |z: c64| z.conj() / z.norm_sqr();
+    let corner = v / p.derivative_corner_rad_s;
+    let by_corner = inverse(c64::new(1.0, corner));
+    let derivative = by_corner * c64::new(0.0, v * p.derivative_s);
+    let integral = c64::new(0.0, -p.integral_rad_s / v);
+    let by_pid = inverse(integral + derivative + 1.0);
     // ln(s²/w² + 2ζs/w + 1) by ln w and by ln ζ.
     let section = |w: f64, zeta: f64| {
-        let r = s / w;
-        let (square, damping) = (r * r, r * (2.0 * zeta));
-        let by_value = (square + damping + 1.0).inv();
-        (-(square * 2.0 + damping) * by_value, damping * by_value)
+        let r = v / w;
+        let (square, damping) = (r * r, 2.0 * zeta * r);
+        let by_value = inverse(c64::new(1.0 - square, damping));
+        (
+            c64::new(2.0 * square, -damping) * by_value,
+            c64::new(0.0, damping) * by_value,
+        )
     };
     let mut slopes = [ZERO; PER_AXIS];
     slopes[0] = ONE;
     slopes[1] = integral * by_pid;
     slopes[2] = derivative * by_pid;
-    slopes[3] = slopes[2] * by_corner * s / p.derivative_corner_rad_s;
+    slopes[3] = slopes[2] * by_corner * c64::new(0.0, corner);
     slopes[4] = -section(p.lowpass_rad_s, LOWPASS_DAMPING).0;
     for (k, b) in p.biquads.iter().enumerate() {
         let zero = section(b.zero_rad_s, b.zero_damping);

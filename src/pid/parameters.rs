@@ -78,6 +78,26 @@ impl AxisParameters {
         above / below * self.gain_a_per_m
     }
 
+    /// C(jv), as [`Self::response`], with fewer operations.
+    pub(super) fn response_on_axis(&self, v: f64) -> c64 {
+        let second = |w: f64, zeta: f64| {
+            let p = v / w;
+            c64::new(1.0 - p * p, 2.0 * zeta * p)
+        };
+        let corner = v / self.derivative_corner_rad_s;
+        // As there over jv: (wᵢ/(jv) + 1)(1 + jv/w_d) + jv T_d over 1 + jv/w_d.
+        let (integral, derivative) = (self.integral_rad_s / v, v * self.derivative_s);
+        let pid = c64::new(1.0 + integral * corner, corner - integral + derivative);
+        let below = c64::new(1.0, corner) * second(self.lowpass_rad_s, LOWPASS_DAMPING);
+        let (above, below) = self.biquads.iter().fold((pid, below), |(above, below), b| {
+            (
+                above * second(b.zero_rad_s, b.zero_damping),
+                below * second(b.pole_rad_s, b.pole_damping),
+            )
+        });
+        above * below.conj() * (self.gain_a_per_m / below.norm_sqr())
+    }
+
     /// Logarithms of the thirteen numbers, for search.
     pub(super) fn to_log(self) -> [f64; PER_AXIS] {
         let [p, q] = self.biquads;
@@ -304,5 +324,34 @@ pub fn reference_start(machine: &Machine) -> PidParameters {
                 [1832.0, 0.2875, 4071.0, 0.628],
             ],
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_response_on_the_axis_is_that_of_the_plane() {
+        let axis = AxisParameters {
+            gain_a_per_m: 3e4,
+            integral_rad_s: 9.0,
+            derivative_s: 2e-3,
+            derivative_corner_rad_s: 2e4,
+            lowpass_rad_s: 2.3e4,
+            biquads: [[9e3, 0.4, 6e3, 0.2], [1.1e4, 0.03, 2.4e4, 1.4]].map(|b| Biquad {
+                zero_rad_s: b[0],
+                zero_damping: b[1],
+                pole_rad_s: b[2],
+                pole_damping: b[3],
+            }),
+        };
+        for v in [1e-3, 0.3, 9.0, 700.0, 8.9e3, 1.1e4, 2e5, 5e7] {
+            let (found, exact) = (axis.response_on_axis(v), axis.response(c64::new(0.0, v)));
+            assert!(
+                (found - exact).norm() < 1e-13 * exact.norm(),
+                "{v}: {found} for {exact}"
+            );
+        }
     }
 }

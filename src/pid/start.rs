@@ -162,7 +162,7 @@ pub(super) fn screen(
         .iter()
         .map(|line| {
             let (front, rear) = (&parameters.front, &parameters.rear);
-            let gain = [-front.response(line.s), -rear.response(line.s)];
+            let gain = [front, rear].map(|a| -a.response_on_axis(line.s.im));
             let corners = (line.s + front.integral_rad_s) * (line.s + rear.integral_rad_s);
             (gain, line.s * line.s / corners)
         })

@@ -13,3 +13,4 @@ pub mod time;
 pub mod time_cases;
 pub mod time_force;
 pub mod worst_case;
+mod worst_search;

@@ -16,11 +16,12 @@ use super::response::feedback::{
     Feedback, Law, PlaneSpring, attached, close, springs_in_one_plane,
 };
 use super::response::pairs::whole;
+use super::whirl_form::WhirlModes;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::rotor::basis::Cut;
 use crate::rotor::modes::RIGID;
 use crate::rotor::{Basis, PlanarModes, Rotor};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Ports of the shaft that are found by name. Front and rear actuator plane are 3 and 4; those after
 /// [`NAMED`] belong to effects.
@@ -69,6 +70,8 @@ pub(crate) struct Mechanics {
     plane_springs: Vec<PlaneSpring>,
     /// Made when a response is first asked for.
     open: OnceLock<OpenReceptance>,
+    /// Whirl modes, which do not depend on the ports: the same for this shaft at any of them.
+    whirl: Arc<OnceLock<Option<WhirlModes>>>,
 }
 
 /// The shaft as complex second-order matrices between its named ports and those of springs in one plane, s in number;
@@ -177,6 +180,7 @@ impl Mechanics {
             feedback,
             plane_springs,
             open: OnceLock::new(),
+            whirl: Arc::default(),
         })
     }
 
@@ -219,7 +223,7 @@ impl Mechanics {
     #[must_use]
     pub(crate) fn with_scaled_modes(&self, factors: &[f64]) -> Self {
         let mut scaled = self.clone();
-        scaled.open = OnceLock::new();
+        (scaled.open, scaled.whirl) = (OnceLock::new(), Arc::default());
         let flexible = scaled.omega_rad_s.iter_mut().skip(RIGID);
         for (omega, factor) in flexible.take(self.flexible).zip(factors) {
             *omega *= factor;
@@ -303,6 +307,7 @@ impl Mechanics {
             damping: &self.damping,
             gyroscopic: self.gyroscopic.as_ref(),
             ports: &self.ports,
+            whirl: &self.whirl,
         };
         let form = self.open.get_or_init(|| coordinates.open_receptance());
         let mut open = whole(p, &coordinates.receptance(form, w));

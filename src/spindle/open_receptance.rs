@@ -2,8 +2,9 @@
 
 use super::response::damping::ModalDamping;
 use super::response::pairs::{over_coordinates, pairs, products};
-use super::whirl_form::WhirlForm;
+use super::whirl_form::{WhirlForm, WhirlModes};
 use crate::linalg::{Mat, c64, solve_complex};
+use std::sync::OnceLock;
 
 /// How the open receptance is computed; all of them give the pairs of [`pairs`].
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub(crate) struct Coordinates<'a> {
     pub gyroscopic: Option<&'a Mat<f64>>,
     /// Amplitudes, ports × coordinates.
     pub ports: &'a Mat<f64>,
+    /// Of the rotating shaft, made when first asked for; empty where they are not to be trusted.
+    pub whirl: &'a OnceLock<Option<WhirlModes>>,
 }
 
 impl Coordinates<'_> {
@@ -46,8 +49,11 @@ impl Coordinates<'_> {
         let ModalDamping {
             total, circulatory, ..
         } = self.damping;
-        WhirlForm::new(self.omega_rad_s, total, circulatory, gyroscopic, self.ports)
-            .map_or(OpenReceptance::Equations, OpenReceptance::Whirl)
+        let modes = || WhirlModes::new(self.omega_rad_s, total, circulatory, gyroscopic);
+        match self.whirl.get_or_init(modes) {
+            Some(modes) => OpenReceptance::Whirl(modes.between(self.ports)),
+            None => OpenReceptance::Equations,
+        }
     }
 
     /// The receptance of every pair at a signed frequency, without that of what the coordinates leave out, real and

@@ -9,6 +9,16 @@ use super::response::pairs::pairs;
 use crate::linalg::planar::{Planar, add_scaled};
 use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 
+/// Whirl modes of the rotating shaft, which serve all its ports.
+#[derive(Clone, Debug)]
+pub(crate) struct WhirlModes {
+    poles: Vec<c64>,
+    /// η̇ of the coordinates in each mode, coordinates × poles.
+    velocities: Mat<c64>,
+    /// Drive of each mode by a force on η̈ of a coordinate, poles × coordinates.
+    drives: Mat<c64>,
+}
+
 /// Poles and port amplitudes of the whirl modes.
 #[derive(Clone, Debug)]
 pub(crate) struct WhirlForm {
@@ -20,16 +30,14 @@ pub(crate) struct WhirlForm {
 /// Largest residual of an eigenpair, and of V V⁻¹ − I, at which the form is used; rounding leaves 1e-13.
 const TRUSTED: f64 = 1e-10;
 
-impl WhirlForm {
-    /// The form of a shaft with the given angular frequencies, damping 2ζω, circulatory stiffness, Ω·G and amplitudes
-    /// at the ports (ports × coordinates); `None` when the eigenvectors are not accurate, as near a repeated
-    /// eigenvalue.
+impl WhirlModes {
+    /// The modes of a shaft with the given angular frequencies, damping 2ζω, circulatory stiffness and Ω·G; `None` when
+    /// the eigenvectors are not accurate, as near a repeated eigenvalue.
     pub(crate) fn new(
         omega_rad_s: &[f64],
         damping: &[f64],
         circulatory: &[f64],
         gyroscopic: &Mat<f64>,
-        ports: &Mat<f64>,
     ) -> Option<Self> {
         let n = omega_rad_s.len();
         let flexible: Vec<usize> = (0..n).filter(|k| omega_rad_s[*k] > 0.0).collect();
@@ -54,28 +62,35 @@ impl WhirlForm {
         let unit = &eigen.vectors * &inverse - Mat::<c64>::identity(m + n, m + n);
         // NaN must fail too.
         let trusted = eigen.residual < TRUSTED && unit.norm_max() < TRUSTED;
-        if !trusted {
-            return None;
-        }
-        let of = |sum: c64, part: c64, port: f64| sum + part * port;
-        let read = Mat::from_fn(ports.nrows(), m + n, |i, k| {
-            (0..n).fold(zero, |sum, c| {
-                of(sum, eigen.vectors[(m + c, k)], ports[(i, c)])
-            })
-        });
-        let drive = Mat::from_fn(ports.nrows(), m + n, |i, k| {
-            (0..n).fold(zero, |sum, c| of(sum, inverse[(k, m + c)], ports[(i, c)]))
-        });
-        let between: Vec<(usize, usize)> = pairs(ports.nrows(), ports.nrows()).collect();
-        Some(Self {
+        trusted.then(|| Self {
             poles: eigen.values,
-            residues: Planar::from_fn(between.len(), m + n, |pair, k| {
-                let (i, j) = between[pair];
-                parts(read[(i, k)] * drive[(j, k)])
-            }),
+            velocities: eigen.vectors.submatrix(m, 0, n, m + n).to_owned(),
+            drives: inverse.submatrix(0, m, m + n, n).to_owned(),
         })
     }
 
+    /// The form between ports with these amplitudes, ports × coordinates.
+    pub(crate) fn between(&self, ports: &Mat<f64>) -> WhirlForm {
+        let (count, n) = (self.poles.len(), ports.ncols());
+        let zero = c64::new(0.0, 0.0);
+        let read = Mat::from_fn(ports.nrows(), count, |i, k| {
+            (0..n).fold(zero, |sum, c| sum + self.velocities[(c, k)] * ports[(i, c)])
+        });
+        let drive = Mat::from_fn(ports.nrows(), count, |i, k| {
+            (0..n).fold(zero, |sum, c| sum + self.drives[(k, c)] * ports[(i, c)])
+        });
+        let between: Vec<(usize, usize)> = pairs(ports.nrows(), ports.nrows()).collect();
+        WhirlForm {
+            poles: self.poles.clone(),
+            residues: Planar::from_fn(between.len(), count, |pair, k| {
+                let (i, j) = between[pair];
+                parts(read[(i, k)] * drive[(j, k)])
+            }),
+        }
+    }
+}
+
+impl WhirlForm {
     /// Receptance of every pair of ports at a signed angular frequency, real and imaginary parts apart.
     pub(crate) fn receptance(&self, omega_rad_s: f64) -> (Vec<f64>, Vec<f64>) {
         let count = self.residues.rows();

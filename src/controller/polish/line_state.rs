@@ -5,49 +5,153 @@ use super::matrix2::Matrix2;
 use super::packed_loops::PackedState;
 use super::specification_bound::Bound;
 use crate::linalg::c64;
-use crate::linalg::lanes::{Lanes, place};
+use crate::linalg::lanes::place;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
-/// A line with a controller.
-pub(super) struct LineState {
-    pub gain: Matrix2,
-    /// The nominal loops and those of the specification, which come first among rotors × directions.
+/// All lines with a controller, a part of them after the other.
+pub(super) struct ClosedLines(Vec<LinePart>);
+
+/// Some neighbouring lines: of each the same number of loops.
+#[derive(Default)]
+pub(super) struct LinePart {
+    pub gains: Vec<Matrix2>,
     pub nominal: Vec<LoopState>,
-    /// The others.
     pub others: Vec<PackedState>,
-    /// One for each loop of the specification.
     pub specification: Vec<Bound>,
+    pub squares: Vec<MeanSquares>,
 }
 
-impl LineState {
-    /// Of the loop with a flat index: what one entry of a group is, or that of a nominal loop.
-    #[inline]
-    fn of(
-        &self,
-        side: usize,
-        nominal: impl Fn(&LoopState) -> c64,
-        packed: impl Fn(&PackedState) -> Lanes,
-    ) -> c64 {
-        match self.nominal.get(side) {
-            Some(state) => nominal(state),
-            None => {
-                let (group, lane) = place(side - self.nominal.len());
-                packed(&self.others[group]).lane(lane)
+/// A line with a controller.
+#[derive(Clone, Copy)]
+pub(super) struct LineState<'a> {
+    pub gain: &'a Matrix2,
+    /// The nominal loops and those of the specification, which come first among rotors × directions.
+    pub nominal: &'a [LoopState],
+    /// The others.
+    others: &'a [PackedState],
+    /// One for each loop of the specification.
+    pub specification: &'a [Bound],
+    /// One for each rotor.
+    pub squares: &'a [MeanSquares],
+}
+
+/// Of a rotor |mean over its directions of whirl|².
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeanSquares {
+    /// Compliance of the tool, (m/N)².
+    pub compliance: f64,
+    /// S₁₁ and S₂₂.
+    pub sensitivity: [f64; 2],
+}
+
+/// Lines of a part.
+const PART: usize = 32;
+
+impl LinePart {
+    /// Adds what the last line, whose loops stand here already, comes to for rotors with these flat indices.
+    pub(super) fn add_squares(&mut self, first: (usize, usize), sides: &[Range<usize>]) {
+        let (nominal, others) = (&self.nominal[first.0..], &self.others[first.1..]);
+        let squares = sides.iter().map(|sides| match sides.end <= nominal.len() {
+            true => MeanSquares {
+                compliance: mean_square(sides, |side| nominal[side].compliance),
+                sensitivity: [0, 1].map(|j| mean_square(sides, |side| nominal[side].s[j][j])),
+            },
+            false => {
+                let at = |side: usize| {
+                    let (group, lane) = place(side - nominal.len());
+                    (&others[group], lane)
+                };
+                MeanSquares {
+                    compliance: mean_square(sides, |side| {
+                        let (state, lane) = at(side);
+                        state.compliance.lane(lane)
+                    }),
+                    sensitivity: [0, 1].map(|j| {
+                        mean_square(sides, |side| {
+                            let (state, lane) = at(side);
+                            state.sensitivity[j].lane(lane)
+                        })
+                    }),
+                }
             }
+        });
+        self.squares.extend(squares);
+    }
+}
+
+/// |mean over some loops|².
+#[inline]
+fn mean_square(sides: &Range<usize>, of: impl Fn(usize) -> c64) -> f64 {
+    let sum = sides
+        .clone()
+        .fold(c64::new(0.0, 0.0), |sum, side| sum + of(side));
+    sum.norm_sqr() / (sides.len() * sides.len()) as f64
+}
+
+impl ClosedLines {
+    /// So many lines, each added to its part.
+    pub(super) fn collect(lines: usize, add: impl Fn(&mut LinePart, usize) + Sync) -> Self {
+        let parts = (0..lines.div_ceil(PART)).into_par_iter();
+        let part = |number: usize| {
+            let mut part = LinePart::default();
+            for line in number * PART..lines.min((number + 1) * PART) {
+                add(&mut part, line);
+            }
+            part
+        };
+        Self(parts.map(part).collect())
+    }
+
+    /// A line.
+    pub(super) fn line(&self, line: usize) -> LineState<'_> {
+        self.0[line / PART].line(line % PART)
+    }
+
+    /// All lines in their order.
+    pub(super) fn all(&self) -> impl Iterator<Item = LineState<'_>> {
+        let parts = self.0.iter();
+        parts.flat_map(|part| (0..part.gains.len()).map(|k| part.line(k)))
+    }
+
+    /// A bound of the specification at a line.
+    pub(super) fn specification_mut(&mut self, line: usize, number: usize) -> &mut Bound {
+        let part = &mut self.0[line / PART];
+        let each = part.specification.len() / part.gains.len();
+        &mut part.specification[line % PART * each + number]
+    }
+}
+
+impl LinePart {
+    fn line(&self, k: usize) -> LineState<'_> {
+        LineState {
+            gain: &self.gains[k],
+            nominal: self.of(&self.nominal, k),
+            others: self.of(&self.others, k),
+            specification: self.of(&self.specification, k),
+            squares: self.of(&self.squares, k),
         }
     }
 
+    /// Of a list those of one line.
+    fn of<'a, T>(&self, list: &'a [T], k: usize) -> &'a [T] {
+        let each = list.len() / self.gains.len();
+        &list[k * each..(k + 1) * each]
+    }
+}
+
+impl LineState<'_> {
+    /// det(I − G K) of the loop with a flat index, without integrators.
+    #[inline]
     pub(super) fn determinant(&self, side: usize) -> c64 {
-        self.of(side, |l| l.determinant, |l| l.determinant)
-    }
-
-    pub(super) fn compliance(&self, side: usize) -> c64 {
-        self.of(side, |l| l.compliance, |l| l.compliance)
-    }
-
-    /// S_jj.
-    pub(super) fn sensitivity(&self, side: usize, j: usize) -> c64 {
-        self.of(side, |l| l.s[j][j], |l| l.sensitivity[j])
+        match self.nominal.get(side) {
+            Some(state) => state.determinant,
+            None => {
+                let (group, lane) = place(side - self.nominal.len());
+                self.others[group].determinant.lane(lane)
+            }
+        }
     }
 }
 
@@ -70,11 +174,9 @@ fn gathered_phase(mut values: impl Iterator<Item = c64>) -> f64 {
     let (mut last, mut turns, mut finite) = (first, 0, first.is_finite());
     for value in values {
         let forwards = last.re * value.im - last.im * value.re;
-        turns += match (last.im >= 0.0, value.im >= 0.0) {
-            (true, false) if forwards > 0.0 => 1,
-            (false, true) if forwards < 0.0 => -1,
-            _ => 0,
-        };
+        let (was_above, is_above) = (last.im >= 0.0, value.im >= 0.0);
+        turns += i32::from(was_above & !is_above & (forwards > 0.0));
+        turns -= i32::from(!was_above & is_above & (forwards < 0.0));
         finite &= value.is_finite();
         last = value;
     }

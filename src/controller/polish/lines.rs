@@ -73,10 +73,13 @@ pub(crate) fn sharp_lines(
     sharp.retain(|(w, _)| *w > 0.0 && *w <= last);
     // The sharpest first: a wider pole beside it needs no line of its own there.
     sharp.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.total_cmp(&b.0)));
+    // Ascending.
     let mut omega: Vec<f64> = vec![];
     for (w, same) in sharp {
-        if omega.iter().all(|o| (o - w).abs() > same) {
-            omega.push(w);
+        let above = omega.partition_point(|o| *o < w);
+        let neighbours = &omega[above.saturating_sub(1)..omega.len().min(above + 1)];
+        if neighbours.iter().all(|o| (o - w).abs() > same) {
+            omega.insert(above, w);
         }
     }
     // Without integrators the loads at rest bind below every bearing's bandwidth: a few lines down to there.

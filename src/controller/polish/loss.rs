@@ -9,23 +9,23 @@
 
 use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAKEST};
 use super::line_scales::LineScales;
-use super::line_state::{LineState, turns_of};
+use super::line_state::{ClosedLines, LinePart, turns_of};
 use super::lines::beside_peaks;
 use super::loop_state::LoopState;
-use super::matrix2::{Matrix2, ONE, ZERO, adjoint, hermitian_eigen, outer, squared, times};
+use super::matrix2::{Matrix2, ONE, adjoint, hermitian_eigen, outer, squared, times};
 use super::packed_loops::PackedLoops;
 use super::responses::{LoopResponse, Role, Rotor, SpecificationLine};
 use super::specification_bound::{Bound, best_scales, bound};
 use super::structure::{Fixed, Line, Structure};
 use super::values::{Gathered, Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
-use crate::linalg::c64;
 use crate::robust::structure::Structure as Blocks;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// A controller evaluated.
 pub(crate) struct Evaluation {
-    pub(super) lines: Vec<LineState>,
+    pub(super) lines: ClosedLines,
     /// Those that may take part in a step of a descent.
     pub values: Vec<Value>,
     /// Largest value of each group, minus infinity where there is none.
@@ -59,6 +59,8 @@ impl Evaluation {
 pub(crate) struct Loss {
     pub lines: Vec<Line>,
     pub rotors: Vec<Rotor>,
+    /// Flat indices of the loops of each rotor.
+    sides: Vec<Range<usize>>,
     /// Loops that are evaluated one by one; they come first.
     nominal: usize,
     /// The others at each line, in groups.
@@ -116,15 +118,22 @@ impl Loss {
         let nominal = nominal.map(|rotor| rotor.directions.len()).sum::<usize>();
         let specified = specification.as_ref().map_or(0, |s| s.loops.len());
         let nominal = nominal.max(specified);
-        let sides: Vec<&Vec<LoopResponse>> = rotors.iter().flat_map(|r| &r.directions).collect();
+        let all: Vec<&Vec<LoopResponse>> = rotors.iter().flat_map(|r| &r.directions).collect();
         let others = |k: usize| {
-            let list: Vec<&LoopResponse> = sides[nominal..].iter().map(|side| &side[k]).collect();
+            let list: Vec<&LoopResponse> = all[nominal..].iter().map(|side| &side[k]).collect();
             PackedLoops::pack(&list)
         };
         let others = (0..lines.len()).into_par_iter().map(others).collect();
+        let mut end = 0;
+        let sides = rotors.iter().map(|rotor| {
+            let first = end;
+            end += rotor.directions.len();
+            first..end
+        });
         Self {
             lines,
             nominal,
+            sides: sides.collect(),
             others,
             rotors,
             specification,
@@ -190,23 +199,22 @@ impl Loss {
     }
 
     /// The loops of all rotors at every line; bounds of the specification are exact above `floor`.
-    fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> Vec<LineState> {
+    fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> ClosedLines {
         let fixed = law.with(x);
-        let lines = (0..self.lines.len()).into_par_iter();
-        lines
-            .map(|k| self.line_state(&*fixed, (k, floor)))
-            .collect()
+        ClosedLines::collect(self.lines.len(), |part, k| {
+            self.close(part, &*fixed, (k, floor));
+        })
     }
 
     /// Turns of det(I − G K) per rotor.
-    fn turns(&self, lines: &[LineState]) -> Vec<i64> {
-        let determinants = |side: usize| lines.iter().map(move |line| line.determinant(side));
+    fn turns(&self, lines: &ClosedLines) -> Vec<i64> {
+        let determinants = |side: usize| lines.all().map(move |line| line.determinant(side));
         let turns = |rotor: usize| turns_of(self.sides(rotor).map(determinants)) as i64;
         (0..self.rotors.len()).map(turns).collect()
     }
 
     /// What closed loops come to over the rotors that count; of the values those within a reach.
-    fn gathered(&self, lines: Vec<LineState>, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
+    fn gathered(&self, lines: ClosedLines, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
         let mut parts: Vec<Gathered> = (0..self.rotors.len())
             .into_par_iter()
             .filter(|rotor| self.active[*rotor])
@@ -227,40 +235,36 @@ impl Loss {
         }
     }
 
-    fn line_state(&self, law: &dyn Fixed, (k, floor): (usize, f64)) -> LineState {
+    /// Adds a line to its part.
+    fn close(&self, part: &mut LinePart, law: &dyn Fixed, (k, floor): (usize, f64)) {
         let gain = law.gain(&self.lines[k]);
         let free = law.without_integrators(&self.lines[k]);
+        let first = (part.nominal.len(), part.others.len());
         let sides = self.rotors.iter().flat_map(|r| &r.directions);
-        let nominal: Vec<LoopState> = sides
-            .take(self.nominal)
-            .map(|d| LoopState::new(&d[k], &gain, free))
-            .collect();
+        let nominal = sides.take(self.nominal);
+        part.nominal
+            .extend(nominal.map(|d| LoopState::new(&d[k], &gain, free)));
         let others = self.others[k].iter();
-        let others = others.map(|group| group.closed(&gain, free)).collect();
-        let specified = self.specification.iter().flat_map(|s| &s.loops);
-        let specification = specified
-            .map(|part| {
-                let own = (
-                    &nominal[part.side],
-                    &response(&self.rotors, part.side, k).loops,
-                );
-                bound(&part.lines[k], &part.scales[k], own, floor)
-            })
-            .collect();
-        LineState {
-            gain,
-            nominal,
-            others,
-            specification,
+        part.others
+            .extend(others.map(|group| group.closed(&gain, free)));
+        part.add_squares(first, &self.sides);
+        for spec in self.specification.iter().flat_map(|s| &s.loops) {
+            let own = (
+                &part.nominal[first.0 + spec.side],
+                &response(&self.rotors, spec.side, k).loops,
+            );
+            let bound = bound(&spec.lines[k], &spec.scales[k], own, floor);
+            part.specification.push(bound);
         }
+        part.gains.push(gain);
     }
 
     /// The loop with a flat index at a line, but for its determinant.
     pub(super) fn loop_state(&self, found: &Evaluation, line: usize, side: usize) -> LoopState {
-        let state = &found.lines[line];
+        let state = found.lines.line(line);
         match state.nominal.get(side) {
             Some(own) => *own,
-            None => LoopState::new(response(&self.rotors, side, line), &state.gain, ONE),
+            None => LoopState::new(response(&self.rotors, side, line), state.gain, ONE),
         }
     }
 
@@ -271,10 +275,10 @@ impl Loss {
             return;
         };
         let limit = self.limits.mu;
-        let near: Vec<(usize, usize)> = (0..found.lines.len())
+        let near: Vec<(usize, usize)> = (0..self.lines.len())
             .flat_map(|k| (0..spec.loops.len()).map(move |p| (k, p)))
             .filter(|(k, p)| {
-                let bound = &found.lines[*k].specification[*p];
+                let bound = &found.lines.line(*k).specification[*p];
                 bound.sigma >= NEAR * limit && bound.slope > FLAT
             })
             .collect();
@@ -282,7 +286,7 @@ impl Loss {
         let renewed: Vec<(usize, usize, LineScales, Bound)> = near
             .into_par_iter()
             .map(|(k, p)| {
-                let (part, state) = (&spec.loops[p], &found.lines[k]);
+                let (part, state) = (&spec.loops[p], found.lines.line(k));
                 let own = &state.nominal[part.side];
                 let line = &part.lines[k];
                 let scales = LineScales::new(line, best_scales(line, &own.r, &spec.blocks));
@@ -293,18 +297,19 @@ impl Loss {
             .collect();
         for (k, p, scales, bound) in renewed {
             // The iteration for the scales ends at a tolerance: what was there may be better by as much.
-            if bound.sigma < found.lines[k].specification[p].sigma {
+            let before = found.lines.specification_mut(k, p);
+            if bound.sigma < before.sigma {
                 spec.loops[p].scales[k] = scales;
-                found.lines[k].specification[p] = bound;
+                *before = bound;
             }
         }
         let value = |bound: &Bound| (bound.sigma / limit).max(f64::MIN_POSITIVE).ln();
         for own in &mut found.values {
             if own.group == Group::Specification {
-                own.value = value(&found.lines[own.line].specification[own.entry.0]);
+                own.value = value(&found.lines.line(own.line).specification[own.entry.0]);
             }
         }
-        let bounds = found.lines.iter().flat_map(|line| &line.specification);
+        let bounds = found.lines.all().flat_map(|line| line.specification);
         found.largest[Group::Specification as usize] =
             bounds.map(value).fold(f64::NEG_INFINITY, nan_max);
     }
@@ -314,22 +319,18 @@ impl Loss {
         let loops = self.specification.iter().flat_map(|s| 0..s.loops.len());
         loops
             .flat_map(|part| {
-                let sigma = |k: usize| found.lines[k].specification[part].sigma;
+                let sigma = |k: usize| found.lines.line(k).specification[part].sigma;
                 beside_peaks(&self.lines, sigma, NEAR * self.limits.mu)
             })
             .collect()
     }
 
     /// Flat indices of the loops of a rotor.
-    pub(super) fn sides(&self, rotor: usize) -> std::ops::Range<usize> {
-        let first = self.rotors[..rotor]
-            .iter()
-            .map(|r| r.directions.len())
-            .sum();
-        first..first + self.rotors[rotor].directions.len()
+    pub(super) fn sides(&self, rotor: usize) -> Range<usize> {
+        self.sides[rotor].clone()
     }
 
-    fn rotor_values(&self, rotor: usize, lines: &[LineState], reach: Option<f64>) -> Gathered {
+    fn rotor_values(&self, rotor: usize, lines: &ClosedLines, reach: Option<f64>) -> Gathered {
         let mut all = Gathered::new(rotor, reach);
         let sides = self.sides(rotor);
         let role = self.rotors[rotor].role;
@@ -350,21 +351,19 @@ impl Loss {
             Role::Weakest => (Group::Margin, WEAKEST * self.limits.weak_sensitivity),
         };
         let share = 1.0 / sides.len() as f64;
+        let unit = (weight * 1e6).powi(2);
+        let limit = limit * limit;
         let band = self.limits.stiffness_band_hz;
         let (low, high) = (band.0 * TAU * (1.0 - 1e-9), band.1 * TAU * (1.0 + 1e-9));
         let mut noise = [0.0f64; 2];
-        for (line, state) in lines.iter().enumerate() {
-            let mean = |f: &dyn Fn(usize) -> c64| {
-                sides.clone().fold(ZERO, |sum, side| sum + f(side) * share)
-            };
+        for (line, state) in lines.all().enumerate() {
+            let squares = &state.squares[rotor];
             let omega = self.lines[line].omega_rad_s;
             if weight > 0.0 && omega >= low && omega <= high {
-                let h = mean(&|side| state.compliance(side)) * (weight * 1e6);
-                all.push(Group::Compliance, h.norm_sqr(), line, (0, 0));
+                all.push(Group::Compliance, squares.compliance * unit, line, (0, 0));
             }
-            for j in 0..2 {
-                let s = mean(&|side| state.sensitivity(side, j)) / limit;
-                all.push(group, s.norm_sqr(), line, (j, j));
+            for (j, square) in squares.sensitivity.iter().enumerate() {
+                all.push(group, square / limit, line, (j, j));
             }
             if nominal {
                 for l in &state.nominal[sides.clone()] {
@@ -384,12 +383,12 @@ impl Loss {
         all
     }
 
-    fn controller_values(&self, lines: &[LineState], reach: Option<f64>) -> Gathered {
+    fn controller_values(&self, lines: &ClosedLines, reach: Option<f64>) -> Gathered {
         let mut all = Gathered::new(0, reach);
         let from = self.limits.high_frequency_hz * TAU;
-        for (line, state) in lines.iter().enumerate() {
+        for (line, state) in lines.all().enumerate() {
             if self.lines[line].omega_rad_s >= from {
-                let gain = largest_singular(&state.gain).0;
+                let gain = largest_singular(state.gain).0;
                 if gain != 0.0 {
                     let ratio = gain / self.limits.high_frequency_gain_a_per_m;
                     all.push(Group::HighGain, ratio * ratio, line, (0, 0));

@@ -42,11 +42,11 @@ impl Loss {
 
     /// Q of a value that belongs to one line.
     fn line_derivative(&self, found: &Evaluation, value: &Value) -> Matrix2 {
-        let state = &found.lines[value.line];
+        let state = found.lines.line(value.line);
         let mut q = [[ZERO; 2]; 2];
         let i = value.entry.0;
         match value.group {
-            Group::HighGain => q = largest_singular(&state.gain).1,
+            Group::HighGain => q = largest_singular(state.gain).1,
             Group::Specification => {
                 q = state.specification[i].q;
             }
@@ -124,7 +124,7 @@ impl Loss {
     /// Q of the square of a noise current at one line, and that square.
     fn noise_derivative(&self, found: &Evaluation, value: &Value, line: usize) -> (Matrix2, f64) {
         let i = value.entry.0;
-        let loops = &found.lines[line].nominal[self.sides(value.rotor)];
+        let loops = &found.lines.line(line).nominal[self.sides(value.rotor)];
         let (mut q, mut square) = ([[ZERO; 2]; 2], 0.0);
         for (l, responses) in loops.iter().zip(&self.rotors[value.rotor].directions) {
             let su = l.input_sensitivity(&responses[line].loops);
@@ -149,7 +149,7 @@ impl Loss {
         let share = (METRIC_LINES / lines.len().max(1) as f64).sqrt();
         let n = law.parameters();
         let rows = |k: usize| {
-            let state = &found.lines[k];
+            let state = found.lines.line(k);
             let (l, g) = (&state.nominal[0], &self.rotors[0].directions[0][k]);
             let gain = state.gain.iter().flatten().map(c64::norm_sqr).sum::<f64>();
             let relative = own * own / gain.max(f64::MIN_POSITIVE);
