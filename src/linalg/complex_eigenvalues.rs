@@ -5,6 +5,7 @@
 
 use super::dense::{sorted, stuck, unit_of};
 use super::error::NumericError;
+use super::fused::fused;
 use super::hessenberg::{EXCEPTION, Hessenberg, MOST_STEPS, Stored};
 use faer::{Mat, c64};
 
@@ -96,7 +97,7 @@ impl Rotation {
         let y = [x[2], x[3], x[0], x[1]];
         let z = [x[3], x[2], x[1], x[0]];
         let (a, b) = ([re, re, -re, -re], [-im, im, -im, im]);
-        *x = std::array::from_fn(|k| c * x[k] + a[k] * y[k] + b[k] * z[k]);
+        *x = std::array::from_fn(|k| fused(a[k], y[k], fused(b[k], z[k], c * x[k])));
     }
 
     /// The entries of K/2 rows in two neighbouring columns, from the right with the adjoint.
@@ -107,8 +108,8 @@ impl Rotation {
         let sign: [f64; K] = std::array::from_fn(|k| if k % 2 == 0 { im } else { -im });
         let (old_x, old_y) = (*x, *y);
         let (u, v) = (swapped(&old_x), swapped(&old_y));
-        *x = std::array::from_fn(|k| c * old_x[k] + re * old_y[k] + sign[k] * v[k]);
-        *y = std::array::from_fn(|k| c * old_y[k] - re * old_x[k] + sign[k] * u[k]);
+        *x = std::array::from_fn(|k| fused(re, old_y[k], fused(sign[k], v[k], c * old_x[k])));
+        *y = std::array::from_fn(|k| fused(-re, old_x[k], fused(sign[k], u[k], c * old_y[k])));
     }
 }
 

@@ -4,6 +4,7 @@
 //! therefore unrolls what a column of any length would need a loop for; rows that fill up a group are zero.
 
 use super::c64;
+use super::fused::fused;
 
 /// Entries in a group.
 const WIDTH: usize = 4;
@@ -84,8 +85,8 @@ impl Lanes {
     #[inline]
     pub(crate) fn plus(&self, a: c64, y: &Self) -> Self {
         Self {
-            re: std::array::from_fn(|l| self.re[l] + (a.re * y.re[l] - a.im * y.im[l])),
-            im: std::array::from_fn(|l| self.im[l] + (a.re * y.im[l] + a.im * y.re[l])),
+            re: std::array::from_fn(|l| fused(a.re, y.re[l], fused(-a.im, y.im[l], self.re[l]))),
+            im: std::array::from_fn(|l| fused(a.re, y.im[l], fused(a.im, y.re[l], self.im[l]))),
         }
     }
 
@@ -93,8 +94,8 @@ impl Lanes {
     #[inline]
     pub(crate) fn product(&self, y: &Self) -> Self {
         Self {
-            re: std::array::from_fn(|l| self.re[l] * y.re[l] - self.im[l] * y.im[l]),
-            im: std::array::from_fn(|l| self.re[l] * y.im[l] + self.im[l] * y.re[l]),
+            re: std::array::from_fn(|l| fused(self.re[l], y.re[l], -(self.im[l] * y.im[l]))),
+            im: std::array::from_fn(|l| fused(self.re[l], y.im[l], self.im[l] * y.re[l])),
         }
     }
 
@@ -129,7 +130,7 @@ impl Lanes {
     /// |entry|².
     #[inline]
     pub(crate) fn squares(&self) -> [f64; WIDTH] {
-        std::array::from_fn(|l| self.re[l] * self.re[l] + self.im[l] * self.im[l])
+        std::array::from_fn(|l| fused(self.re[l], self.re[l], self.im[l] * self.im[l]))
     }
 
     /// Σ|entry|² of a column, or of several together.
@@ -143,7 +144,7 @@ impl Lanes {
         (sums[0] + sums[1]) + (sums[2] + sums[3])
     }
 
-    /// xᴴy of two columns.
+    /// xᴴy of two columns. Products are rounded before they are added, so that xᴴx is real.
     #[inline]
     pub(crate) fn inner(x: &[Self], y: &[Self]) -> c64 {
         let (mut re, mut im) = ([0.0; WIDTH], [0.0; WIDTH]);

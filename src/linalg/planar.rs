@@ -3,6 +3,7 @@
 //! Loops over a column vectorise, and storage is allocated once for many factorisations: what general routines spend on
 //! matrices of a few dozen rows is mostly allocation and dispatch.
 
+use super::fused::fused;
 use super::{Mat, c64};
 
 /// A complex matrix in two arrays.
@@ -19,7 +20,8 @@ pub(crate) type Part<'a> = (&'a [f64], &'a [f64]);
 /// The same for writing.
 pub(crate) type PartMut<'a> = (&'a mut [f64], &'a mut [f64]);
 
-/// y ← y + a·x.
+/// y ← y + a·x. Products are rounded before they are added, so that z·z̄ is real to the last bit: the sums of Hermitian
+/// matrices stay Hermitian.
 #[inline]
 pub(crate) fn add_scaled(y: PartMut, a: (f64, f64), x: Part) {
     let own = y.0.iter_mut().zip(y.1.iter_mut());
@@ -36,6 +38,16 @@ pub(crate) fn add_scaled_conj(y: PartMut, a: (f64, f64), x: Part) {
     for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
         *yr += a.0 * xr + a.1 * xi;
         *yi += a.1 * xr - a.0 * xi;
+    }
+}
+
+/// y ← y + a·x with [`fused`] products.
+#[inline]
+pub(crate) fn add_fused(y: PartMut, a: (f64, f64), x: Part) {
+    let own = y.0.iter_mut().zip(y.1.iter_mut());
+    for ((yr, yi), (xr, xi)) in own.zip(x.0.iter().zip(x.1)) {
+        *yr = fused(a.0, *xr, fused(-a.1, *xi, *yr));
+        *yi = fused(a.0, *xi, fused(a.1, *xr, *yi));
     }
 }
 

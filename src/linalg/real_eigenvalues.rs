@@ -4,6 +4,7 @@
 
 use super::dense::{NEGLIGIBLE, balance, sorted, stuck, unit_of};
 use super::error::NumericError;
+use super::fused::fused;
 use super::hessenberg::{EXCEPTION, Hessenberg, MOST_STEPS};
 use faer::{Mat, c64};
 
@@ -88,10 +89,11 @@ impl Reflection {
     #[inline(always)]
     fn reflect_columns<const K: usize>(&self, [x, y, z]: [&mut [f64; K]; 3]) {
         let [a, b] = self.v;
-        let sum: [f64; K] = std::array::from_fn(|k| self.tau * (x[k] + a * y[k] + b * z[k]));
+        let sum: [f64; K] =
+            std::array::from_fn(|k| self.tau * fused(b, z[k], fused(a, y[k], x[k])));
         *x = std::array::from_fn(|k| x[k] - sum[k]);
-        *y = std::array::from_fn(|k| y[k] - sum[k] * a);
-        *z = std::array::from_fn(|k| z[k] - sum[k] * b);
+        *y = std::array::from_fn(|k| fused(-sum[k], a, y[k]));
+        *z = std::array::from_fn(|k| fused(-sum[k], b, z[k]));
     }
 }
 
@@ -205,10 +207,10 @@ impl Hessenberg<f64> {
         let (tau, [a, b]) = (reflection.tau, reflection.v);
         for column in self.entries[k * n..end * n].chunks_exact_mut(n) {
             if let Some([x, y, z]) = column[k..].first_chunk_mut::<3>() {
-                let sum = tau * (*x + a * *y + b * *z);
+                let sum = tau * fused(b, *z, fused(a, *y, *x));
                 *x -= sum;
-                *y -= sum * a;
-                *z -= sum * b;
+                *y = fused(-sum, a, *y);
+                *z = fused(-sum, b, *z);
             }
         }
         let last = (k + 4).min(end);

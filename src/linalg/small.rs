@@ -1,6 +1,7 @@
 //! Elimination for matrices too small for a blocked solver.
 
 use super::c64;
+use super::fused::{fused, fused_complex};
 
 /// Solves A X = B in place (B becomes X), A n×n and B n×p row-major, by elimination with partial pivoting.
 /// A singular A leaves values that are not finite.
@@ -29,11 +30,11 @@ pub(crate) fn eliminate(a: &mut [c64], b: &mut [c64], n: usize, p: usize) {
             }
             for j in k + 1..n {
                 let v = a[k * n + j];
-                a[i * n + j] -= factor * v;
+                a[i * n + j] = fused_complex(-factor, v, a[i * n + j]);
             }
             for j in 0..p {
                 let v = b[k * p + j];
-                b[i * p + j] -= factor * v;
+                b[i * p + j] = fused_complex(-factor, v, b[i * p + j]);
             }
         }
     }
@@ -42,7 +43,7 @@ pub(crate) fn eliminate(a: &mut [c64], b: &mut [c64], n: usize, p: usize) {
         for j in 0..p {
             let mut sum = b[k * p + j];
             for l in k + 1..n {
-                sum -= a[k * n + l] * b[l * p + j];
+                sum = fused_complex(-a[k * n + l], b[l * p + j], sum);
             }
             b[k * p + j] = sum * pivot;
         }
@@ -74,7 +75,7 @@ pub(crate) fn eliminate_real(a: &mut [f64], b: &mut [f64], n: usize) {
                 continue;
             }
             for (own, v) in other[k..].iter_mut().zip(row) {
-                *own -= factor * v;
+                *own = fused(-factor, *v, *own);
             }
             b[k + 1 + i] -= factor * b[k];
         }

@@ -4,7 +4,9 @@
 use super::response::Response;
 use super::scale::balancing;
 use super::state_space::{StateSpace, TimeBase};
-use crate::linalg::planar::{Part, PartMut, add_scaled};
+use crate::linalg::fused::fused;
+use crate::linalg::gram::dot_in_lanes;
+use crate::linalg::planar::{Part, PartMut, add_fused};
 use crate::linalg::{Mat, c64};
 
 /// A system prepared for evaluation on a grid.
@@ -13,8 +15,9 @@ pub struct FrequencyResponder<T: TimeBase> {
     /// Hessenberg matrix, row after row.
     h: Vec<f64>,
     n: usize,
-    b: Mat<f64>,
-    c: Mat<f64>,
+    /// Row after row, as is `c`.
+    b: Vec<f64>,
+    c: Vec<f64>,
     d: Mat<f64>,
     time: T,
 }
@@ -23,10 +26,16 @@ impl<T: TimeBase> FrequencyResponder<T> {
     /// Prepares a system; O(n³).
     pub fn new(system: &StateSpace<T>) -> Self {
         let s = system.scale_states(&balancing(system));
-        let (n, mut a, mut b, mut c) = (s.order(), s.a, s.b, s.c);
+        let (n, inputs) = (s.order(), s.inputs());
+        let rows = |m: &Mat<f64>| -> Vec<f64> {
+            let width = m.ncols();
+            let entries = 0..m.nrows() * width;
+            entries.map(|k| m[(k / width, k % width)]).collect()
+        };
+        let (mut h, mut b, mut c) = (rows(&s.a), rows(&s.b), rows(&s.c));
         for k in 0..n.saturating_sub(2) {
             // Householder vector that annihilates column k below the subdiagonal.
-            let mut v: Vec<f64> = (k + 1..n).map(|i| a[(i, k)]).collect();
+            let mut v: Vec<f64> = (k + 1..n).map(|i| h[i * n + k]).collect();
             let tail = v[1..].iter().map(|x| x * x).sum::<f64>();
             if tail == 0.0 {
                 continue;
@@ -34,37 +43,22 @@ impl<T: TimeBase> FrequencyResponder<T> {
             let norm = (v[0] * v[0] + tail).sqrt();
             v[0] += norm.copysign(v[0]);
             let beta = 2.0 / (v[0] * v[0] + tail);
-            let left = |m: &mut Mat<f64>| {
-                for j in 0..m.ncols() {
-                    let dot: f64 = v
-                        .iter()
-                        .enumerate()
-                        .map(|(i, x)| x * m[(k + 1 + i, j)])
-                        .sum();
-                    for (i, x) in v.iter().enumerate() {
-                        m[(k + 1 + i, j)] -= beta * dot * x;
-                    }
-                }
-            };
-            left(&mut a);
-            left(&mut b);
-            for m in [&mut a, &mut c] {
-                for row in 0..m.nrows() {
-                    let dot: f64 = v
-                        .iter()
-                        .enumerate()
-                        .map(|(i, x)| x * m[(row, k + 1 + i)])
-                        .sum();
-                    for (i, x) in v.iter().enumerate() {
-                        m[(row, k + 1 + i)] -= beta * dot * x;
+            // What is left of column k is zero.
+            reflect_rows(&mut h[(k + 1) * n..], (n, k), (&v, beta));
+            reflect_rows(&mut b[(k + 1) * inputs..], (inputs, 0), (&v, beta));
+            for matrix in [&mut h, &mut c] {
+                for row in matrix.chunks_exact_mut(n) {
+                    let own = &mut row[k + 1..];
+                    let share = beta * dot_in_lanes(&v, own);
+                    for (own, x) in own.iter_mut().zip(&v) {
+                        *own -= share * x;
                     }
                 }
             }
             for i in k + 2..n {
-                a[(i, k)] = 0.0;
+                h[i * n + k] = 0.0;
             }
         }
-        let h = (0..n * n).map(|k| a[(k / n, k % n)]).collect();
         Self {
             h,
             n,
@@ -104,11 +98,11 @@ impl<T: TimeBase> FrequencyResponder<T> {
                     *v = self.d[(i, j + k)];
                 }
                 let first = j / LANES * n;
-                for (k, (re, im)) in x[first..first + n].iter().enumerate() {
-                    let c = self.c[(i, k)];
+                let row = &self.c[i * n..(i + 1) * n];
+                for (c, (re, im)) in row.iter().zip(&x[first..first + n]) {
                     for lane in 0..LANES {
-                        own.0[lane] += c * re[lane];
-                        own.1[lane] += c * im[lane];
+                        own.0[lane] = fused(*c, re[lane], own.0[lane]);
+                        own.1[lane] = fused(*c, im[lane], own.1[lane]);
                     }
                 }
                 for k in 0..LANES.min(m - j) {
@@ -130,9 +124,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
             }
             rows.re[first + i] += point.re;
             rows.im[first + i] += point.im;
-            for j in 0..m {
-                rows.re[first + n + j] = self.b[(i, j)];
-            }
+            rows.re[first + n..first + width].copy_from_slice(&self.b[i * m..(i + 1) * m]);
         }
         for k in 0..n.saturating_sub(1) {
             let value = |(re, im): (f64, f64)| c64::new(re, im);
@@ -143,7 +135,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
             if below != c64::new(0.0, 0.0) {
                 let f = below / value(rows.at(k, k));
                 let (above, own) = rows.neighbours(k, k + 1);
-                add_scaled(own, (-f.re, -f.im), above);
+                add_fused(own, (-f.re, -f.im), above);
             }
         }
     }
@@ -164,6 +156,22 @@ impl<T: TimeBase> FrequencyResponder<T> {
     }
 }
 
+/// (I − βvvᵀ) M for rows of a width, from a column on: those before it are zero.
+fn reflect_rows(m: &mut [f64], (width, from): (usize, usize), (v, beta): (&[f64], f64)) {
+    let mut sums = vec![0.0; width - from];
+    for (row, x) in m.chunks_exact(width.max(1)).zip(v) {
+        for (sum, entry) in sums.iter_mut().zip(&row[from..]) {
+            *sum += x * entry;
+        }
+    }
+    for (row, x) in m.chunks_exact_mut(width.max(1)).zip(v) {
+        let share = beta * x;
+        for (entry, sum) in row[from..].iter_mut().zip(&sums) {
+            *entry -= share * sum;
+        }
+    }
+}
+
 impl<T: TimeBase> Response for FrequencyResponder<T> {
     fn at(&self, omega_rad_s: f64) -> Mat<c64> {
         self.transfer(self.time.point(omega_rad_s))
@@ -179,8 +187,8 @@ type Block = ([f64; LANES], [f64; LANES]);
 #[inline]
 fn subtract(own: &mut Block, a: (f64, f64), x: &Block) {
     for k in 0..LANES {
-        own.0[k] -= a.0 * x.0[k] - a.1 * x.1[k];
-        own.1[k] -= a.0 * x.1[k] + a.1 * x.0[k];
+        own.0[k] = fused(-a.0, x.0[k], fused(a.1, x.1[k], own.0[k]));
+        own.1[k] = fused(-a.0, x.1[k], fused(-a.1, x.0[k], own.1[k]));
     }
 }
 

@@ -6,7 +6,7 @@
 //! exactly.
 
 use super::response::pairs::pairs;
-use crate::linalg::planar::{Planar, add_scaled};
+use crate::linalg::planar::{Planar, add_fused};
 use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
 
 /// Whirl modes of the rotating shaft, which serve all its ports.
@@ -98,7 +98,7 @@ impl WhirlForm {
         let (mut re, mut im) = (vec![0.0; count], vec![0.0; count]);
         for (k, pole) in self.poles.iter().enumerate() {
             let gain = parts((s * (s - pole)).inv());
-            add_scaled((&mut re, &mut im), gain, self.residues.part(0, count, k));
+            add_fused((&mut re, &mut im), gain, self.residues.part(0, count, k));
         }
         (re, im)
     }

@@ -21,6 +21,8 @@ pub(super) struct LinePart {
     pub others: Vec<PackedState>,
     pub specification: Vec<Bound>,
     pub squares: Vec<MeanSquares>,
+    /// How many of each of the last four belong to a line.
+    each: [usize; 4],
 }
 
 /// A line with a controller.
@@ -29,8 +31,6 @@ pub(super) struct LineState<'a> {
     pub gain: &'a Matrix2,
     /// The nominal loops and those of the specification, which come first among rotors × directions.
     pub nominal: &'a [LoopState],
-    /// The others.
-    others: &'a [PackedState],
     /// One for each loop of the specification.
     pub specification: &'a [Bound],
     /// One for each rotor.
@@ -99,7 +99,7 @@ impl ClosedLines {
             for line in number * PART..lines.min((number + 1) * PART) {
                 add(&mut part, line);
             }
-            part
+            part.counted()
         };
         Self(parts.map(part).collect())
     }
@@ -115,41 +115,54 @@ impl ClosedLines {
         parts.flat_map(|part| (0..part.gains.len()).map(|k| part.line(k)))
     }
 
+    /// det(I − G K) of the loop with a flat index at all lines, without integrators.
+    pub(super) fn determinants(&self, side: usize) -> impl Iterator<Item = c64> {
+        let parts = self.0.iter();
+        parts.flat_map(move |part| (0..part.gains.len()).map(move |k| part.determinant(k, side)))
+    }
+
     /// A bound of the specification at a line.
     pub(super) fn specification_mut(&mut self, line: usize, number: usize) -> &mut Bound {
         let part = &mut self.0[line / PART];
-        let each = part.specification.len() / part.gains.len();
-        &mut part.specification[line % PART * each + number]
+        let first = line % PART * part.each[2];
+        &mut part.specification[first + number]
     }
 }
 
 impl LinePart {
     fn line(&self, k: usize) -> LineState<'_> {
+        let [nominal, _, specification, squares] = self.each;
         LineState {
             gain: &self.gains[k],
-            nominal: self.of(&self.nominal, k),
-            others: self.of(&self.others, k),
-            specification: self.of(&self.specification, k),
-            squares: self.of(&self.squares, k),
+            nominal: &self.nominal[k * nominal..(k + 1) * nominal],
+            specification: &self.specification[k * specification..(k + 1) * specification],
+            squares: &self.squares[k * squares..(k + 1) * squares],
         }
     }
 
-    /// Of a list those of one line.
-    fn of<'a, T>(&self, list: &'a [T], k: usize) -> &'a [T] {
-        let each = list.len() / self.gains.len();
-        &list[k * each..(k + 1) * each]
+    /// With the numbers that belong to a line.
+    fn counted(mut self) -> Self {
+        let lines = self.gains.len().max(1);
+        let (others, specification) = (self.others.len(), self.specification.len());
+        self.each = [
+            self.nominal.len(),
+            others,
+            specification,
+            self.squares.len(),
+        ];
+        self.each = self.each.map(|all| all / lines);
+        self
     }
-}
 
-impl LineState<'_> {
     /// det(I − G K) of the loop with a flat index, without integrators.
     #[inline]
-    pub(super) fn determinant(&self, side: usize) -> c64 {
-        match self.nominal.get(side) {
-            Some(state) => state.determinant,
-            None => {
-                let (group, lane) = place(side - self.nominal.len());
-                self.others[group].determinant.lane(lane)
+    fn determinant(&self, line: usize, side: usize) -> c64 {
+        let [nominal, others, ..] = self.each;
+        match side < nominal {
+            true => self.nominal[line * nominal + side].determinant,
+            false => {
+                let (group, lane) = place(side - nominal);
+                self.others[line * others + group].determinant.lane(lane)
             }
         }
     }

@@ -208,8 +208,8 @@ impl Loss {
 
     /// Turns of det(I − G K) per rotor.
     fn turns(&self, lines: &ClosedLines) -> Vec<i64> {
-        let determinants = |side: usize| lines.all().map(move |line| line.determinant(side));
-        let turns = |rotor: usize| turns_of(self.sides(rotor).map(determinants)) as i64;
+        let of = |side: usize| lines.determinants(side);
+        let turns = |rotor: usize| turns_of(self.sides(rotor).map(of)) as i64;
         (0..self.rotors.len()).map(turns).collect()
     }
 

@@ -8,6 +8,7 @@
 
 use super::evidence::SweepEvidence;
 use crate::linalg::c64;
+use crate::linalg::fused::fused_complex;
 use crate::linalg::small::eliminate;
 use crate::spindle::Machine;
 use crate::spindle::response::ZERO;
@@ -58,7 +59,8 @@ fn product(a: &[c64; 16], b: &[c64; 16]) -> [c64; 16] {
         for (x, b) in a[4 * i..4 * i + 4].iter().zip(b.chunks_exact(4)) {
             // At rest x and y do not know of each other.
             if *x != ZERO {
-                row.iter_mut().zip(b).for_each(|(sum, y)| *sum += x * y);
+                let sums = row.iter_mut().zip(b);
+                sums.for_each(|(sum, y)| *sum = fused_complex(*x, *y, *sum));
             }
         }
     }

@@ -8,6 +8,7 @@
 use super::adjoint::Adjoint;
 use super::ritz::ReducedShaft;
 use super::shaft_modes::Modes;
+use crate::linalg::gram::complex_dot_in_lanes;
 use crate::linalg::{Mat, c64};
 use std::ops::Range;
 
@@ -81,12 +82,7 @@ impl Strain {
                 let (a, b) = (part(o, 0, range), part(o, 1, range));
                 for i in 0..n {
                     let (c, d) = (part(i, 2, range), part(i, 3, range));
-                    let (mut re, mut im) = (0.0, 0.0);
-                    for (((a, b), c), d) in a.iter().zip(b).zip(c).zip(d) {
-                        re -= a * c - b * d;
-                        im -= a * d + b * c;
-                    }
-                    slopes.push(c64::new(re, im));
+                    slopes.push(-complex_dot_in_lanes((a, b), (c, d)));
                 }
             }
         }
