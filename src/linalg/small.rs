@@ -23,29 +23,34 @@ pub(crate) fn eliminate(a: &mut [c64], b: &mut [c64], n: usize, p: usize) {
             }
         }
         let pivot = a[k * n + k].inv();
-        for i in k + 1..n {
-            let factor = a[i * n + k] * pivot;
+        let (above, below) = a.split_at_mut((k + 1) * n);
+        let (b_above, b_below) = b.split_at_mut((k + 1) * p);
+        let (row, b_row) = (&above[k * n + k..], &b_above[k * p..]);
+        for (i, other) in below.chunks_exact_mut(n).enumerate() {
+            let factor = other[k] * pivot;
             if factor == c64::new(0.0, 0.0) {
                 continue;
             }
-            for j in k + 1..n {
-                let v = a[k * n + j];
-                a[i * n + j] = fused_complex(-factor, v, a[i * n + j]);
+            for (own, v) in other[k..].iter_mut().zip(row) {
+                *own = fused_complex(-factor, *v, *own);
             }
-            for j in 0..p {
-                let v = b[k * p + j];
-                b[i * p + j] = fused_complex(-factor, v, b[i * p + j]);
+            for (own, v) in b_below[i * p..(i + 1) * p].iter_mut().zip(b_row) {
+                *own = fused_complex(-factor, *v, *own);
             }
         }
     }
     for k in (0..n).rev() {
-        let pivot = a[k * n + k].inv();
-        for j in 0..p {
-            let mut sum = b[k * p + j];
-            for l in k + 1..n {
-                sum = fused_complex(-a[k * n + l], b[l * p + j], sum);
+        let row = &a[k * n..(k + 1) * n];
+        let pivot = row[k].inv();
+        let (b_above, b_below) = b.split_at_mut((k + 1) * p);
+        let b_row = &mut b_above[k * p..];
+        for (factor, known) in row[k + 1..].iter().zip(b_below.chunks_exact(p.max(1))) {
+            for (own, v) in b_row.iter_mut().zip(known) {
+                *own = fused_complex(-factor, *v, *own);
             }
-            b[k * p + j] = sum * pivot;
+        }
+        for own in b_row {
+            *own *= pivot;
         }
     }
 }
