@@ -445,3 +445,42 @@ fn range(what: String, value: f64) -> ControllerError {
         advice: "check the limits and that the controller's states decay",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_of_inputs_that_are_computed_together_are_those_of_geometric_series() {
+        // Each of five inputs moves a state of its own; the fourth grows.
+        let poles = [0.5, -0.9, 0.99, 1.1, 0.0];
+        let transitions: Vec<Row> = (0..5)
+            .map(|i| {
+                terms(&std::array::from_fn::<f64, 5, _>(|j| {
+                    poles[i] * f64::from(i == j)
+                }))
+            })
+            .collect();
+        let unit = Mat::from_fn(5, 5, |i, j| f64::from(i == j));
+        // One signal reads the first two states, another the one that grows.
+        let maps = [
+            [1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 3.0],
+            [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+        ];
+        let maps = maps.map(|map| map.to_vec());
+        let found = l1_gains(&transitions, &maps, &unit, 2.0);
+        for (pole, sum) in poles.iter().zip(&found.states) {
+            let exact = (pole.abs() < 1.0).then(|| 2.0 / (1.0 - pole.abs()));
+            match (sum, exact) {
+                (Some(sum), Some(exact)) => assert!((sum / exact - 1.0).abs() < 1e-4, "{pole}"),
+                (sum, exact) => assert!(sum.is_none() && exact.is_none(), "{pole} {sum:?}"),
+            }
+        }
+        let signal = found.signals[0].expect("it reads states that decay");
+        assert!(
+            (signal / (4.0 + 2.0 * 20.0 + 6.0) - 1.0).abs() < 1e-4,
+            "{signal}"
+        );
+        assert!(found.signals[1].is_none());
+    }
+}

@@ -30,3 +30,20 @@ pub(crate) fn product(a: c64, b: c64) -> c64 {
         fused(a.re, b.im, a.im * b.re),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fused_products_are_those_of_plain_arithmetic() {
+        let z = |k: i32| c64::from_polar(1.5f64.powi(k), f64::from(3 * k + 1));
+        for k in -4..5 {
+            let (a, b, c) = (z(k), z(2 - k), z(k + 3));
+            let size = (a * b).norm() + c.norm();
+            assert!((fused_complex(a, b, c) - (a * b + c)).norm() < 1e-15 * size);
+            assert!((product(a, b) - a * b).norm() < 1e-15 * size);
+            assert!((fused(a.re, b.re, c.re) - (a.re * b.re + c.re)).abs() < 1e-15 * size);
+        }
+    }
+}
