@@ -8,7 +8,7 @@ use super::complex_eigenvalues::eigenvalues_complex;
 use super::dense::balance;
 use super::error::NumericError;
 use super::hermitian::hermitian_eigen;
-use super::pade::exponentials_of_balanced;
+use super::pade::{exponentials_of_balanced, size_of};
 use super::real_eigenvalues::{eigenvalues, eigenvalues_of_balanced};
 use faer::{Mat, c64};
 
@@ -196,7 +196,7 @@ fn one_plane(turning: &Mat<c64>) -> Option<Mat<f64>> {
 /// What balances the moduli of a matrix, taken to within √2.
 fn scale_of_moduli(a: &Mat<c64>) -> Vec<f64> {
     balance(&Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        a[(i, j)].re.abs() + a[(i, j)].im.abs()
+        size_of(a[(i, j)])
     }))
     .1
 }

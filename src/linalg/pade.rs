@@ -85,7 +85,7 @@ fn squarings(size: f64) -> i32 {
 }
 
 /// |Re z| + |Im z|, which no finite entry makes overflow; up to √2 above the modulus.
-fn size_of<T: Entry>(entry: T) -> f64 {
+pub(super) fn size_of<T: Entry>(entry: T) -> f64 {
     let z: c64 = entry.into();
     z.re.abs() + z.im.abs()
 }

@@ -70,12 +70,12 @@ impl Reflection {
         let rest = y * y + z * z;
         let square = x * x + rest;
         // Outside this range squares lose digits.
-        let (rest, size) = match rest > 1e-280 && square < 1e280 {
-            true => (rest, square.sqrt()),
-            false => (y.hypot(z), x.hypot(y.hypot(z))),
+        let size = match rest > 1e-280 && square < 1e280 {
+            true => square.sqrt(),
+            false => x.hypot(y.hypot(z)),
         };
         // The reciprocal of a smaller size could be infinite.
-        if rest == 0.0 || size < NEGLIGIBLE {
+        if (y, z) == (0.0, 0.0) || size < NEGLIGIBLE {
             let (tau, v) = (0.0, [0.0; 2]);
             return (Self { tau, v }, x);
         }

@@ -85,7 +85,7 @@ impl<T: TimeBase> FrequencyResponder<T> {
                 let mut own = rows.block(k, n + c * LANES);
                 let below = &x[c * n + k + 1..(c + 1) * n];
                 for ((re, im), x) in res.iter().zip(ims).zip(below) {
-                    subtract(&mut own, (*re, *im), x);
+                    add_fused((&mut own.0, &mut own.1), (-re, -im), (&x.0, &x.1));
                 }
                 x[c * n + k] = times(&own, pivot);
             }
@@ -182,15 +182,6 @@ impl<T: TimeBase> Response for FrequencyResponder<T> {
 const LANES: usize = 8;
 /// Real and imaginary parts of a few entries of a row.
 type Block = ([f64; LANES], [f64; LANES]);
-
-/// own ← own − a·x.
-#[inline]
-fn subtract(own: &mut Block, a: (f64, f64), x: &Block) {
-    for k in 0..LANES {
-        own.0[k] = fused(-a.0, x.0[k], fused(a.1, x.1[k], own.0[k]));
-        own.1[k] = fused(-a.0, x.1[k], fused(-a.1, x.0[k], own.1[k]));
-    }
-}
 
 fn times(block: &Block, factor: c64) -> Block {
     let mut product = *block;

@@ -16,8 +16,8 @@ const ROUND_GAIN: f64 = 5e-3;
 const IDLE: usize = 2;
 /// Rounds after which the worse half of the starts ends.
 const STAGE: usize = 2;
-/// Steps of the first round: half as many let ends be 2 % softer in the mean over sixty machines, three times as many
-/// take a tenth longer and do not make them stiffer.
+/// Steps of the first round. With half as many the PIDs of sixty machines are 2 % softer in the mean; with three times
+/// as many a search takes a tenth longer, and they are no stiffer.
 const SHORT: usize = 40;
 /// What a start may be behind the best of them then to go on, in the logarithm of the stiffness.
 const BEHIND: f64 = 0.3;

@@ -120,17 +120,16 @@ impl Fixed for FixedPid<'_> {
 
 /// ∂ ln C/∂ ln p at jv for the thirteen parameters, in the order of the vector form.
 fn log_slopes(p: &AxisParameters, v: f64) -> [c64; PER_AXIS] {
-    let inverse = |z: c64| z.conj() / z.norm_sqr();
     let corner = v / p.derivative_corner_rad_s;
-    let by_corner = inverse(c64::new(1.0, corner));
+    let by_corner = c64::new(1.0, corner).inv();
     let derivative = by_corner * c64::new(0.0, v * p.derivative_s);
     let integral = c64::new(0.0, -p.integral_rad_s / v);
-    let by_pid = inverse(integral + derivative + 1.0);
+    let by_pid = (integral + derivative + 1.0).inv();
     // ln(s²/w² + 2ζs/w + 1) by ln w and by ln ζ.
     let section = |w: f64, zeta: f64| {
         let r = v / w;
         let (square, damping) = (r * r, 2.0 * zeta * r);
-        let by_value = inverse(c64::new(1.0 - square, damping));
+        let by_value = c64::new(1.0 - square, damping).inv();
         (
             c64::new(2.0 * square, -damping) * by_value,
             c64::new(0.0, damping) * by_value,

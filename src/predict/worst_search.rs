@@ -1,14 +1,14 @@
 //! Branch and bound for the largest |f| at one frequency over a box of stiffness changes κ_k.
 //!
-//! f(κ) = Σ over parts of N₂₂ + N₂₁ D (I − N₁₁D)⁻¹ N₁₂, each with its share. A part has both planes with
+//! f(κ) is the mean of N₂₂ + N₂₁ D (I − N₁₁D)⁻¹ N₁₂ over its parts, one or two. A part has both planes with
 //! D = diag(κ_k I₂), or, where the planes are equal and coupled as by a turning frame, one direction of whirl with
 //! D = diag(κ_k): on r = x + jy a matrix [[P, −Q], [Q, P]] is P + jQ forwards and P − jQ backwards, and what x does to
 //! x is the mean of both.
 //!
 //! max |f| over the box: a box is halved until the bounds meet. Below, f at a point of the box; above, in coordinates
 //! κ = c + ρδ, |δ| ≤ 1, of a box,
-//!   |f| ≤ max over the corners of |f(c) + Σ N₂₁ρδN₁₂| + Σ |N₂₁|ρ A (I − A)⁻¹ |N₁₂|,  A = |N₁₁|ρ with spectral radius
-//!   below one,
+//!   |f| ≤ max over the corners of |mean of N₂₂ + N₂₁ρδN₁₂| + mean of |N₂₁|ρ A (I − A)⁻¹ |N₁₂|,
+//!   A = |N₁₁|ρ with spectral radius below one, the means over the parts,
 //! the first order exactly and the rest by moduli (Neumann series), so that the gap closes with the square of the box.
 
 use crate::linalg::small::{eliminate, eliminate_real};
@@ -38,7 +38,6 @@ pub(super) struct Search(Vec<Part>);
 /// A part of f; matrices are row-major.
 #[derive(Clone, Debug, PartialEq)]
 struct Part {
-    share: f64,
     /// Coordinates of each mode.
     planes: usize,
     n11: Vec<c64>,
@@ -47,7 +46,8 @@ struct Part {
     n22: c64,
 }
 
-/// A part in the coordinates of a box: A, |N₁₂| and |N₂₁|ρ, the slopes by δ, and the value at the centre.
+/// A part with its share of the mean, in the coordinates of a box: A, |N₁₂| and |N₂₁|ρ, the slopes by δ, and the value
+/// at the centre.
 struct Centred {
     a: Vec<f64>,
     b: Vec<f64>,
@@ -68,28 +68,26 @@ impl Search {
     /// Channel `channel` of N, whose first `m` rows and columns are the modal coordinates, x and y in turn.
     pub(super) fn new(n: &Mat<c64>, m: usize, channel: usize) -> Self {
         let own: Vec<usize> = (0..m).chain([m + channel]).collect();
-        Self(vec![Part::new((1.0, 2), m, |i, j| n[(own[i], own[j])])])
+        Self(vec![Part::new(2, m, |i, j| n[(own[i], own[j])])])
     }
 
     /// The same where the planes are equal; `channel` is one of x, behind which that of y follows.
     pub(super) fn of_equal_planes(n: &Mat<c64>, m: usize, channel: usize) -> Self {
         let x = |k: usize| if 2 * k < m { 2 * k } else { m + channel };
-        let direction = |share: f64, sign: f64| {
-            Part::new((share, 1), m / 2, |i, j| {
+        let direction = |sign: f64| {
+            Part::new(1, m / 2, |i, j| {
                 n[(x(i), x(j))] + c64::new(0.0, sign) * n[(x(i) + 1, x(j))]
             })
         };
-        let (forwards, backwards) = (direction(1.0, 1.0), direction(1.0, -1.0));
-        // At rest.
-        if forwards == backwards {
-            return Self(vec![forwards]);
-        }
-        Self(vec![direction(0.5, 1.0), direction(0.5, -1.0)])
+        let mut directions = vec![direction(1.0), direction(-1.0)];
+        // At rest both are one.
+        directions.dedup();
+        Self(directions)
     }
 
     /// Bounds over a box of the κ of each mode.
     pub(super) fn run(&self, kappa: &[[f64; 2]]) -> Extreme {
-        let nominal = self.sum(|part| part.n22).norm();
+        let nominal = self.mean(|part| part.n22).norm();
         let centre: Vec<f64> = kappa.iter().map(|k| 0.5 * (k[0] + k[1])).collect();
         let half: Vec<f64> = kappa.iter().map(|k| 0.5 * (k[1] - k[0])).collect();
         let mut best = (nominal, vec![0.0; kappa.len()]);
@@ -128,8 +126,13 @@ impl Search {
         extreme(nominal, upper, best)
     }
 
-    fn sum(&self, of: impl Fn(&Part) -> c64) -> c64 {
-        let parts = self.0.iter().map(|part| of(part) * part.share);
+    /// Share of a part in the mean.
+    fn share(&self) -> f64 {
+        (self.0.len() as f64).recip()
+    }
+
+    fn mean(&self, of: impl Fn(&Part) -> c64) -> c64 {
+        let parts = self.0.iter().map(|part| of(part) * self.share());
         parts.sum()
     }
 
@@ -140,7 +143,8 @@ impl Search {
                 *best = (value, at.to_vec());
             }
         };
-        let parts: Vec<Centred> = self.0.iter().map(|p| p.centred(&centre, &half)).collect();
+        let centred = |part: &Part| part.centred(self.share(), &centre, &half);
+        let parts: Vec<Centred> = self.0.iter().map(centred).collect();
         let value: c64 = parts.iter().map(|part| part.value).sum();
         raise(value.norm(), &centre);
         // First order: convex in δ, largest at a corner.
@@ -164,7 +168,7 @@ impl Search {
             for (bit, k) in free.iter().enumerate() {
                 corner[*k] += sign(signs, bit) * half[*k];
             }
-            raise(self.sum(|part| part.at(&corner)).norm(), &corner);
+            raise(self.mean(|part| part.at(&corner)).norm(), &corner);
         }
         let rests: Vec<Option<(Vec<f64>, f64)>> = parts.iter().map(Centred::remainder).collect();
         let regular: Option<f64> = rests.iter().map(|r| r.as_ref().map(|r| r.1)).sum();
@@ -194,9 +198,8 @@ impl Search {
 
 impl Part {
     /// With the entries of N: `size` modal coordinates, then the channel.
-    fn new((share, planes): (f64, usize), size: usize, at: impl Fn(usize, usize) -> c64) -> Self {
+    fn new(planes: usize, size: usize, at: impl Fn(usize, usize) -> c64) -> Self {
         Self {
-            share,
             planes,
             n11: (0..size * size).map(|k| at(k / size, k % size)).collect(),
             n12: (0..size).map(|i| at(i, size)).collect(),
@@ -221,7 +224,7 @@ impl Part {
         (0..m * m).map(entry).collect()
     }
 
-    /// f at a point, without the share.
+    /// The part of f at a point.
     fn at(&self, kappa: &[f64]) -> c64 {
         let mut moved = self.n12.clone();
         eliminate(&mut self.difference(kappa), &mut moved, self.n12.len(), 1);
@@ -231,8 +234,8 @@ impl Part {
         })
     }
 
-    /// Recentred at κ = c: (I − N₁₁C)⁻¹ applied to N₁₁ and N₁₂, N₂₁ and N₂₂ to fit.
-    fn centred(&self, centre: &[f64], half: &[f64]) -> Centred {
+    /// With its share of the mean, recentred at κ = c: (I − N₁₁C)⁻¹ applied to N₁₁ and N₁₂, N₂₁ and N₂₂ to fit.
+    fn centred(&self, share: f64, centre: &[f64], half: &[f64]) -> Centred {
         let m = self.n12.len();
         let columns = m + 1;
         let mut both: Vec<c64> = (0..m)
@@ -256,15 +259,15 @@ impl Part {
                 .collect(),
             b: (0..m).map(|i| modulus(drive(i))).collect(),
             c: (0..m)
-                .map(|j| self.share * modulus(read[j]) * width(j))
+                .map(|j| share * modulus(read[j]) * width(j))
                 .collect(),
             slope: (0..half.len())
                 .map(|k| {
                     let own = self.own(k).map(|j| read[j] * drive(j));
-                    own.sum::<c64>() * (half[k] * self.share)
+                    own.sum::<c64>() * (half[k] * share)
                 })
                 .collect(),
-            value: through(self.n22, m) * self.share,
+            value: through(self.n22, m) * share,
         }
     }
 }
@@ -354,7 +357,7 @@ mod tests {
             let whirl = Search::of_equal_planes(&n, 6, 0);
             assert_eq!(whirl.0.len(), if turn == 0.0 { 1 } else { 2 });
             for point in [[0.0; 3], [0.05, 0.0, -0.02]] {
-                let values = [&whole, &whirl].map(|s| s.sum(|part| part.at(&point)));
+                let values = [&whole, &whirl].map(|s| s.mean(|part| part.at(&point)));
                 assert!((values[0] - values[1]).norm() < 1e-13 * values[0].norm());
             }
             let (whole, whirl) = (whole.run(&kappa), whirl.run(&kappa));
@@ -375,7 +378,7 @@ mod tests {
         let at = |k: usize| -0.1 + 0.3 * k as f64 / 20.0;
         let points = (0..21 * 21 * 21).map(|k| [at(k % 21), at(k / 21 % 21), at(k / 441)]);
         let largest = points
-            .map(|point| search.sum(|part| part.at(&point)).norm())
+            .map(|point| search.mean(|part| part.at(&point)).norm())
             .fold(0.0, f64::max);
         assert!(
             largest <= found.upper && largest >= found.lower * 0.98,

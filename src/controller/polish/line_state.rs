@@ -5,7 +5,7 @@ use super::matrix2::Matrix2;
 use super::packed_loops::PackedState;
 use super::specification_bound::Bound;
 use crate::linalg::c64;
-use crate::linalg::lanes::place;
+use crate::linalg::lanes::{Lanes, place};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -18,10 +18,11 @@ pub(super) struct ClosedLines(Vec<LinePart>);
 pub(super) struct LinePart {
     pub gains: Vec<Matrix2>,
     pub nominal: Vec<LoopState>,
+    /// The other loops, four in a group.
     pub others: Vec<PackedState>,
     pub specification: Vec<Bound>,
     pub squares: Vec<MeanSquares>,
-    /// How many of each of the last four belong to a line.
+    /// How many of each of the four lists above belong to a line.
     each: [usize; 4],
 }
 
@@ -53,31 +54,34 @@ impl LinePart {
     /// Adds what the last line, whose loops stand here already, comes to for rotors with these flat indices.
     pub(super) fn add_squares(&mut self, first: (usize, usize), sides: &[Range<usize>]) {
         let (nominal, others) = (&self.nominal[first.0..], &self.others[first.1..]);
-        let squares = sides.iter().map(|sides| match sides.end <= nominal.len() {
-            true => MeanSquares {
-                compliance: mean_square(sides, |side| nominal[side].compliance),
-                sensitivity: [0, 1].map(|j| mean_square(sides, |side| nominal[side].s[j][j])),
-            },
-            false => {
-                let at = |side: usize| {
-                    let (group, lane) = place(side - nominal.len());
-                    (&others[group], lane)
-                };
-                MeanSquares {
-                    compliance: mean_square(sides, |side| {
-                        let (state, lane) = at(side);
-                        state.compliance.lane(lane)
-                    }),
-                    sensitivity: [0, 1].map(|j| {
-                        mean_square(sides, |side| {
-                            let (state, lane) = at(side);
-                            state.sensitivity[j].lane(lane)
-                        })
-                    }),
-                }
-            }
+        let squares = sides.iter().map(|sides| MeanSquares {
+            compliance: mean_square(sides, |side| {
+                of_loop((nominal, others), side, |l| l.compliance, |l| l.compliance)
+            }),
+            sensitivity: [0, 1].map(|j| {
+                mean_square(sides, |side| {
+                    of_loop((nominal, others), side, |l| l.s[j][j], |l| l.sensitivity[j])
+                })
+            }),
         });
         self.squares.extend(squares);
+    }
+}
+
+/// Of the loop of a line with a flat index: that of a nominal loop, or one entry of a group of the others.
+#[inline]
+fn of_loop(
+    (nominal, others): (&[LoopState], &[PackedState]),
+    side: usize,
+    own: impl Fn(&LoopState) -> c64,
+    packed: impl Fn(&PackedState) -> Lanes,
+) -> c64 {
+    match nominal.get(side) {
+        Some(state) => own(state),
+        None => {
+            let (group, lane) = place(side - nominal.len());
+            packed(&others[group]).lane(lane)
+        }
     }
 }
 
@@ -124,8 +128,8 @@ impl ClosedLines {
     /// A bound of the specification at a line.
     pub(super) fn specification_mut(&mut self, line: usize, number: usize) -> &mut Bound {
         let part = &mut self.0[line / PART];
-        let first = line % PART * part.each[2];
-        &mut part.specification[first + number]
+        let [_, _, each, _] = part.each;
+        &mut part.specification[line % PART * each + number]
     }
 }
 
@@ -158,13 +162,11 @@ impl LinePart {
     #[inline]
     fn determinant(&self, line: usize, side: usize) -> c64 {
         let [nominal, others, ..] = self.each;
-        match side < nominal {
-            true => self.nominal[line * nominal + side].determinant,
-            false => {
-                let (group, lane) = place(side - nominal);
-                self.others[line * others + group].determinant.lane(lane)
-            }
-        }
+        let loops = (
+            &self.nominal[line * nominal..(line + 1) * nominal],
+            &self.others[line * others..(line + 1) * others],
+        );
+        of_loop(loops, side, |l| l.determinant, |l| l.determinant)
     }
 }
 
