@@ -7,7 +7,7 @@ use super::c64;
 use super::fused::fused;
 
 /// Entries in a group.
-const WIDTH: usize = 4;
+pub(crate) const WIDTH: usize = 4;
 
 /// Four complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,18 +49,28 @@ impl Lanes {
         let entry = |i: usize, j: usize| {
             if i < n { at(i, j) } else { c64::new(0.0, 0.0) }
         };
-        let group = |j: usize, g: usize| {
-            let four: [c64; WIDTH] = std::array::from_fn(|l| entry(WIDTH * g + l, j));
-            Self {
-                re: four.map(|z| z.re),
-                im: four.map(|z| z.im),
-            }
-        };
+        let group = |j: usize, g: usize| Self::from_fn(|l| entry(WIDTH * g + l, j));
         let mut list = Vec::with_capacity(count * groups(n));
         for j in 0..count {
             list.extend((0..groups(n)).map(|g| group(j, g)));
         }
         list
+    }
+
+    /// Four numbers by their places.
+    #[inline]
+    pub(crate) fn from_fn(at: impl Fn(usize) -> c64) -> Self {
+        let four: [c64; WIDTH] = std::array::from_fn(at);
+        Self {
+            re: four.map(|z| z.re),
+            im: four.map(|z| z.im),
+        }
+    }
+
+    /// Real and imaginary parts.
+    #[inline]
+    pub(crate) fn parts(&self) -> (&[f64; WIDTH], &[f64; WIDTH]) {
+        (&self.re, &self.im)
     }
 
     /// One of the four.

@@ -6,7 +6,7 @@
 use super::descents::{Descent, Earlier, Judged, best_end, judged, order};
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
-use super::start::{Start, StartRule, screen, starts};
+use super::start::{Screen, Start, StartRule, starts};
 use crate::augment::plane::x_plane;
 use crate::controller::polish::LoopLimits;
 use crate::controller::polish::descent::{Effort, Memory, descend};
@@ -180,19 +180,11 @@ impl<'a> Ground<'a> {
         let modes = self.plants.at_rest().flexible_rad_s();
         let bending = modes.first().copied().unwrap_or(0.1 * self.nyquist_rad_s());
         let rule = StartRule::new(machine, bending)?;
-        let nominal: Vec<_> = self
-            .rotors
-            .iter()
-            .filter(|rotor| rotor.role.is_nominal())
-            .collect();
-        let on = (self.plain.as_slice(), nominal.as_slice());
-        let mut all: Vec<Start> = given
-            .iter()
-            .filter_map(|p| shape(*p))
-            .map(|p| screen(p, on.0, on.1, self.unstable_poles))
-            .collect();
+        let screen = Screen::new(&self.plain, &self.rotors, self.unstable_poles);
+        let given = given.iter().filter_map(|p| shape(*p));
+        let mut all: Vec<Start> = given.map(|p| screen.start(p)).collect();
         let drawn = (self.asked.starts, self.asked.seed);
-        all.extend(starts(&rule, drawn, on, self.unstable_poles, shape));
+        all.extend(starts(&rule, drawn, &screen, shape));
         let fewest = all.iter().map(|s| s.unstable).min().unwrap_or(i64::MAX);
         if fewest > 0 {
             return Err(infeasible(all.len(), fewest).into());

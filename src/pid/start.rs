@@ -6,16 +6,18 @@
 //! rest and at top speed.
 
 use super::parameters::{AxisParameters, Biquad, PidParameters};
-use crate::controller::polish::line_state::turns_of;
-use crate::controller::polish::matrix2::ONE;
+use crate::controller::polish::line_state::{gathered_phases, turns_of};
+use crate::controller::polish::matrix2::ZERO;
 use crate::controller::polish::responses::{LoopResponse, Rotor};
 use crate::controller::polish::structure::Line;
 use crate::linalg::c64;
+use crate::linalg::lanes::{Lanes, WIDTH};
 use crate::spindle::{Machine, Side, SpindleError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Rigid-body dynamics that a bearing acts on.
 #[derive(Clone, Copy, Debug)]
@@ -123,13 +125,133 @@ pub(super) struct Start {
     pub sensitivity: f64,
 }
 
-/// `count` starts drawn from `seed` and screened on `rotors`, best first: fewest unstable poles, then smallest
-/// sensitivity. `shape` puts each into the form searched for; `unstable_poles` is P of one plane.
+/// Nominal loops of the machine that starts are screened on, four in a pack.
+pub(super) struct Screen<'a> {
+    lines: &'a [Line],
+    /// Packs, each of all lines.
+    packs: Vec<Vec<ScreenedLoops>>,
+    /// Flat indices of the loops of each rotor.
+    sides: Vec<Range<usize>>,
+    /// Of one plane of the plant.
+    unstable_poles: i64,
+}
+
+/// Four loops at a line, as far as a diagonal K shows them.
+#[derive(Clone, Copy, Debug)]
+struct ScreenedLoops {
+    /// G₁₁ and G₂₂.
+    own: [Lanes; 2],
+    /// G₁₂ G₂₁.
+    beside: Lanes,
+}
+
+impl ScreenedLoops {
+    fn new(list: &[&LoopResponse]) -> Self {
+        let four = |at: &dyn Fn(&LoopResponse) -> c64| {
+            Lanes::from_fn(|l| list.get(l).map_or(ZERO, |own| at(own)))
+        };
+        Self {
+            own: [0, 1].map(|j| four(&|own| own.loops[j][j])),
+            beside: four(&|own| own.loops[0][1] * own.loops[1][0]),
+        }
+    }
+
+    /// 1 − G_jj K_j, and det(I − G K), of a diagonal K.
+    #[inline]
+    fn closed(&self, k: &[c64; 2]) -> ([Lanes; 2], Lanes) {
+        let open = [0, 1].map(|j| Lanes::ONE.plus(-k[j], &self.own[j]));
+        let determinant = open[0].product(&open[1]);
+        (open, determinant.plus(-(k[0] * k[1]), &self.beside))
+    }
+}
+
+impl<'a> Screen<'a> {
+    /// The nominal ones of some rotors on their lines.
+    pub(super) fn new(lines: &'a [Line], rotors: &[Rotor], unstable_poles: i64) -> Self {
+        let nominal = rotors.iter().filter(|rotor| rotor.role.is_nominal());
+        let mut list: Vec<&Vec<LoopResponse>> = vec![];
+        let mut sides = vec![];
+        for rotor in nominal {
+            sides.push(list.len()..list.len() + rotor.directions.len());
+            list.extend(&rotor.directions);
+        }
+        let pack = |four: &[&Vec<LoopResponse>]| {
+            let at = |k: usize| four.iter().map(|side| &side[k]).collect::<Vec<_>>();
+            let lines = 0..lines.len();
+            lines.map(|k| ScreenedLoops::new(&at(k))).collect()
+        };
+        Self {
+            lines,
+            packs: list.chunks(WIDTH).map(pack).collect(),
+            sides,
+            unstable_poles,
+        }
+    }
+
+    /// Counts the unstable poles of the loops with a PID.
+    pub(super) fn start(&self, parameters: PidParameters) -> Start {
+        let (front, rear) = (&parameters.front, &parameters.rear);
+        // Of both axes −C.
+        let gain = |line: &Line| [front, rear].map(|a| -a.response_on_axis(line.s.im));
+        let gains: Vec<[c64; 2]> = self.lines.iter().map(gain).collect();
+        let mut phases = Vec::with_capacity(WIDTH * self.packs.len());
+        let mut determinants = Vec::with_capacity(self.lines.len());
+        for pack in &self.packs {
+            determinants.clear();
+            let loops = self.lines.iter().zip(pack).zip(&gains);
+            determinants.extend(loops.map(|((line, loops), k)| {
+                // The product of both axes without integrators over that with them.
+                let corners = (line.s + front.integral_rad_s) * (line.s + rear.integral_rad_s);
+                let free = line.s * line.s / corners;
+                Lanes::ZERO.plus(free, &loops.closed(k).1)
+            }));
+            phases.extend(gathered_phases(determinants.iter()));
+        }
+        let mut unstable = 0;
+        for sides in &self.sides {
+            let turns = turns_of(phases[sides.clone()].iter().copied());
+            let right = if turns.is_finite() {
+                turns as i64
+            } else {
+                i64::MIN / 4
+            };
+            unstable += (self.unstable_poles - right).abs();
+        }
+        // Only stable loops are ordered by their sensitivity.
+        let sensitivity = match unstable {
+            0 => self.largest_sensitivity(&gains),
+            _ => f64::INFINITY,
+        };
+        Start {
+            parameters,
+            unstable,
+            sensitivity,
+        }
+    }
+
+    /// Largest |S_jj| of the loops with a diagonal K; what fills up a pack has one.
+    fn largest_sensitivity(&self, gains: &[[c64; 2]]) -> f64 {
+        let mut largest = 0.0f64;
+        for pack in &self.packs {
+            for (loops, k) in pack.iter().zip(gains) {
+                let (open, determinant) = loops.closed(k);
+                let square = determinant.squares();
+                for own in open {
+                    let own = own.squares();
+                    largest = (0..WIDTH).fold(largest, |all, l| all.max(own[l] / square[l]));
+                }
+            }
+        }
+        largest.sqrt()
+    }
+}
+
+/// `count` starts drawn from `seed` and screened, best first: fewest unstable poles, then smallest sensitivity. `shape`
+/// puts each into the form searched for.
 pub(super) fn starts(
     rule: &StartRule,
     (count, seed): (usize, u64),
-    (lines, rotors): (&[Line], &[&Rotor]),
-    unstable_poles: i64,
+    screen: &Screen,
     shape: &(dyn Fn(PidParameters) -> Option<PidParameters> + Sync),
 ) -> Vec<Start> {
     let mut found: Vec<Start> = (0..count)
@@ -138,7 +260,7 @@ pub(super) fn starts(
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             random.set_stream(k as u64);
             let parameters = shape(rule.draw(&mut random, k % 2 == 0))?;
-            Some(screen(parameters, lines, rotors, unstable_poles))
+            Some(screen.start(parameters))
         })
         .collect();
     // The sort is stable: equal starts stay in the order drawn.
@@ -148,60 +270,4 @@ pub(super) fn starts(
             .then(a.sensitivity.total_cmp(&b.sensitivity))
     });
     found
-}
-
-/// Counts the unstable poles of the loops with a PID.
-pub(super) fn screen(
-    parameters: PidParameters,
-    lines: &[Line],
-    rotors: &[&Rotor],
-    unstable_poles: i64,
-) -> Start {
-    // Of both axes −C, and their product without integrators over that with them.
-    let gains: Vec<([c64; 2], c64)> = lines
-        .iter()
-        .map(|line| {
-            let (front, rear) = (&parameters.front, &parameters.rear);
-            let gain = [front, rear].map(|a| -a.response_on_axis(line.s.im));
-            let corners = (line.s + front.integral_rad_s) * (line.s + rear.integral_rad_s);
-            (gain, line.s * line.s / corners)
-        })
-        .collect();
-    let mut unstable = 0;
-    for rotor in rotors {
-        let turns = turns_of(rotor.directions.iter().map(|side| {
-            let loops = side.iter().zip(&gains);
-            loops.map(|(g, (k, free))| loop_at(g, k).0 * free)
-        }));
-        let right = if turns.is_finite() {
-            turns as i64
-        } else {
-            i64::MIN / 4
-        };
-        unstable += (unstable_poles - right).abs();
-    }
-    // Only stable loops are ordered by their sensitivity.
-    let mut sensitivity = f64::INFINITY;
-    if unstable == 0 {
-        let sides = rotors.iter().flat_map(|rotor| &rotor.directions);
-        let squares = sides
-            .flat_map(|side| side.iter().zip(&gains))
-            .map(|(g, (k, _))| {
-                let (determinant, larger) = loop_at(g, k);
-                larger / determinant.norm_sqr()
-            });
-        sensitivity = squares.fold(0.0, f64::max).sqrt();
-    }
-    Start {
-        parameters,
-        unstable,
-        sensitivity,
-    }
-}
-
-/// det(I − G K) of a diagonal K, and the larger |S_jj|² times its square.
-fn loop_at(g: &LoopResponse, k: &[c64; 2]) -> (c64, f64) {
-    let (a, b) = (ONE - g.loops[0][0] * k[0], ONE - g.loops[1][1] * k[1]);
-    let determinant = a * b - g.loops[0][1] * g.loops[1][0] * (k[0] * k[1]);
-    (determinant, a.norm_sqr().max(b.norm_sqr()))
 }

@@ -7,8 +7,6 @@ use crate::linalg::c64;
 /// The loop of one rotor and direction at a line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LoopState {
-    /// det(I − G K) without integrators.
-    pub determinant: c64,
     /// S = (I − G K)⁻¹.
     pub s: Matrix2,
     /// R = K S, A/m.
@@ -18,13 +16,12 @@ pub(super) struct LoopState {
 }
 
 impl LoopState {
-    /// The loop of `g` with the controller K = `gain`, of which `free` leaves out the integrators.
-    pub(super) fn new(g: &LoopResponse, gain: &Matrix2, free: c64) -> Self {
-        let (determinant, s) = closed(&product(&g.loops, gain));
+    /// The loop of `g` with the controller K = `gain`.
+    pub(super) fn new(g: &LoopResponse, gain: &Matrix2) -> Self {
+        let (_, s) = closed(&product(&g.loops, gain));
         let r = product(gain, &s);
         let u = times(&r, &g.read);
         Self {
-            determinant: determinant * free,
             s,
             r,
             compliance: g.tool + g.drive[0] * u[0] + g.drive[1] * u[1],

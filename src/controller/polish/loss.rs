@@ -7,21 +7,22 @@
 //! line, and the structure of the controller turns Q into derivatives by parameters. At speed the x axis is the mean of
 //! both whirls.
 
-use super::limits::{AT_TOP_SPEED, LoopLimits, SHIFTED, WEAKEST};
+use super::limits::LoopLimits;
 use super::line_scales::LineScales;
-use super::line_state::{ClosedLines, LinePart, turns_of};
+use super::line_state::{ClosedLines, DirectionSums, LinePart, turns_of};
 use super::lines::beside_peaks;
 use super::loop_state::LoopState;
-use super::matrix2::{Matrix2, ONE, adjoint, hermitian_eigen, outer, squared, times};
-use super::packed_loops::PackedLoops;
-use super::responses::{LoopResponse, Role, Rotor, SpecificationLine};
+use super::matrix2::{Matrix2, adjoint, hermitian_eigen, outer, squared, times};
+use super::packed_loops::{PackedLoops, PackedNominal};
+use super::responses::{LoopResponse, Rotor, SpecificationLine};
+use super::rotor_groups::RotorGroups;
 use super::specification_bound::{Bound, best_scales, bound};
 use super::structure::{Fixed, Line, Structure};
-use super::values::{Gathered, Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
+use super::values::{Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
 use crate::robust::structure::Structure as Blocks;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// A controller evaluated.
 pub(crate) struct Evaluation {
@@ -29,7 +30,7 @@ pub(crate) struct Evaluation {
     /// Those that may take part in a step of a descent.
     pub values: Vec<Value>,
     /// Largest value of each group, minus infinity where there is none.
-    largest: [f64; LIMITS + 1],
+    pub(super) largest: [f64; LIMITS + 1],
     /// Turns of det(I − G K) per rotor, forwards and backwards together: unstable poles of the plant less those of the
     /// loop.
     pub turns: Vec<i64>,
@@ -59,13 +60,13 @@ impl Evaluation {
 pub(crate) struct Loss {
     pub lines: Vec<Line>,
     pub rotors: Vec<Rotor>,
-    /// Flat indices of the loops of each rotor.
-    sides: Vec<Range<usize>>,
-    /// Loops that are evaluated one by one; they come first.
-    nominal: usize,
-    /// The others at each line, in groups.
-    others: Vec<Vec<PackedLoops>>,
+    /// Rotors whose loops are closed together.
+    pub(super) groups: RotorGroups,
+    /// All loops at each line, in packs.
+    loops: Vec<Vec<PackedLoops>>,
     specification: Option<Specification>,
+    /// Pack and place in it of each loop of the specification.
+    specified: Vec<(usize, usize)>,
     pub limits: LoopLimits,
     /// Share of the band up to Nyquist that a line stands for.
     pub(super) share: Vec<f64>,
@@ -114,27 +115,21 @@ impl Loss {
             })
             .collect();
         let active = vec![true; rotors.len()];
-        let nominal = rotors.iter().take_while(|rotor| rotor.role.is_nominal());
-        let nominal = nominal.map(|rotor| rotor.directions.len()).sum::<usize>();
-        let specified = specification.as_ref().map_or(0, |s| s.loops.len());
-        let nominal = nominal.max(specified);
-        let all: Vec<&Vec<LoopResponse>> = rotors.iter().flat_map(|r| &r.directions).collect();
-        let others = |k: usize| {
-            let list: Vec<&LoopResponse> = all[nominal..].iter().map(|side| &side[k]).collect();
-            PackedLoops::pack(&list)
-        };
-        let others = (0..lines.len()).into_par_iter().map(others).collect();
-        let mut end = 0;
-        let sides = rotors.iter().map(|rotor| {
-            let first = end;
-            end += rotor.directions.len();
-            first..end
-        });
+        let loops = specification.iter().flat_map(|s| &s.loops);
+        let sides: Vec<usize> = loops.map(|part| part.side).collect();
+        let groups = RotorGroups::new(
+            &rotors,
+            sides.iter().map(|side| side + 1).max().unwrap_or(0),
+        );
+        let pack = |k: usize| groups.pack(&rotors, k);
         Self {
+            loops: (0..lines.len()).into_par_iter().map(pack).collect(),
+            specified: sides
+                .iter()
+                .filter_map(|side| groups.place(*side))
+                .collect(),
             lines,
-            nominal,
-            sides: sides.collect(),
-            others,
+            groups,
             rotors,
             specification,
             limits,
@@ -201,71 +196,74 @@ impl Loss {
     /// The loops of all rotors at every line; bounds of the specification are exact above `floor`.
     fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> ClosedLines {
         let fixed = law.with(x);
-        ClosedLines::collect(self.lines.len(), |part, k| {
+        let packs = self.loops.first().map_or(0, Vec::len);
+        let sizes = (self.groups.list.len(), packs);
+        ClosedLines::collect(self.lines.len(), sizes, |part, k| {
             self.close(part, &*fixed, (k, floor));
         })
     }
 
     /// Turns of det(I − G K) per rotor.
     fn turns(&self, lines: &ClosedLines) -> Vec<i64> {
-        let of = |side: usize| lines.determinants(side);
-        let turns = |rotor: usize| turns_of(self.sides(rotor).map(of)) as i64;
-        (0..self.rotors.len()).map(turns).collect()
-    }
-
-    /// What closed loops come to over the rotors that count; of the values those within a reach.
-    fn gathered(&self, lines: ClosedLines, turns: Vec<i64>, reach: Option<f64>) -> Evaluation {
-        let mut parts: Vec<Gathered> = (0..self.rotors.len())
-            .into_par_iter()
-            .filter(|rotor| self.active[*rotor])
-            .map(|rotor| self.rotor_values(rotor, &lines, reach))
-            .collect();
-        parts.push(self.controller_values(&lines, reach));
-        let mut largest = [f64::NEG_INFINITY; LIMITS + 1];
-        for part in &parts {
-            for (all, square) in largest.iter_mut().zip(part.largest) {
-                *all = nan_max(*all, 0.5 * square.ln());
+        let mut turns = vec![0; self.rotors.len()];
+        for group in &self.groups.list {
+            let phases: Vec<_> = group.packs.clone().map(|pack| lines.phases(pack)).collect();
+            for (l, rotor) in group.rotors.iter().enumerate() {
+                turns[*rotor] = turns_of(phases.iter().map(|four| four[l])) as i64;
             }
         }
-        Evaluation {
-            values: parts.into_iter().flat_map(|part| part.values).collect(),
-            lines,
-            largest,
-            turns,
-        }
+        turns
     }
 
     /// Adds a line to its part.
     fn close(&self, part: &mut LinePart, law: &dyn Fixed, (k, floor): (usize, f64)) {
         let gain = law.gain(&self.lines[k]);
         let free = law.without_integrators(&self.lines[k]);
-        let first = (part.nominal.len(), part.others.len());
-        let sides = self.rotors.iter().flat_map(|r| &r.directions);
-        let nominal = sides.take(self.nominal);
-        part.nominal
-            .extend(nominal.map(|d| LoopState::new(&d[k], &gain, free)));
-        let others = self.others[k].iter();
-        part.others
-            .extend(others.map(|group| group.closed(&gain, free)));
-        part.add_squares(first, &self.sides);
-        for spec in self.specification.iter().flat_map(|s| &s.loops) {
-            let own = (
-                &part.nominal[first.0 + spec.side],
-                &response(&self.rotors, spec.side, k).loops,
-            );
+        let (omega, band) = (self.lines[k].omega_rad_s, self.stiffness_band_rad_s());
+        let loops = &self.loops[k];
+        let mut nominal: Vec<PackedNominal> = Vec::with_capacity(self.specified.len());
+        for (group, largest) in self.groups.list.iter().zip(&mut part.largest) {
+            let mut sums = DirectionSums::ZERO;
+            for pack in &loops[group.packs.clone()] {
+                let state = match group.is_nominal {
+                    true => {
+                        let whole = pack.closed_nominal(&gain, free);
+                        let share = self.share[k] / group.packs.len() as f64;
+                        largest.add_noise(share, &whole.currents());
+                        if !self.specified.is_empty() {
+                            nominal.push(whole);
+                        }
+                        whole.state
+                    }
+                    false => pack.closed(&gain, free),
+                };
+                part.determinants.push(state.determinant);
+                sums = sums.with(&state);
+            }
+            let squares = sums.mean_squares(group.packs.len());
+            largest.add(&squares, band.contains(&omega));
+            part.squares.push(squares);
+        }
+        let specification = self.specification.iter().flat_map(|s| &s.loops);
+        for (spec, (pack, lane)) in specification.zip(&self.specified) {
+            let own = nominal[*pack].lane(*lane);
+            let own = (&own, &response(&self.rotors, spec.side, k).loops);
             let bound = bound(&spec.lines[k], &spec.scales[k], own, floor);
             part.specification.push(bound);
         }
         part.gains.push(gain);
     }
 
-    /// The loop with a flat index at a line, but for its determinant.
+    /// Band of the tool's stiffness, with what rounding may take off its ends, rad/s.
+    pub(super) fn stiffness_band_rad_s(&self) -> RangeInclusive<f64> {
+        let (low, high) = self.limits.stiffness_band_hz;
+        low * TAU * (1.0 - 1e-9)..=high * TAU * (1.0 + 1e-9)
+    }
+
+    /// The loop with a flat index at a line.
     pub(super) fn loop_state(&self, found: &Evaluation, line: usize, side: usize) -> LoopState {
-        let state = found.lines.line(line);
-        match state.nominal.get(side) {
-            Some(own) => *own,
-            None => LoopState::new(response(&self.rotors, side, line), state.gain, ONE),
-        }
+        let gain = found.lines.line(line).gain;
+        LoopState::new(response(&self.rotors, side, line), gain)
     }
 
     /// Renews the scales of the modal channels where the bound is near its limit and not flat, and those bounds in
@@ -286,12 +284,11 @@ impl Loss {
         let renewed: Vec<(usize, usize, LineScales, Bound)> = near
             .into_par_iter()
             .map(|(k, p)| {
-                let (part, state) = (&spec.loops[p], found.lines.line(k));
-                let own = &state.nominal[part.side];
-                let line = &part.lines[k];
+                let part = &spec.loops[p];
+                let (line, g) = (&part.lines[k], response(rotors, part.side, k));
+                let own = LoopState::new(g, found.lines.line(k).gain);
                 let scales = LineScales::new(line, best_scales(line, &own.r, &spec.blocks));
-                let own = (own, &response(rotors, part.side, k).loops);
-                let bound = bound(line, &scales, own, 0.0);
+                let bound = bound(line, &scales, (&own, &g.loops), 0.0);
                 (k, p, scales, bound)
             })
             .collect();
@@ -327,85 +324,7 @@ impl Loss {
 
     /// Flat indices of the loops of a rotor.
     pub(super) fn sides(&self, rotor: usize) -> Range<usize> {
-        self.sides[rotor].clone()
-    }
-
-    fn rotor_values(&self, rotor: usize, lines: &ClosedLines, reach: Option<f64>) -> Gathered {
-        let mut all = Gathered::new(rotor, reach);
-        let sides = self.sides(rotor);
-        let role = self.rotors[rotor].role;
-        let weight = match role {
-            Role::Rest => 1.0,
-            Role::TopSpeed => AT_TOP_SPEED,
-            Role::Shifted => SHIFTED,
-            Role::Overspeed | Role::Weak | Role::Weakest => 0.0,
-        };
-        let nominal = role.is_nominal();
-        let (group, limit) = match role {
-            Role::Rest | Role::TopSpeed => (Group::Sensitivity, self.limits.sensitivity),
-            Role::Shifted | Role::Overspeed => (
-                Group::Sensitivity,
-                self.limits.sensitivity * self.limits.shifted_sensitivity,
-            ),
-            Role::Weak => (Group::Margin, self.limits.weak_sensitivity),
-            Role::Weakest => (Group::Margin, WEAKEST * self.limits.weak_sensitivity),
-        };
-        let share = 1.0 / sides.len() as f64;
-        let unit = (weight * 1e6).powi(2);
-        let limit = limit * limit;
-        let band = self.limits.stiffness_band_hz;
-        let (low, high) = (band.0 * TAU * (1.0 - 1e-9), band.1 * TAU * (1.0 + 1e-9));
-        let mut noise = [0.0f64; 2];
-        for (line, state) in lines.all().enumerate() {
-            let squares = &state.squares[rotor];
-            let omega = self.lines[line].omega_rad_s;
-            if weight > 0.0 && omega >= low && omega <= high {
-                all.push(Group::Compliance, squares.compliance * unit, line, (0, 0));
-            }
-            for (j, square) in squares.sensitivity.iter().enumerate() {
-                all.push(group, square / limit, line, (j, j));
-            }
-            if nominal {
-                for l in &state.nominal[sides.clone()] {
-                    for i in 0..2 {
-                        let square = l.r[i][0].norm_sqr() + l.r[i][1].norm_sqr();
-                        noise[i] += share * self.share[line] * square;
-                    }
-                }
-            }
-        }
-        if nominal {
-            for i in 0..2 {
-                let unit = self.limits.sensor_noise_m / self.limits.noise_current_a;
-                all.push(Group::NoiseCurrent, noise[i] * unit * unit, 0, (i, i));
-            }
-        }
-        all
-    }
-
-    fn controller_values(&self, lines: &ClosedLines, reach: Option<f64>) -> Gathered {
-        let mut all = Gathered::new(0, reach);
-        let from = self.limits.high_frequency_hz * TAU;
-        for (line, state) in lines.all().enumerate() {
-            if self.lines[line].omega_rad_s >= from {
-                let gain = largest_singular(state.gain).0;
-                if gain != 0.0 {
-                    let ratio = gain / self.limits.high_frequency_gain_a_per_m;
-                    all.push(Group::HighGain, ratio * ratio, line, (0, 0));
-                }
-            }
-            for (part, bound) in state.specification.iter().enumerate() {
-                let ratio = (bound.sigma / self.limits.mu).powi(2);
-                // Zero has no logarithm; what is not a number stays.
-                let ratio = if ratio < f64::MIN_POSITIVE {
-                    f64::MIN_POSITIVE
-                } else {
-                    ratio
-                };
-                all.push(Group::Specification, ratio, line, (part, part));
-            }
-        }
-        all
+        self.groups.sides(rotor)
     }
 }
 

@@ -124,9 +124,10 @@ impl Loss {
     /// Q of the square of a noise current at one line, and that square.
     fn noise_derivative(&self, found: &Evaluation, value: &Value, line: usize) -> (Matrix2, f64) {
         let i = value.entry.0;
-        let loops = &found.lines.line(line).nominal[self.sides(value.rotor)];
+        let sides = self.sides(value.rotor);
         let (mut q, mut square) = ([[ZERO; 2]; 2], 0.0);
-        for (l, responses) in loops.iter().zip(&self.rotors[value.rotor].directions) {
+        for (side, responses) in sides.zip(&self.rotors[value.rotor].directions) {
+            let l = self.loop_state(found, line, side);
             let su = l.input_sensitivity(&responses[line].loops);
             for j in 0..2 {
                 square += l.r[i][j].norm_sqr();
@@ -150,7 +151,8 @@ impl Loss {
         let n = law.parameters();
         let rows = |k: usize| {
             let state = found.lines.line(k);
-            let (l, g) = (&state.nominal[0], &self.rotors[0].directions[0][k]);
+            let l = self.loop_state(found, k, 0);
+            let g = &self.rotors[0].directions[0][k];
             let gain = state.gain.iter().flatten().map(c64::norm_sqr).sum::<f64>();
             let relative = own * own / gain.max(f64::MIN_POSITIVE);
             let mut rows = vec![];

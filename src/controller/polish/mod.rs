@@ -10,6 +10,7 @@
 
 mod derivatives;
 pub(crate) mod descent;
+mod gathered;
 pub(crate) mod limits;
 pub(crate) mod line_scales;
 pub(crate) mod line_state;
@@ -23,6 +24,7 @@ pub(crate) mod modal_law;
 mod packed_loops;
 mod problem;
 pub(crate) mod responses;
+mod rotor_groups;
 mod specification_bound;
 mod stage;
 pub(crate) mod structure;

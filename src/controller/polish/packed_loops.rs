@@ -1,10 +1,11 @@
-//! Closed loops of several rotors at one line, four at a time: what the loss asks of every rotor, without what only
-//! the nominal ones are asked.
+//! Closed loops of several rotors at one line, four at a time: what the loss asks of every rotor, and the rest, which
+//! only the nominal ones are asked.
 
+use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, ONE};
 use super::responses::LoopResponse;
 use crate::linalg::c64;
-use crate::linalg::lanes::Lanes;
+use crate::linalg::lanes::{Lanes, WIDTH};
 
 /// Responses of four loops at a line.
 #[derive(Clone, Debug)]
@@ -26,29 +27,81 @@ pub(super) struct PackedState {
     pub compliance: Lanes,
 }
 
+/// Four closed loops with what only nominal ones are asked.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PackedNominal {
+    pub state: PackedState,
+    /// S₁₂ and S₂₁.
+    beside: [Lanes; 2],
+    /// R = K S, A/m.
+    r: [[Lanes; 2]; 2],
+}
+
+impl PackedNominal {
+    /// One of the four.
+    #[inline]
+    pub(super) fn lane(&self, l: usize) -> LoopState {
+        let ([front, rear], [first, second]) = (&self.state.sensitivity, &self.beside);
+        LoopState {
+            s: [
+                [front.lane(l), first.lane(l)],
+                [second.lane(l), rear.lane(l)],
+            ],
+            r: [0, 1].map(|i| [0, 1].map(|j| self.r[i][j].lane(l))),
+            compliance: self.state.compliance.lane(l),
+        }
+    }
+
+    /// Σ_j |R_ij|² for both currents i, (A/m)².
+    #[inline]
+    pub(super) fn currents(&self) -> [[f64; WIDTH]; 2] {
+        [0, 1].map(|i| {
+            let [first, second] = self.r[i].map(|r| r.squares());
+            std::array::from_fn(|l| first[l] + second[l])
+        })
+    }
+}
+
 impl PackedLoops {
-    /// Some loops at a line, in groups; what fills up the last one is zero.
-    pub(super) fn pack(list: &[&LoopResponse]) -> Vec<Self> {
-        let column =
-            |at: &dyn Fn(&LoopResponse) -> c64| Lanes::columns(list.len(), 1, |i, _| at(list[i]));
-        let pairs =
-            |at: &dyn Fn(&LoopResponse, usize) -> c64| [0, 1].map(|k| column(&|l| at(l, k)));
-        let loops = [0, 1].map(|i| pairs(&|l, j| l.loops[i][j]));
-        let (read, drive) = (pairs(&|l, k| l.read[k]), pairs(&|l, k| l.drive[k]));
-        let tool = column(&|l| l.tool);
-        (0..tool.len())
-            .map(|g| Self {
-                loops: [0, 1].map(|i| [0, 1].map(|j| loops[i][j][g])),
-                read: [0, 1].map(|k| read[k][g]),
-                drive: [0, 1].map(|k| drive[k][g]),
-                tool: tool[g],
-            })
-            .collect()
+    /// Up to four loops at a line; what is missing of four is zero.
+    pub(super) fn new(list: &[&LoopResponse]) -> Self {
+        let four = |at: &dyn Fn(&LoopResponse) -> c64| {
+            Lanes::from_fn(|l| list.get(l).map_or(c64::new(0.0, 0.0), |own| at(own)))
+        };
+        Self {
+            loops: [0, 1].map(|i| [0, 1].map(|j| four(&|l| l.loops[i][j]))),
+            read: [0, 1].map(|k| four(&|l| l.read[k])),
+            drive: [0, 1].map(|k| four(&|l| l.drive[k])),
+            tool: four(&|l| l.tool),
+        }
     }
 
     /// The loops closed by K = `gain`, of which `free` leaves out the integrators.
     #[inline]
     pub(super) fn closed(&self, gain: &Matrix2, free: c64) -> PackedState {
+        self.closed_with(gain, free).0
+    }
+
+    /// As [`Self::closed`], with the rest.
+    #[inline]
+    pub(super) fn closed_nominal(&self, gain: &Matrix2, free: c64) -> PackedNominal {
+        let (state, [b, c], inverse) = self.closed_with(gain, free);
+        let opposite = Lanes::ZERO.minus(&inverse);
+        let beside = [b.product(&opposite), c.product(&opposite)];
+        let ([front, rear], [first, second]) = (&state.sensitivity, &beside);
+        let entry = |i: usize, above: &Lanes, below: &Lanes| {
+            Lanes::ZERO.plus(gain[i][0], above).plus(gain[i][1], below)
+        };
+        PackedNominal {
+            r: [0, 1].map(|i| [entry(i, front, second), entry(i, first, rear)]),
+            beside,
+            state,
+        }
+    }
+
+    /// The loops closed, the entries beside the diagonal of I − G K, and 1/det(I − G K).
+    #[inline(always)]
+    fn closed_with(&self, gain: &Matrix2, free: c64) -> (PackedState, [Lanes; 2], Lanes) {
         let g = &self.loops;
         // I − G K.
         let open = |i: usize, j: usize| {
@@ -70,18 +123,18 @@ impl PackedLoops {
                 .plus(gain[i][1], &signals[1])
         };
         let through = |k: usize| self.drive[k].product(&current(k));
-        PackedState {
+        let state = PackedState {
             determinant: Lanes::ZERO.plus(free, &determinant),
             sensitivity: [d.product(&inverse), a.product(&inverse)],
             compliance: self.tool.plus(ONE, &through(0)).plus(ONE, &through(1)),
-        }
+        };
+        (state, [b, c], inverse)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::loop_state::LoopState;
-    use super::super::matrix2::entry;
+    use super::super::matrix2::{closed, entry, product};
     use super::*;
 
     #[test]
@@ -98,21 +151,35 @@ mod tests {
             [[entry(1, 0), entry(2, 3)], [entry(4, 2), entry(9, 1)]],
             entry(5, 1),
         );
-        let packed = PackedLoops::pack(&list.iter().collect::<Vec<_>>());
-        let closed: Vec<PackedState> = packed.iter().map(|g| g.closed(&gain, free)).collect();
-        for (k, one) in list.iter().enumerate() {
-            let exact = LoopState::new(one, &gain, free);
-            let group = |of: &dyn Fn(&PackedState) -> Lanes| {
-                Lanes::at(&closed.iter().map(of).collect::<Vec<_>>(), k)
-            };
-            let pairs = [
-                (group(&|g| g.determinant), exact.determinant),
-                (group(&|g| g.sensitivity[0]), exact.s[0][0]),
-                (group(&|g| g.sensitivity[1]), exact.s[1][1]),
-                (group(&|g| g.compliance), exact.compliance),
-            ];
-            for (found, exact) in pairs {
-                assert!((found - exact).norm() < 1e-13 * exact.norm());
+        for number in 0..2 {
+            let four: Vec<&LoopResponse> = list.iter().skip(4 * number).take(4).collect();
+            let packed = PackedLoops::new(&four);
+            let (state, all) = (
+                packed.closed(&gain, free),
+                packed.closed_nominal(&gain, free),
+            );
+            for (l, one) in four.into_iter().enumerate() {
+                let exact = LoopState::new(one, &gain);
+                let (determinant, _) = closed(&product(&one.loops, &gain));
+                let whole = all.lane(l);
+                let entries = |l: &LoopState| {
+                    let matrices = [l.s, l.r].into_iter().flatten().flatten();
+                    matrices.chain([l.compliance]).collect::<Vec<_>>()
+                };
+                let mut pairs = vec![
+                    (state.determinant.lane(l), determinant * free),
+                    (state.sensitivity[0].lane(l), exact.s[0][0]),
+                    (state.sensitivity[1].lane(l), exact.s[1][1]),
+                    (state.compliance.lane(l), exact.compliance),
+                ];
+                pairs.extend(entries(&whole).into_iter().zip(entries(&exact)));
+                for (found, exact) in pairs {
+                    assert!((found - exact).norm() < 1e-13 * exact.norm());
+                }
+                for (i, found) in all.currents().into_iter().enumerate() {
+                    let exact = exact.r[i].iter().map(c64::norm_sqr).sum::<f64>();
+                    assert!((found[l] / exact - 1.0).abs() < 1e-13);
+                }
             }
         }
     }

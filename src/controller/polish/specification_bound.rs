@@ -151,7 +151,6 @@ mod tests {
     fn a_bound_is_the_largest_singular_value_and_below_its_floor_a_larger_norm() {
         let (scales, r) = ([0.5, 3.0, 1.0], [[ONE, ZERO], [ZERO, -ONE]]);
         let state = LoopState {
-            determinant: ONE,
             s: r,
             r,
             compliance: ZERO,
