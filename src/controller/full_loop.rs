@@ -1,14 +1,18 @@
 //! The sampled loop of a controller on the full plant at one speed, and its noise current.
 //!
-//! Noise: rms of the current from white sensor noise, by a Lyapunov equation.
+//! Noise: rms of the current from white sensor noise, over the modes of the loop where its planes are equal, else by a
+//! Lyapunov equation.
 
 use super::in_step;
+use super::modal_loop::ModalLoop;
 use super::verification_error::VerificationError;
 use crate::augment::plane::connected_part;
 use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::lyapunov::discrete_lyapunov;
 use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::connect::lower_lft;
+use crate::lti::norm::{HinfNorm, NormError, hinf_norm_with_poles};
+use crate::lti::scale::balancing;
 use crate::lti::{Discrete, Response, StateSpace, TimeBase};
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
@@ -20,10 +24,15 @@ pub(crate) struct FullLoop {
     /// Noise at the sensors → (currents, signals).
     pub loops: StateSpace<Discrete>,
     /// Axes in the loop.
-    pub axes: usize,
+    axes: usize,
     /// Planes of the states of `loops`, where they are known.
     planes: Option<EqualPlanes>,
+    /// Modes of `loops`, where they are accurate.
+    modes: Option<ModalLoop>,
 }
+
+/// Relative error of the response over modes at which its largest value counts.
+const SAME: f64 = 1e-6;
 
 impl FullLoop {
     /// The loop of a sampled controller.
@@ -50,11 +59,17 @@ impl FullLoop {
             true => plant.planes_of_loop(part.order(), &own).map_err(&numeric)?,
             false => None,
         };
+        let loops = noisy_loops(&part, &own).map_err(&numeric)?;
+        let modes = match apart || planes.is_some() {
+            true => ModalLoop::new(&loops, planes.as_ref()),
+            false => None,
+        };
         Ok(Self {
             planes,
             plant,
-            loops: noisy_loops(&part, &own).map_err(&numeric)?,
+            loops,
             axes: axes.len(),
+            modes,
         })
     }
 
@@ -63,12 +78,42 @@ impl FullLoop {
     /// # Errors
     /// [`NumericError`] when the eigenvalue iteration fails.
     pub(crate) fn poles(&self) -> Result<Vec<c64>, NumericError> {
-        EqualPlanes::eigenvalues_on(self.planes.as_ref(), &self.loops.a)
+        match &self.modes {
+            Some(modes) => Ok(modes.poles()),
+            None => EqualPlanes::eigenvalues_on(self.planes.as_ref(), &self.loops.a),
+        }
     }
 
     /// First axis of bearing 0 or 1.
-    pub(crate) fn bearing(&self, j: usize) -> usize {
+    fn bearing(&self, j: usize) -> usize {
         j * self.axes / 2
+    }
+
+    /// Largest |S_jj| of an axis of bearing 0 or 1; `poles` are those of the loop.
+    ///
+    /// # Errors
+    /// [`NormError`] for an unstable loop, or when an eigenvalue iteration fails.
+    pub(crate) fn sensitivity_peak(
+        &self,
+        j: usize,
+        poles: &[c64],
+        rel_tol: f64,
+    ) -> Result<HinfNorm, NormError> {
+        let axis = self.bearing(j);
+        let own = self.loops.select(&[self.axes + axis], &[axis]);
+        Ok(match self.by_modes(j, &own, rel_tol) {
+            Some(found) => found,
+            None => hinf_norm_with_poles(&own, poles, rel_tol)?,
+        })
+    }
+
+    /// That over the modes, where these are accurate, and where the response at the peak is that of `own`.
+    fn by_modes(&self, j: usize, own: &StateSpace<Discrete>, rel_tol: f64) -> Option<HinfNorm> {
+        // Of two planes the x axes come first in pairs; the modes know one plane.
+        let entry = self.modes.as_ref()?.entry(2 + j, j);
+        let found = entry.largest(own.time.period_s, rel_tol)?;
+        let exact = own.at(found.peak_omega_rad_s)[(0, 0)].norm();
+        ((found.norm - exact).abs() <= SAME * exact).then_some(found)
     }
 
     /// Largest rms current per unit of rms noise over the bearings; the loop is stable.
@@ -76,7 +121,18 @@ impl FullLoop {
     /// # Errors
     /// [`NumericError`] from the Lyapunov equation.
     pub(crate) fn noise_gain(&self) -> Result<f64, NumericError> {
-        let (loops, n) = (&self.loops, self.loops.order());
+        let by_modes = |j: usize| self.modes.as_ref()?.variance(j);
+        if let Some((front, rear)) = by_modes(0).zip(by_modes(1)) {
+            return Ok(front.max(rear).max(0.0).sqrt());
+        }
+        self.noise_gain_by_covariance()
+    }
+
+    /// [`Self::noise_gain`] by a Lyapunov equation.
+    fn noise_gain_by_covariance(&self) -> Result<f64, NumericError> {
+        // As the states come, the equation of a loop with a slender tool loses all but two digits.
+        let loops = self.loops.scale_states(&balancing(&self.loops));
+        let n = loops.order();
         let noise = loops.b.submatrix(0, 0, n, self.axes);
         // Covariance of the states: A P Aᵀ − P + BBᵀ = 0.
         let p = discrete_lyapunov(

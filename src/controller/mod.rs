@@ -10,6 +10,7 @@ pub(crate) mod full_loop;
 pub mod hand_over;
 pub mod law;
 pub mod modal;
+mod modal_loop;
 pub mod polish;
 pub mod realise;
 pub mod scaling;

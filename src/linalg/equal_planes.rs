@@ -54,39 +54,61 @@ impl EqualPlanes {
         equal
     }
 
-    /// P + jQ, the mean of what the planes say, each entry divided by the scale of its row and multiplied by that of
-    /// its column, and these scales; none when the planes differ by more than rounding relative to the largest entry.
-    fn turning(
+    /// What scales P + jQ of a real matrix on these coordinates, the mean of what the planes say, so that the moduli of
+    /// its entries are balanced; none for another size.
+    pub(crate) fn scale_of(&self, a: &Mat<f64>) -> Option<Vec<f64>> {
+        let n = 2 * self.x.len();
+        let fits = a.nrows() == n && a.ncols() == n;
+        fits.then(|| scale_of_moduli(&self.mean_between(self, a)))
+    }
+
+    /// The mean of what the planes say of a matrix with these coordinates as rows and those of `columns`.
+    fn mean_between(&self, columns: &Self, a: &Mat<f64>) -> Mat<c64> {
+        let (x, y) = (&self.x, &self.y);
+        Mat::from_fn(x.len(), columns.x.len(), |i, j| {
+            let (right, left) = (columns.x[j], columns.y[j]);
+            c64::new(
+                0.5 * (a[(x[i], right)] + a[(y[i], left)]),
+                0.5 * (a[(y[i], right)] - a[(x[i], left)]),
+            )
+        })
+    }
+
+    /// P + jQ of a matrix with these coordinates as rows and those of `columns`, each entry divided by the scale of its
+    /// row and multiplied by that of its column; none for another size, or when the planes differ by more than rounding
+    /// relative to the largest entry.
+    pub(crate) fn turning_between(
         &self,
+        columns: &Self,
         a: &Mat<f64>,
-        scale: impl Fn(&Mat<c64>) -> Vec<f64>,
-    ) -> Option<(Mat<c64>, Vec<f64>)> {
-        let n = self.x.len();
-        if a.nrows() != 2 * n || a.ncols() != 2 * n {
+        (of_rows, of_columns): (&[f64], &[f64]),
+    ) -> Option<Mat<c64>> {
+        if a.nrows() != 2 * self.x.len() || a.ncols() != 2 * columns.x.len() {
             return None;
         }
-        let (x, y) = (&self.x, &self.y);
-        let mean = Mat::from_fn(n, n, |i, j| {
-            c64::new(
-                0.5 * (a[(x[i], x[j])] + a[(y[i], y[j])]),
-                0.5 * (a[(y[i], x[j])] - a[(x[i], y[j])]),
-            )
-        });
-        let scale = scale(&mean);
+        let mean = self.mean_between(columns, a);
         let (mut largest, mut apart) = (0.0f64, 0.0f64);
-        for i in 0..n {
-            for j in 0..n {
-                let alike = a[(x[i], x[j])] - a[(y[i], y[j])];
-                let turned = a[(y[i], x[j])] + a[(x[i], y[j])];
-                let scale = scale[j] / scale[i];
+        for (i, (x, y)) in self.x.iter().zip(&self.y).enumerate() {
+            for (j, (right, left)) in columns.x.iter().zip(&columns.y).enumerate() {
+                let alike = a[(*x, *right)] - a[(*y, *left)];
+                let turned = a[(*y, *right)] + a[(*x, *left)];
+                let scale = of_columns[j] / of_rows[i];
                 apart = apart.max(scale * alike.abs().max(turned.abs()));
                 largest = largest.max(scale * mean[(i, j)].norm());
             }
         }
         (apart <= ROUNDING * largest).then(|| {
-            let scaled = Mat::from_fn(n, n, |i, j| mean[(i, j)] * (scale[j] / scale[i]));
-            (scaled, scale)
+            Mat::from_fn(mean.nrows(), mean.ncols(), |i, j| {
+                mean[(i, j)] * (of_columns[j] / of_rows[i])
+            })
         })
+    }
+
+    /// P + jQ of a matrix on these coordinates with its scale.
+    fn turning(&self, a: &Mat<f64>) -> Option<(Mat<c64>, Vec<f64>)> {
+        let scale = self.scale_of(a)?;
+        let turning = self.turning_between(self, a, (&scale, &scale))?;
+        Some((turning, scale))
     }
 
     /// The matrix on these coordinates that P + jQ stands for.
@@ -110,7 +132,7 @@ impl EqualPlanes {
         a: &Mat<f64>,
         times: [f64; K],
     ) -> Option<[Mat<f64>; K]> {
-        let (turning, scale) = self.turning(a, scale_of_moduli)?;
+        let (turning, scale) = self.turning(a)?;
         Some(match one_plane(&turning) {
             Some(plane) => self.unscaled(exponentials_of_balanced(&plane, times), &scale),
             None => self.unscaled(exponentials_of_balanced(&turning, times), &scale),
@@ -141,7 +163,8 @@ impl EqualPlanes {
         w: &Mat<f64>,
         rounding: f64,
     ) -> Result<Option<Mat<f64>>, NumericError> {
-        let Some((turning, _)) = self.turning(w, |mean| vec![1.0; mean.nrows()]) else {
+        let scale = vec![1.0; self.x.len()];
+        let Some(turning) = self.turning_between(self, w, (&scale, &scale)) else {
             return Ok(None);
         };
         let (values, vectors) = hermitian_eigen(&turning)?;
@@ -175,7 +198,7 @@ impl EqualPlanes {
     /// # Errors
     /// As [`eigenvalues`].
     pub(crate) fn eigenvalues(&self, a: &Mat<f64>) -> Result<Vec<c64>, NumericError> {
-        let Some((turning, _)) = self.turning(a, scale_of_moduli) else {
+        let Some((turning, _)) = self.turning(a) else {
             return eigenvalues(a);
         };
         let own = match one_plane(&turning) {
@@ -248,7 +271,7 @@ mod tests {
     #[test]
     fn eigenvalues_of_equal_planes_are_those_of_the_whole_matrix() {
         let a = matrix(0.0);
-        assert!(planes().turning(&a, |_| vec![1.0; 3]).is_some());
+        assert!(planes().turning(&a).is_some());
         let whole = eigenvalues(&a).expect("finite");
         let found = planes().eigenvalues(&a).expect("finite");
         assert!(largest_gap(&found, &whole) < 1e-12 && largest_gap(&whole, &found) < 1e-12);
@@ -295,7 +318,7 @@ mod tests {
     #[test]
     fn planes_that_differ_are_taken_as_they_are() {
         let a = matrix(1e-6);
-        assert!(planes().turning(&a, |_| vec![1.0; 3]).is_none());
+        assert!(planes().turning(&a).is_none());
         let whole = eigenvalues(&a).expect("finite");
         assert_eq!(planes().eigenvalues(&a).expect("finite"), whole);
     }

@@ -7,6 +7,7 @@ pub mod held;
 pub(crate) mod level_set;
 pub(crate) mod line_maximum;
 pub mod norm;
+pub(crate) mod pole_residues;
 pub(crate) mod responder;
 pub(crate) mod response;
 pub mod sample;

@@ -17,7 +17,7 @@ use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
 use crate::linalg::c64;
 use crate::lti::held::closed_response;
 use crate::lti::line_maximum::LineMaximum;
-use crate::lti::norm::{HinfNorm, NormError, hinf_norm_with_poles};
+use crate::lti::norm::{HinfNorm, NormError};
 use crate::lti::{Discrete, FrequencyGrid, StateSpace};
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
@@ -422,14 +422,10 @@ fn full_figures(
     let poles = full.poles().map_err(&numeric)?;
     let peaks: Result<Vec<PeakSensitivity>, VerificationError> = [0, 1]
         .into_par_iter()
-        .map(|j| {
-            let axis = full.bearing(j);
-            let own = full.loops.select(&[full.axes + axis], &[axis]);
-            match hinf_norm_with_poles(&own, &poles, PEAK_TOLERANCE) {
-                Ok(found) => Ok(peak(&found)),
-                Err(NormError::Unstable { .. }) => Ok(UNBOUNDED),
-                Err(NormError::Numeric(e)) => Err(in_step("sensitivity peak of the PID")(e).into()),
-            }
+        .map(|j| match full.sensitivity_peak(j, &poles, PEAK_TOLERANCE) {
+            Ok(found) => Ok(peak(&found)),
+            Err(NormError::Unstable { .. }) => Ok(UNBOUNDED),
+            Err(NormError::Numeric(e)) => Err(in_step("sensitivity peak of the PID")(e).into()),
         })
         .collect();
     let peaks = peaks?;

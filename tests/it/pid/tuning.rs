@@ -8,6 +8,8 @@ use muspin::controller::amplifier_demand::{
 use muspin::controller::verification::growth_rate;
 use muspin::input::load_machine;
 use muspin::linalg::{Mat, c64};
+use muspin::lti::connect::lower_lft;
+use muspin::lti::norm::hinf_norm_discrete;
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
 use muspin::pid::certificate::{PidCertificate, TunedPid, ZONE_B_DB, certify};
 use muspin::pid::parameters::{PidParameters, pid_continuous, pid_controller, reference_start};
@@ -115,6 +117,67 @@ fn a_pid_for_a_slender_tool_levitates_within_the_limits_of_a_controller() {
         let rate = growth_rate(&plant.sampled().unwrap(), law).unwrap();
         assert!(rate < 0.0, "{rate} 1/s at {rpm} rpm");
     }
+    figures_are_those_of_other_roads(&machine, &tuned);
+}
+
+/// The figures over the modes of the loop against a sum over time and level sets on all states.
+fn figures_are_those_of_other_roads(machine: &Machine, tuned: &TunedPid) {
+    let ControlLaw::Discrete(law) = &tuned.controller.law else {
+        panic!("sampled")
+    };
+    let c = &tuned.certificate;
+    let mut noise = 0.0f64;
+    for (rpm, seen) in [
+        (0.0, &c.sensitivity),
+        (machine.spindle.max_rpm, &c.sensitivity_at_speed),
+    ] {
+        let plant = Plant::new(machine, rpm * TAU / 60.0, ModelDetail::Full).unwrap();
+        let axes = [0, 1, 2, 3];
+        let sampled = plant.sampled().unwrap().select(&axes, &axes);
+        // Noise and currents to currents, signals, and signals again for the law.
+        let (n, unit) = (sampled.order(), |i: usize, j: usize| {
+            f64::from(u8::from(i == j))
+        });
+        let b = Mat::from_fn(n, 8, |i, j| if j < 4 { 0.0 } else { sampled.b[(i, j - 4)] });
+        let rows = Mat::from_fn(
+            12,
+            n,
+            |i, j| if i < 4 { 0.0 } else { sampled.c[(i % 4, j)] },
+        );
+        let d = Mat::from_fn(12, 8, |i, j| match (i < 4, j < 4) {
+            (true, true) => 0.0,
+            (true, false) => unit(i, j - 4),
+            (false, true) => unit(i % 4, j),
+            (false, false) => sampled.d[(i % 4, j - 4)],
+        });
+        let open = StateSpace::new(sampled.a.clone(), b, rows, d, sampled.time).unwrap();
+        let closed = lower_lft(&open, law).unwrap();
+        // P = Σ AᵏBBᵀAᵀᵏ, twice as many terms each time.
+        let (mut covariance, mut power) = (&closed.b * closed.b.transpose(), closed.a.clone());
+        for _ in 0..24 {
+            covariance = &covariance + &power * &covariance * power.transpose();
+            power = &power * &power;
+        }
+        let currents = closed.c.submatrix(0, 0, 4, closed.order());
+        let variances = currents * &covariance * currents.transpose();
+        for k in 0..4 {
+            let direct: f64 = (0..4).map(|j| closed.d[(k, j)].powi(2)).sum();
+            noise = noise.max((variances[(k, k)] + direct).sqrt());
+        }
+        for axis in axes {
+            let exact = hinf_norm_discrete(&closed.select(&[4 + axis], &[axis]), 1e-8).unwrap();
+            let db = |x: f64| 20.0 * x.log10();
+            let peak = &seen[axis / 2];
+            assert!(peak.db < db(exact.upper) + 1e-6 && peak.upper_db > db(exact.norm) - 1e-6);
+            assert!(peak.upper_db - peak.db < 1e-3);
+        }
+    }
+    let noise = noise * machine.spindle.electronics.sensor_noise_m;
+    assert!(
+        (c.noise_current_a / noise - 1.0).abs() < 1e-6,
+        "{} and {noise} A",
+        c.noise_current_a
+    );
 }
 
 #[test]
@@ -150,6 +213,7 @@ fn quick_tuning_gives_a_stiff_stable_pid_in_zone_b() {
             "axis {axis}: {db} dB"
         );
     }
+    figures_are_those_of_other_roads(&reference(), &tuned);
     // Third road: plants drawn from the set of shifted modes at any speed are stable.
     let ControlLaw::Discrete(law) = &tuned.controller.law else {
         panic!("sampled")
