@@ -12,7 +12,7 @@ use super::{Failure, Outcome};
 use crate::augment::weights::Weights;
 use crate::controller::Controller;
 use crate::input::{load_measurement, load_tagged_controller, load_weights};
-use crate::pipeline::compared::{Compared, Ground, compared, own_controllers};
+use crate::pipeline::compared::{Compared, Ground, Known, compared, own_controllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::loop_stability::unstable_words;
 use crate::predict::chatter::{Engagement, Material};
@@ -142,16 +142,16 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
 /// All controllers compared, in their order; one at a time where the time of each is asked for.
 fn all_compared(
     ground: &Ground<'_>,
-    controllers: &[(Role, Controller)],
+    controllers: &[(Role, Controller, Known)],
     progress: &Progress,
     timed: bool,
 ) -> Result<Vec<(Role, Compared)>, Failure> {
     let keys = keys(controllers);
-    let one = |(name, (role, controller)): (&String, &(Role, Controller))| {
+    let one = |(name, (role, controller, known)): (&String, &(Role, Controller, Known))| {
         if timed {
             progress.timed(format!("predictions for {name}"));
         }
-        Ok((*role, compared(ground, name, controller)?))
+        Ok((*role, compared(ground, name, controller, known)?))
     };
     if timed {
         return keys.iter().zip(controllers).map(one).collect();
@@ -170,7 +170,7 @@ fn is_acceptable(role: Role, each: &Compared) -> bool {
 
 type Given = (
     Machine,
-    Vec<(Role, Controller)>,
+    Vec<(Role, Controller, Known)>,
     Option<UsedMachine>,
     Remarks,
 );
@@ -184,12 +184,13 @@ fn given(arguments: &Arguments) -> Result<Given, Failure> {
     };
     let (found, mut remarks) = files.with_controller(first)?;
     let used = found.used_machine();
-    let mut controllers = vec![(Role::Other(0), found.controller)];
+    let mut controllers = vec![(Role::Other(0), found.controller, Known::default())];
     for file in others {
         let loaded = load_tagged_controller(file)?;
         let other = other_machine(file, loaded.machine.as_ref(), &found.used);
         remarks.0.extend(other);
-        controllers.push((Role::Other(controllers.len()), loaded.controller));
+        let role = Role::Other(controllers.len());
+        controllers.push((role, loaded.controller, Known::default()));
     }
     Ok((found.machine, controllers, Some(used), remarks))
 }
@@ -234,9 +235,9 @@ fn cut(arguments: &Arguments) -> Result<(Material, Engagement), Failure> {
 }
 
 /// Names of the controllers as keys: blanks become underscores, repeated names get a number.
-fn keys(controllers: &[(Role, Controller)]) -> Vec<String> {
+fn keys(controllers: &[(Role, Controller, Known)]) -> Vec<String> {
     let mut names: Vec<String> = vec![];
-    for (role, controller) in controllers {
+    for (role, controller, _) in controllers {
         let base = match role {
             Role::Mu => "mu".to_owned(),
             Role::Pid => "pid".to_owned(),

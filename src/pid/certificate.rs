@@ -11,7 +11,7 @@ use super::settings::TuneSettings;
 use crate::controller::amplifier_demand::{high_frequency_gain, high_frequency_hz};
 use crate::controller::full_loop::FullLoop;
 use crate::controller::polish::responses::ShiftedRotor;
-use crate::controller::verification::{Verification, growth_rate_of, verify};
+use crate::controller::verification::{Verification, growth_rate_of, verify, verify_at};
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
 use crate::linalg::c64;
@@ -36,7 +36,7 @@ const PEAK_TOLERANCE: f64 = 1e-4;
 /// Band of the dynamic stiffness, Hz.
 pub(super) const BAND_HZ: (f64, f64) = (1.0, 4000.0);
 
-/// Stability of the loops with shifted modes.
+/// Stability of the loops with shifted modes; of a loop that is unstable as it is none is checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShiftedLoops {
     /// Relative shift of the modes.
@@ -49,6 +49,19 @@ pub struct ShiftedLoops {
     pub worst_factors: Vec<f64>,
     /// Its speed, rpm.
     pub worst_speed_rpm: f64,
+}
+
+impl ShiftedLoops {
+    /// No loop checked.
+    fn none(shift: f64) -> Self {
+        Self {
+            shift,
+            loops: 0,
+            worst_growth_rate_per_s: f64::NAN,
+            worst_factors: vec![],
+            worst_speed_rpm: f64::NAN,
+        }
+    }
 }
 
 /// A certified sensitivity peak of a loop.
@@ -282,13 +295,23 @@ impl Figures {
                 words,
             )
         };
-        let lowered = whole(1.0 - settings.mode_shift, "full plant, all modes lowered")?;
-        let raised = whole(1.0 + settings.mode_shift, "full plant, all modes raised")?;
+        // Nothing is learnt of a loop that is unstable as it is.
+        let is_worth_it = self.nominal.is_stable();
+        let lowered = (1.0 - settings.mode_shift, "full plant, all modes lowered");
+        let raised = (1.0 + settings.mode_shift, "full plant, all modes raised");
+        let [lowered, raised] = [lowered, raised].map(|(factor, words)| match is_worth_it {
+            true => whole(factor, words),
+            false => Ok(verify_at(machine, law, &[], words)?),
+        });
+        let shifted = match is_worth_it {
+            true => shifted_loops(machine, law, settings)?,
+            false => ShiftedLoops::none(settings.mode_shift),
+        };
         Ok(TunedPid {
             certificate: PidCertificate {
-                lowered,
-                raised,
-                shifted: shifted_loops(machine, law, settings)?,
+                lowered: lowered?,
+                raised: raised?,
+                shifted,
                 nominal: self.nominal,
                 sensitivity: self.rest.sensitivity,
                 sensitivity_at_speed: self.fast.sensitivity,

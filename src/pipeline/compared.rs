@@ -5,7 +5,7 @@ use super::PipelineError;
 use super::comparison::{Prediction, chatter_limit, discrete, predict};
 use super::design::{Design, design_in_words};
 use super::progress::{Event, Listener};
-use super::run::{Rivals, rivals};
+use super::run::{Rival, Rivals, rivals};
 use super::settings::DesignSettings;
 use super::worst::{WorstPrediction, worst_predictions};
 use crate::augment::weights::Weights;
@@ -85,6 +85,40 @@ pub(crate) fn own_controllers(
     Ok(OwnControllers { design, rivals })
 }
 
+/// What is known of a controller from where it comes from.
+#[derive(Clone, Debug, Default)]
+pub struct Known {
+    /// Its loop at some speeds.
+    pub predictions: Vec<Prediction>,
+    /// Its stability over speed, with a proof that reaches the top speed.
+    pub verification: Option<Verification>,
+}
+
+impl OwnControllers {
+    /// What the design knows of the delivered controller, and the search of each PID of that.
+    pub(crate) fn known(&self) -> [Known; 3] {
+        let delivery = &self.design.delivery;
+        let verification = &delivery.verification;
+        let of_pid = |pid: &Rival| {
+            let predictions = pid.as_ref().map(|(_, own)| own.to_vec());
+            Known {
+                predictions: predictions.unwrap_or_default(),
+                verification: None,
+            }
+        };
+        let judged = self.design.judged_with(&delivery.controller);
+        let delivered = Known {
+            predictions: judged.map_or(vec![], Vec::from),
+            verification: verification.is_proven().then(|| verification.clone()),
+        };
+        [
+            delivered,
+            of_pid(&self.rivals.tuned),
+            of_pid(&self.rivals.textbook),
+        ]
+    }
+}
+
 /// Compares one controller under a key.
 ///
 /// # Errors
@@ -93,19 +127,30 @@ pub fn compared(
     ground: &Ground<'_>,
     name: &str,
     controller: &Controller,
+    known: &Known,
 ) -> Result<Compared, PipelineError> {
     let machine = ground.machine;
     let top_rpm = machine.spindle.max_rpm;
     let mut predictions = vec![];
     for rpm in ground.speeds_rpm {
+        let mut known = known.predictions.iter();
+        let prediction = match known.find(|p| p.speed_rpm == *rpm) {
+            Some(known) => known.clone(),
+            None => predict(machine, controller, *rpm)?,
+        };
         predictions.push(Prediction {
             name: name.to_owned(),
-            ..predict(machine, controller, *rpm)?
+            ..prediction
         });
     }
-    let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
-    let conditions = "full finite-element plant, exact delay, sampled";
-    let verification = verify_with_proof(machine, &law, SPEEDS, conditions)?;
+    let verification = match &known.verification {
+        Some(known) => known.clone(),
+        None => {
+            let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
+            let conditions = "full finite-element plant, exact delay, sampled";
+            verify_with_proof(machine, &law, SPEEDS, conditions)?
+        }
+    };
     let proven_rpm = verification
         .proof
         .as_ref()

@@ -18,7 +18,7 @@ use crate::controller::Controller;
 use crate::controller::verification::Verification;
 use crate::identify::HammerFrf;
 use crate::identify::peaks::Resonance;
-use crate::pipeline::compared::{Compared, Ground, OwnControllers};
+use crate::pipeline::compared::{Compared, Ground, Known, OwnControllers};
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::run::Rivals;
 use crate::predict::chatter::StabilityLimit;
@@ -58,18 +58,23 @@ impl Hammer {
     }
 }
 
-/// Adds what the PID search found to the summary, and returns the controllers that there are.
-pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, Controller)> {
+/// Adds what the PID search found to the summary, and returns the controllers that there are, with what is known of
+/// them.
+pub(crate) fn add_own(
+    summary: &mut Summary,
+    own: OwnControllers,
+) -> Vec<(Role, Controller, Known)> {
+    let [of_mu, of_pid, of_textbook] = own.known();
     let Rivals {
         tuned,
         textbook,
         effort,
     } = own.rivals;
-    let mut controllers = vec![(Role::Mu, own.design.delivery.controller)];
+    let mut controllers = vec![(Role::Mu, own.design.delivery.controller, of_mu)];
     match tuned {
         Ok((pid, _)) => {
             summary.set("pid", PidSummary::of(&pid, &effort));
-            controllers.push((Role::Pid, pid.controller));
+            controllers.push((Role::Pid, pid.controller, of_pid));
         }
         Err(reason) => {
             let words = format!("No PID was found ({reason}).");
@@ -79,7 +84,7 @@ pub(crate) fn add_own(summary: &mut Summary, own: OwnControllers) -> Vec<(Role, 
     if let Ok((plain, _)) = textbook {
         let certificate = CertificateSummary::from(&plain.certificate);
         summary.set("pid.textbook", certificate);
-        controllers.push((Role::TextbookPid, plain.controller));
+        controllers.push((Role::TextbookPid, plain.controller, of_textbook));
     }
     controllers
 }
