@@ -94,7 +94,8 @@ impl EqualPlanes {
                 let turned = a[(*y, *right)] + a[(*x, *left)];
                 let scale = of_columns[j] / of_rows[i];
                 apart = apart.max(scale * alike.abs().max(turned.abs()));
-                largest = largest.max(scale * mean[(i, j)].norm());
+                let own = mean[(i, j)];
+                largest = largest.max(scale * own.re.abs().max(own.im.abs()));
             }
         }
         (apart <= ROUNDING * largest).then(|| {

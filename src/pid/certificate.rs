@@ -18,7 +18,7 @@ use crate::linalg::c64;
 use crate::lti::held::closed_response;
 use crate::lti::line_maximum::LineMaximum;
 use crate::lti::norm::{HinfNorm, NormError};
-use crate::lti::{Discrete, FrequencyGrid, StateSpace};
+use crate::lti::{Discrete, FrequencyGrid, FrequencyResponder, StateSpace};
 use crate::spindle::plant::AXES;
 use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
@@ -480,8 +480,9 @@ pub fn softest(plant: &Plant, law: &StateSpace<Discrete>, poles: Vec<c64>) -> (f
     let poles = law.time.continuous_poles(poles);
     let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / law.time.period_s), 300)
         .refine_round_poles(&poles, 12);
+    let responder = FrequencyResponder::new(law);
     let stiffness = |omega: f64| {
-        closed_response(plant, law, AXES, omega)[(0, 0)]
+        closed_response(plant, &responder, AXES, omega)[(0, 0)]
             .norm()
             .recip()
     };

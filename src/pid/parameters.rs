@@ -6,6 +6,7 @@
 //! T_d = 2ζ√(K m_e)/(k_i kp) with m_e the mass that a rigid rotor shows at the actuator.
 
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
+use crate::linalg::fused::fused;
 use crate::linalg::{Mat, c64};
 use crate::lti::connect::{append, series};
 use crate::lti::sample::tustin;
@@ -80,22 +81,53 @@ impl AxisParameters {
 
     /// C(jv), as [`Self::response`], with fewer operations.
     pub(super) fn response_on_axis(&self, v: f64) -> c64 {
-        let second = |w: f64, zeta: f64| {
-            let p = v / w;
-            c64::new(1.0 - p * p, 2.0 * zeta * p)
+        let ([re], [im]) = self.responses_on_axis([v]);
+        c64::new(re, im)
+    }
+
+    /// That at some frequencies, real and imaginary parts apart.
+    #[inline]
+    pub(super) fn responses_on_axis<const N: usize>(&self, v: [f64; N]) -> ([f64; N], [f64; N]) {
+        type Parts<const N: usize> = ([f64; N], [f64; N]);
+        let times = |a: &Parts<N>, b: &Parts<N>| -> Parts<N> {
+            (
+                std::array::from_fn(|l| fused(a.0[l], b.0[l], -(a.1[l] * b.1[l]))),
+                std::array::from_fn(|l| fused(a.0[l], b.1[l], a.1[l] * b.0[l])),
+            )
         };
-        let corner = v / self.derivative_corner_rad_s;
+        let second = |w: f64, zeta: f64| -> Parts<N> {
+            let (inverse, damping) = (1.0 / w, 2.0 * zeta);
+            let p = v.map(|v| v * inverse);
+            (p.map(|p| fused(-p, p, 1.0)), p.map(|p| damping * p))
+        };
+        let by_corner = 1.0 / self.derivative_corner_rad_s;
+        let corner = v.map(|v| v * by_corner);
         // As there over jv: (wᵢ/(jv) + 1)(1 + jv/w_d) + jv T_d over 1 + jv/w_d.
-        let (integral, derivative) = (self.integral_rad_s / v, v * self.derivative_s);
-        let pid = c64::new(1.0 + integral * corner, corner - integral + derivative);
-        let below = c64::new(1.0, corner) * second(self.lowpass_rad_s, LOWPASS_DAMPING);
+        let pid: Parts<N> = (
+            [1.0 + self.integral_rad_s * by_corner; N],
+            std::array::from_fn(|l| {
+                corner[l] - self.integral_rad_s / v[l] + v[l] * self.derivative_s
+            }),
+        );
+        let below = times(
+            &([1.0; N], corner),
+            &second(self.lowpass_rad_s, LOWPASS_DAMPING),
+        );
         let (above, below) = self.biquads.iter().fold((pid, below), |(above, below), b| {
             (
-                above * second(b.zero_rad_s, b.zero_damping),
-                below * second(b.pole_rad_s, b.pole_damping),
+                times(&above, &second(b.zero_rad_s, b.zero_damping)),
+                times(&below, &second(b.pole_rad_s, b.pole_damping)),
             )
         });
-        above * below.conj() * (self.gain_a_per_m / below.norm_sqr())
+        let scale: [f64; N] = std::array::from_fn(|l| {
+            self.gain_a_per_m / fused(below.0[l], below.0[l], below.1[l] * below.1[l])
+        });
+        let opposite: Parts<N> = (below.0, below.1.map(|im| -im));
+        let (re, im) = times(&above, &opposite);
+        (
+            std::array::from_fn(|l| re[l] * scale[l]),
+            std::array::from_fn(|l| im[l] * scale[l]),
+        )
     }
 
     /// Logarithms of the thirteen numbers, for search.

@@ -188,22 +188,32 @@ impl<'a> Screen<'a> {
         }
     }
 
+    /// Of both axes −C at each line.
+    fn gains(&self, parameters: &PidParameters) -> Vec<[c64; 2]> {
+        let mut gains = Vec::with_capacity(self.lines.len() + WIDTH);
+        for four in self.lines.chunks(WIDTH) {
+            let v = std::array::from_fn(|l| four[l.min(four.len() - 1)].s.im);
+            let axes =
+                [&parameters.front, &parameters.rear].map(|a| a.responses_on_axis::<WIDTH>(v));
+            let gain = |l: usize| axes.map(|(re, im)| c64::new(-re[l], -im[l]));
+            gains.extend((0..four.len()).map(gain));
+        }
+        gains
+    }
+
     /// Counts the unstable poles of the loops with a PID.
     pub(super) fn start(&self, parameters: PidParameters) -> Start {
         let (front, rear) = (&parameters.front, &parameters.rear);
-        // Of both axes −C.
-        let gain = |line: &Line| [front, rear].map(|a| -a.response_on_axis(line.s.im));
-        let gains: Vec<[c64; 2]> = self.lines.iter().map(gain).collect();
+        let gains = self.gains(&parameters);
         let mut phases = Vec::with_capacity(WIDTH * self.packs.len());
         let mut determinants = Vec::with_capacity(self.lines.len());
         for pack in &self.packs {
             determinants.clear();
             let loops = self.lines.iter().zip(pack).zip(&gains);
             determinants.extend(loops.map(|((line, loops), k)| {
-                // The product of both axes without integrators over that with them.
+                // The product of both axes without integrators over that with them, but for its size.
                 let corners = (line.s + front.integral_rad_s) * (line.s + rear.integral_rad_s);
-                let free = line.s * line.s / corners;
-                Lanes::ZERO.plus(free, &loops.closed(k).1)
+                Lanes::ZERO.plus(-corners.conj(), &loops.closed(k).1)
             }));
             phases.extend(gathered_phases(determinants.iter()));
         }

@@ -11,14 +11,14 @@
 use super::PipelineError;
 use crate::augment::Block;
 use crate::augment::assembly::{ProblemWeights, SIGNAL_SCALE_M, UncertainMode};
-use crate::augment::channels::problem_blocks;
+use crate::augment::channels::{Channel, problem_blocks};
 use crate::augment::exposure::Exposure;
 use crate::augment::plane::LOOPS;
 use crate::augment::weights::Weights;
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::held::hold_magnitude;
 use crate::lti::responder::FrequencyResponder;
-use crate::lti::{Discrete, Response, StateSpace};
+use crate::lti::{Continuous, Discrete, Response, StateSpace};
 use crate::spindle::Plant;
 use crate::spindle::plant::CHANNELS;
 
@@ -34,6 +34,8 @@ pub(super) struct RotatingLoop {
     late_s: f64,
     /// The controller x → (x, y).
     law: FrequencyResponder<Discrete>,
+    /// Weights at the outputs and at the inputs.
+    weights: [FrequencyResponder<Continuous>; 2],
     frame: Frame,
 }
 
@@ -62,6 +64,7 @@ impl RotatingLoop {
             plant: plant.with_modal_ports(ports),
             channels: [x, y],
             law: FrequencyResponder::new(&law.select(&[0, 2, 1, 3], &[0, 2])),
+            weights: [&round.output, &round.input].map(FrequencyResponder::new),
             frame: Frame {
                 modes: modes.len(),
                 exposure: Exposure::new(
@@ -69,7 +72,7 @@ impl RotatingLoop {
                     &round.channels,
                     weights.integral_corner_hz.is_some(),
                 ),
-                round,
+                channels: round.channels,
             },
         })
     }
@@ -79,7 +82,7 @@ impl RotatingLoop {
         let [a, b] = self.planes(omega);
         let law = self.law.at(omega);
         let [ka, kb] = [0, LOOPS].map(|first| law.submatrix(first, 0, LOOPS, LOOPS).to_owned());
-        let weights = [&self.frame.round.output, &self.frame.round.input].map(|w| w.at(omega));
+        let weights = self.weights.each_ref().map(|w| w.at(omega));
         SIGNS.map(|sign| {
             let turn = c64::new(0.0, sign);
             let whirl = |p: &Mat<c64>, q: &Mat<c64>| {
@@ -107,10 +110,10 @@ impl RotatingLoop {
     }
 }
 
-/// Weights round a plane's response at one frequency.
+/// What is round a plane's response at one frequency.
 struct Frame {
     modes: usize,
-    round: ProblemWeights,
+    channels: Vec<Channel>,
     exposure: Exposure,
 }
 
@@ -125,7 +128,7 @@ impl Frame {
     ) -> (Mat<c64>, Vec<Block>) {
         let exposed = self.exposure.matrix(|i, j| plane[(i, j)]);
         let weighted = output * exposed * input;
-        let uncertain = self.modes + self.round.channels.len();
+        let uncertain = self.modes + self.channels.len();
         let exposure = &self.exposure;
         let (nz, nw) = (exposure.error_rows(), exposure.disturbance_columns());
         let part = |r, c, h, w| weighted.submatrix(r, c, h, w).to_owned();
@@ -135,7 +138,7 @@ impl Frame {
         let inner = solve_complex(&difference, &part(nz, 0, LOOPS, nw));
         let closed = part(0, 0, nz, nw) + part(0, nw, nz, LOOPS) * (&k * inner);
         let performance = (nw - uncertain, nz - uncertain);
-        let blocks = problem_blocks(self.modes, &self.round.channels, performance);
+        let blocks = problem_blocks(self.modes, &self.channels, performance);
         (closed, blocks)
     }
 }

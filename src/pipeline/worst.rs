@@ -114,10 +114,11 @@ pub(crate) fn worst_prediction(
             .chain([LOW_HZ, top_speed_hz])
             .filter(|f| stable && *f <= last),
     );
-    let mut worst = worst_case(&plant, controller, uncertainty, &grid);
+    let responder = controller.responder();
+    let mut worst = worst_case(&plant, &*responder, uncertainty, &grid);
     for _ in 0..if stable { ROUNDS } else { 0 } {
         let extra = FrequencyGrid::from_hz(brackets(&worst));
-        let more = worst_case(&plant, controller, uncertainty, &extra);
+        let more = worst_case(&plant, &*responder, uncertainty, &extra);
         merge(&mut worst, more);
     }
     Ok(WorstPrediction {

@@ -200,7 +200,7 @@ fn alike(n: &Mat<c64>, m: usize, a: usize, b: usize) -> bool {
                 n[(*i, *j)],
                 n[(turned(*i), turned(*j))] * (sign(*i) * sign(*j)),
             );
-            (x - y).norm() <= SAME * x.norm().max(y.norm()) + f64::MIN_POSITIVE
+            (x - y).norm_sqr() <= SAME * SAME * x.norm_sqr().max(y.norm_sqr()) + f64::MIN_POSITIVE
         })
     })
 }

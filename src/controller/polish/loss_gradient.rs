@@ -21,23 +21,37 @@ impl Loss {
         let is_noise = |value: &&Value| value.group == Group::NoiseCurrent;
         let noise: Vec<&Value> = values.iter().filter(is_noise).collect();
         let mut of_noise = self.noise_gradients(law, found, &noise).into_iter();
-        let of_lines: Vec<Vec<f64>> = values
+        let mut numbers: Vec<usize> = (0..values.len())
+            .filter(|k| !is_noise(&&values[*k]))
+            .collect();
+        // Values of one line share the derivatives of the controller there.
+        numbers.sort_by_key(|k| values[*k].line);
+        let lines: Vec<&[usize]> = numbers
+            .chunk_by(|a, b| values[*a].line == values[*b].line)
+            .collect();
+        let of_lines: Vec<Vec<(Matrix2, Vec<f64>)>> = lines
             .par_iter()
-            .filter(|value| !is_noise(value))
-            .map(|value| {
-                let q = self.line_derivative(found, value);
-                let mut own = [(q, vec![0.0; law.parameters()])];
-                law.add_gradients(&self.lines[value.line], &mut own);
-                let [(_, gradient)] = own;
-                gradient
+            .map(|numbers| {
+                let part = |k: &usize| {
+                    let q = self.line_derivative(found, &values[*k]);
+                    (q, vec![0.0; law.parameters()])
+                };
+                let mut parts: Vec<(Matrix2, Vec<f64>)> = numbers.iter().map(part).collect();
+                if let Some(first) = numbers.first() {
+                    law.add_gradients(&self.lines[values[*first].line], &mut parts);
+                }
+                parts
             })
             .collect();
-        let mut of_lines = of_lines.into_iter();
-        let next = |value: &Value| match value.group {
-            Group::NoiseCurrent => of_noise.next(),
-            _ => of_lines.next(),
-        };
-        values.iter().filter_map(next).collect()
+        let mut gradients = vec![vec![]; values.len()];
+        for (number, (_, gradient)) in numbers.iter().zip(of_lines.into_iter().flatten()) {
+            gradients[*number] = gradient;
+        }
+        let of_values = values.iter().zip(&mut gradients);
+        for (_, gradient) in of_values.filter(|(value, _)| is_noise(value)) {
+            *gradient = of_noise.next().unwrap_or_default();
+        }
+        gradients
     }
 
     /// Q of a value that belongs to one line.

@@ -16,7 +16,7 @@ use crate::augment::weights::Weights;
 use crate::linalg::c64;
 use crate::linalg::lanes::Lanes;
 use crate::lti::held::hold_magnitude;
-use crate::lti::{Continuous, Response, StateSpace};
+use crate::lti::{Continuous, FrequencyResponder, Response};
 use crate::spindle::plant::CHANNELS;
 use crate::spindle::response::SIDE;
 use crate::spindle::{Machine, ModelDetail, Plant, PlantLoop, SpindleError};
@@ -280,8 +280,8 @@ impl Plants {
                 &round.channels,
                 weights.integral_corner_hz.is_some(),
             ),
-            input: round.input,
-            output: round.output,
+            input: FrequencyResponder::new(&round.input),
+            output: FrequencyResponder::new(&round.output),
             ports: modes
                 .iter()
                 .map(|m| CHANNELS + 2 * m.number)
@@ -382,8 +382,8 @@ fn whirl(plant: &PlantLoop, omega: f64, period_s: f64) -> [LoopResponse; 2] {
 /// Weights and ports of the specification.
 struct Frame {
     exposure: Exposure,
-    input: StateSpace<Continuous>,
-    output: StateSpace<Continuous>,
+    input: FrequencyResponder<Continuous>,
+    output: FrequencyResponder<Continuous>,
     /// Channels of the plant, x axis: modal ports and loads.
     ports: Vec<usize>,
 }
