@@ -6,17 +6,18 @@ use super::scale::balancing;
 use super::state_space::{StateSpace, TimeBase};
 use crate::linalg::fused::fused;
 use crate::linalg::gram::dot_in_lanes;
-use crate::linalg::planar::{Part, PartMut, add_fused};
+use crate::linalg::planar::add_fused;
 use crate::linalg::{Mat, c64};
 
 /// A system prepared for evaluation on a grid.
 #[derive(Clone, Debug)]
 pub struct FrequencyResponder<T: TimeBase> {
-    /// Hessenberg matrix, row after row.
+    /// Hessenberg matrix, column after column.
     h: Vec<f64>,
     n: usize,
-    /// Row after row, as is `c`.
+    /// Row after row.
     b: Vec<f64>,
+    /// Column after column.
     c: Vec<f64>,
     d: Mat<f64>,
     time: T,
@@ -59,11 +60,12 @@ impl<T: TimeBase> FrequencyResponder<T> {
                 h[i * n + k] = 0.0;
             }
         }
+        let p = s.outputs();
         Self {
-            h,
+            h: (0..n * n).map(|k| h[k % n * n + k / n]).collect(),
             n,
             b,
-            c,
+            c: (0..n * p).map(|k| c[k % p * n + k / p]).collect(),
             d: s.d,
             time: s.time,
         }
@@ -71,72 +73,80 @@ impl<T: TimeBase> FrequencyResponder<T> {
 
     /// C(ζI − A)⁻¹B + D, p×m; entries are infinite or NaN on a pole.
     pub fn transfer(&self, point: c64) -> Mat<c64> {
-        let (n, p, m) = (self.n, self.d.nrows(), self.d.ncols());
-        let mut rows = Rows::new(n, n + m);
-        self.reduced(point, &mut rows);
-        let blocks = m.div_ceil(LANES);
-        // Back substitution, a few right-hand sides at once: block c of row k is x[c·n + k].
-        let mut x = vec![([0.0; LANES], [0.0; LANES]); n * blocks];
-        for k in (0..n).rev() {
-            let (re, im) = rows.at(k, k);
-            let pivot = c64::new(1.0, 0.0) / c64::new(re, im);
-            let (res, ims) = rows.part(k, k + 1, n);
-            for c in 0..blocks {
-                let mut own = rows.block(k, n + c * LANES);
-                let below = &x[c * n + k + 1..(c + 1) * n];
-                for ((re, im), x) in res.iter().zip(ims).zip(below) {
-                    add_fused((&mut own.0, &mut own.1), (-re, -im), (&x.0, &x.1));
-                }
-                x[c * n + k] = times(&own, pivot);
-            }
+        match self.d.ncols() {
+            0..=4 => self.transfer_in_blocks::<4>(point),
+            _ => self.transfer_in_blocks::<8>(point),
         }
-        let mut sum = Mat::zeros(p, m);
-        for i in 0..p {
-            for j in (0..m).step_by(LANES) {
-                let mut own: Block = ([0.0; LANES], [0.0; LANES]);
-                for (k, v) in own.0.iter_mut().enumerate().take(m - j) {
-                    *v = self.d[(i, j + k)];
-                }
-                let first = j / LANES * n;
-                let row = &self.c[i * n..(i + 1) * n];
-                for (c, (re, im)) in row.iter().zip(&x[first..first + n]) {
-                    for lane in 0..LANES {
-                        own.0[lane] = fused(*c, re[lane], own.0[lane]);
-                        own.1[lane] = fused(*c, im[lane], own.1[lane]);
-                    }
-                }
-                for k in 0..LANES.min(m - j) {
-                    sum[(i, j + k)] = c64::new(own.0[k], own.1[k]);
-                }
-            }
-        }
-        sum
     }
 
-    /// Rows of [ζI − H | B], reduced to an upper triangle with row exchanges.
-    fn reduced(&self, point: c64, rows: &mut Rows) {
-        let (n, m) = (self.n, self.d.ncols());
-        let width = n + m;
-        for i in 0..n {
-            let first = i * width;
-            for j in i.saturating_sub(1)..n {
-                rows.re[first + j] = -self.h[i * n + j];
-            }
-            rows.re[first + i] += point.re;
-            rows.im[first + i] += point.im;
-            rows.re[first + n..first + width].copy_from_slice(&self.b[i * m..(i + 1) * m]);
+    /// [`Self::transfer`] with so many columns of B in a block.
+    ///
+    /// Columns of [ζI − H; C] are combined from the last one on, the larger of two at the diagonal as pivot, until the
+    /// upper part is a triangle R: with x = E y, where E holds the combinations, R y = B and C x = (C E) y. A column of
+    /// R is done with as soon as it is found.
+    fn transfer_in_blocks<const K: usize>(&self, point: c64) -> Mat<c64> {
+        let (n, p, m) = (self.n, self.d.nrows(), self.d.ncols());
+        let blocks = m.div_ceil(K);
+        let mut b: Vec<Block<K>> = (0..blocks * n).map(|k| self.block(k / n, k % n)).collect();
+        let mut sum: Vec<Block<K>> = vec![Block::ZERO; blocks * p];
+        let mut running = Column {
+            re: vec![0.0; n],
+            im: vec![0.0; n],
+            read: vec![c64::new(0.0, 0.0); p],
+        };
+        if let Some(last) = n.checked_sub(1) {
+            running.add(c64::new(0.0, 0.0), (self.column(last), self.read(last), n));
+            running.shift(last, point);
         }
-        for k in 0..n.saturating_sub(1) {
-            let value = |(re, im): (f64, f64)| c64::new(re, im);
-            if value(rows.at(k + 1, k)).norm_sqr() > value(rows.at(k, k)).norm_sqr() {
-                rows.swap(k, k + 1, k);
+        for i in (0..n).rev() {
+            let own = running.at(i);
+            let Some(next) = i.checked_sub(1) else {
+                running.solve((&mut b, n), &mut sum, i);
+                break;
+            };
+            // Of the column before it the entry in this row.
+            let beside = -self.column(next)[i];
+            let other = (self.column(next), self.read(next), i);
+            if own.norm_sqr() >= beside * beside {
+                running.solve((&mut b, n), &mut sum, i);
+                running.add(-(beside / own), other);
+                running.shift(next, point);
+            } else {
+                let mut pivot = Column {
+                    re: vec![0.0; i + 1],
+                    im: vec![0.0; i + 1],
+                    read: vec![c64::new(0.0, 0.0); p],
+                };
+                pivot.add(c64::new(0.0, 0.0), (other.0, other.1, i + 1));
+                pivot.shift(next, point);
+                pivot.solve((&mut b, n), &mut sum, i);
+                running.subtract(own / beside, &pivot, i);
             }
-            let below = value(rows.at(k + 1, k));
-            if below != c64::new(0.0, 0.0) {
-                let f = below / value(rows.at(k, k));
-                let (above, own) = rows.neighbours(k, k + 1);
-                add_fused(own, (-f.re, -f.im), above);
-            }
+        }
+        Mat::from_fn(p, m, |i, j| {
+            let own = &sum[j / K * p + i];
+            c64::new(self.d[(i, j)] + own.re[j % K], own.im[j % K])
+        })
+    }
+
+    /// Column of H, from the top.
+    fn column(&self, j: usize) -> &[f64] {
+        &self.h[j * self.n..(j + 1) * self.n]
+    }
+
+    /// Column of C.
+    fn read(&self, j: usize) -> &[f64] {
+        let p = self.d.nrows();
+        &self.c[j * p..(j + 1) * p]
+    }
+
+    /// Row of B in columns from a block's first one on; zeros behind the last.
+    fn block<const K: usize>(&self, number: usize, row: usize) -> Block<K> {
+        let m = self.d.ncols();
+        let own = &self.b[row * m..(row + 1) * m];
+        Block {
+            re: std::array::from_fn(|l| own.get(number * K + l).copied().unwrap_or(0.0)),
+            im: [0.0; K],
         }
     }
 
@@ -178,74 +188,106 @@ impl<T: TimeBase> Response for FrequencyResponder<T> {
     }
 }
 
-/// Right-hand sides at once: they stay in registers while a row is eliminated.
-const LANES: usize = 8;
-/// Real and imaginary parts of a few entries of a row.
-type Block = ([f64; LANES], [f64; LANES]);
-
-fn times(block: &Block, factor: c64) -> Block {
-    let mut product = *block;
-    for k in 0..LANES {
-        let entry = c64::new(block.0[k], block.1[k]) * factor;
-        (product.0[k], product.1[k]) = (entry.re, entry.im);
-    }
-    product
+/// Entries of a row in a few columns.
+#[derive(Clone, Copy, Debug)]
+struct Block<const K: usize> {
+    re: [f64; K],
+    im: [f64; K],
 }
 
-/// Complex rows in two arrays, real and imaginary parts, row after row.
-struct Rows {
-    width: usize,
+impl<const K: usize> Block<K> {
+    const ZERO: Self = Self {
+        re: [0.0; K],
+        im: [0.0; K],
+    };
+
+    fn times(&self, factor: c64) -> Self {
+        let mut product = Self::ZERO;
+        product.add(factor, self);
+        product
+    }
+
+    /// Adds another one times a factor.
+    #[inline(always)]
+    fn add(&mut self, factor: c64, other: &Self) {
+        for l in 0..K {
+            self.re[l] = fused(
+                factor.re,
+                other.re[l],
+                fused(-factor.im, other.im[l], self.re[l]),
+            );
+            self.im[l] = fused(
+                factor.re,
+                other.im[l],
+                fused(factor.im, other.re[l], self.im[l]),
+            );
+        }
+    }
+}
+
+/// A column of [ζI − H; C] after some combinations, real and imaginary parts of the upper part apart.
+struct Column {
     re: Vec<f64>,
     im: Vec<f64>,
+    read: Vec<c64>,
 }
 
-impl Rows {
-    fn new(rows: usize, width: usize) -> Self {
-        Self {
-            width,
-            re: vec![0.0; rows * width],
-            im: vec![0.0; rows * width],
+impl Column {
+    fn at(&self, i: usize) -> c64 {
+        c64::new(self.re[i], self.im[i])
+    }
+
+    /// Becomes `factor` times itself plus a column of [−H; C] in its first `rows` rows.
+    #[inline]
+    fn add(&mut self, factor: c64, (upper, read, rows): (&[f64], &[f64], usize)) {
+        let own = self.re[..rows].iter_mut().zip(&mut self.im[..rows]);
+        for ((re, im), h) in own.zip(upper) {
+            let before = (*re, *im);
+            *re = fused(factor.re, before.0, fused(-factor.im, before.1, -h));
+            *im = fused(factor.re, before.1, factor.im * before.0);
+        }
+        for (own, c) in self.read.iter_mut().zip(read) {
+            *own = *own * factor + c;
         }
     }
 
-    fn at(&self, i: usize, j: usize) -> (f64, f64) {
-        let k = i * self.width + j;
-        (self.re[k], self.im[k])
+    /// Takes off `factor` times another column in the first `rows` rows.
+    fn subtract(&mut self, factor: c64, other: &Self, rows: usize) {
+        let own = (&mut self.re[..rows], &mut self.im[..rows]);
+        add_fused(
+            own,
+            (-factor.re, -factor.im),
+            (&other.re[..rows], &other.im[..rows]),
+        );
+        for (own, other) in self.read.iter_mut().zip(&other.read) {
+            *own -= factor * other;
+        }
     }
 
-    /// Columns `from` to `to` of row `i`.
-    fn part(&self, i: usize, from: usize, to: usize) -> Part<'_> {
-        let span = i * self.width + from..i * self.width + to;
-        (&self.re[span.clone()], &self.im[span])
+    /// Adds ζ on the diagonal.
+    fn shift(&mut self, i: usize, point: c64) {
+        self.re[i] += point.re;
+        self.im[i] += point.im;
     }
 
-    /// Columns of row `i` from `from` on, as many as there are, then zeros.
-    fn block(&self, i: usize, from: usize) -> Block {
-        let (re, im) = self.part(i, from, self.width.min(from + LANES));
-        let mut block = ([0.0; LANES], [0.0; LANES]);
-        block.0[..re.len()].copy_from_slice(re);
-        block.1[..im.len()].copy_from_slice(im);
-        block
-    }
-
-    /// Row `k` and the next one for writing, from column `from` on.
-    fn neighbours(&mut self, k: usize, from: usize) -> (Part<'_>, PartMut<'_>) {
-        let (w, cut) = (self.width, (k + 1) * self.width);
-        let (above_re, below_re) = self.re.split_at_mut(cut);
-        let (above_im, below_im) = self.im.split_at_mut(cut);
-        let above = k * w + from..cut;
-        (
-            (&above_re[above.clone()], &above_im[above]),
-            (&mut below_re[from..w], &mut below_im[from..w]),
-        )
-    }
-
-    /// Exchanges two neighbouring rows from column `from` on.
-    fn swap(&mut self, k: usize, l: usize, from: usize) {
-        let w = self.width;
-        for array in [&mut self.re, &mut self.im] {
-            let (above, below) = array.split_at_mut(l * w);
-            above[k * w + from..(k + 1) * w].swap_with_slice(&mut below[from..w]);
+    /// As column `i` of R: row `i` of y by that of `b`, which the rows above lose; what is read of it goes to `sum`.
+    #[inline]
+    fn solve<const K: usize>(
+        &self,
+        (b, n): (&mut [Block<K>], usize),
+        sum: &mut [Block<K>],
+        i: usize,
+    ) {
+        let inverse = c64::new(1.0, 0.0) / self.at(i);
+        let p = self.read.len();
+        for (number, b) in b.chunks_exact_mut(n).enumerate() {
+            let y = b[i].times(inverse);
+            for ((re, im), b) in self.re.iter().zip(&self.im).zip(&mut b[..i]) {
+                b.add(c64::new(-re, -im), &y);
+            }
+            for (read, sum) in self.read.iter().zip(&mut sum[number * p..(number + 1) * p]) {
+                sum.add(*read, &y);
+            }
         }
     }
 }

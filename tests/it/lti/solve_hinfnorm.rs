@@ -137,13 +137,34 @@ fn sampled_norm_is_attained_on_the_unit_circle() {
 #[test]
 fn hessenberg_evaluation_agrees_with_the_direct_solve() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let n = 17;
-    let mut r = |p, q| Mat::from_fn(p, q, |_, _| rng.random_range(-1.0..1.0));
-    let s = StateSpace::new(r(n, n), r(n, 3), r(2, n), r(2, 3), Continuous).unwrap();
-    let fast = FrequencyResponder::new(&s);
-    for omega in [0.0, 0.1, 1.0, 7.0, 1e3] {
-        let (x, y) = (s.at(omega), fast.at(omega));
-        assert!((&x - &y).norm_l2() <= 1e-12 * x.norm_l2(), "{omega}");
+    for (n, m, p) in [
+        (17, 3, 2),
+        (1, 1, 1),
+        (2, 9, 4),
+        (40, 4, 4),
+        (23, 5, 1),
+        (30, 12, 8),
+        (0, 2, 2),
+    ] {
+        // Whole, and with small entries off the diagonal or on it, so that either column is the pivot.
+        for scale in [1.0, 1e-3, 1e3] {
+            let mut r = |p, q| Mat::from_fn(p, q, |_, _| rng.random_range(-1.0..1.0));
+            let (a, b, c, d) = (r(n, n), r(n, m), r(p, n), r(p, m));
+            let a = Mat::from_fn(
+                n,
+                n,
+                |i, j| if i == j { scale * a[(i, j)] } else { a[(i, j)] },
+            );
+            let s = StateSpace::new(a, b, c, d, Continuous).unwrap();
+            let fast = FrequencyResponder::new(&s);
+            for omega in [0.0, 0.1, 1.0, 7.0, 1e3] {
+                let (x, y) = (s.at(omega), fast.at(omega));
+                assert!(
+                    (&x - &y).norm_l2() <= 1e-11 * x.norm_l2(),
+                    "{n} {m} {p} {omega}"
+                );
+            }
+        }
     }
 }
 
