@@ -1,7 +1,7 @@
 //! A sampled loop of two equal planes, or of one, in the coordinates of its modes.
 //!
-//! On r = x + jy the loop is z → C(zI − A)⁻¹B + D with A = P + jQ, a mode a term. From x to x it is the mean of that and
-//! of the same with conjugate coefficients; noise of both axes, white and alike, is white in r.
+//! On r = x + jy the loop is z → C(zI − A)⁻¹B + D with A = P + jQ, a mode a term. From x to x it is the mean of that
+//! and of the same with conjugate coefficients; noise of both axes, white and alike, is white in r.
 
 use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{Mat, c64, eigen_vectors_complex, solve_complex};
@@ -29,8 +29,8 @@ const ROUNDING: f64 = 1e-12;
 const ACCURACY: f64 = 1e-7;
 
 impl ModalLoop {
-    /// The modes of a loop of one plane, or on r = x + jy of two equal ones; none where the planes are not equal, or the
-    /// eigenvectors not accurate.
+    /// The modes of a loop of one plane, or on r = x + jy of two equal ones; none where the planes are not equal, or
+    /// the eigenvectors not accurate.
     pub(super) fn new(loops: &StateSpace<Discrete>, planes: Option<&EqualPlanes>) -> Option<Self> {
         let complex =
             |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::from(m[(i, j)]));

@@ -7,5 +7,6 @@ mod law;
 pub mod parameters;
 mod search;
 pub mod settings;
+pub mod shifted_loops;
 mod start;
 pub mod tune;
