@@ -62,7 +62,15 @@ fn plant(n: usize, channels: usize) -> GeneralizedPlant {
     }
 }
 
+/// The allocator of the program.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn solvers(c: &mut Criterion) {
+    let this = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .use_current_thread();
+    this.build_global().expect("nothing ran in parallel before");
     for n in [14, 28, 60] {
         let (b, q) = (spread(n, 3, 0.3), spread(3, n, 0.7));
         let (a, g, q) = (rotor(n, true), &b * b.transpose(), q.transpose() * &q);

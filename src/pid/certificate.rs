@@ -233,6 +233,15 @@ impl Figures {
         self.rest.stiffness.0
     }
 
+    /// The first loop of the machine as it is that is unstable.
+    pub(super) fn unstable_loop(&self) -> Option<ShiftedRotor> {
+        let check = self.nominal.first_unstable()?;
+        Some(ShiftedRotor {
+            speed_rad_s: check.speed_rpm * TAU / 60.0,
+            factors: vec![],
+        })
+    }
+
     /// What they are judged by.
     pub(super) fn judged(&self) -> JudgedFigures {
         let peaks = self.rest.sensitivity.iter().chain(&self.fast.sensitivity);

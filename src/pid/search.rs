@@ -85,37 +85,26 @@ pub(super) fn search(
     (shape, free): (&Shape, &[usize]),
 ) -> Result<FoundPid, VerificationError> {
     let ground = Ground::new(machine, asked, further)?;
-    let basins = asked.basins.max(1);
     let shortlist = ground.shortlist(machine, given, shape)?;
-    let mut ranked: Vec<Ranked> = shortlist
-        .par_iter()
-        .map(|start| {
-            let base = start.parameters.to_log();
-            let x: Vec<f64> = free.iter().map(|k| base[*k]).collect();
-            let law = PidLaw {
-                base,
-                free: free.to_vec(),
-                nyquist_rad_s: ground.nyquist_rad_s(),
-            };
-            let mut loss = ground.loss(ground.plain.clone(), None);
-            let found = loss.activate(&law, &x, |_| ground.unstable_poles);
-            (judged(&loss, &found), law, x)
-        })
-        .collect();
-    ranked.sort_by(|a, b| order(&a.0, &b.0));
-    ranked.truncate(TRIED * basins);
-    let first = ranked.into_par_iter().map(|(_, law, x)| {
-        let loss = ground.loss(ground.plain.clone(), None);
-        first_descent(loss, (law, x), asked.steps / 12, ground.unstable_poles)
-    });
-    let first: Result<Vec<_>, VerificationError> = first.collect();
-    let (tried, mut ranked): (Vec<usize>, Vec<_>) = first?.into_iter().unzip();
-    ranked.sort_by(|a, b| order(&a.0, &b.0));
-    ranked.truncate(BEGUN * basins);
+    let of = |start: &Start| {
+        let base = start.parameters.to_log();
+        let x: Vec<f64> = free.iter().map(|k| base[*k]).collect();
+        let law = PidLaw {
+            base,
+            free: free.to_vec(),
+            nyquist_rad_s: ground.nyquist_rad_s(),
+        };
+        (law, x)
+    };
+    let (tried, begun) = match asked.starts {
+        // A PID that was tuned before stands at limits that plain lines do not show: it goes on on lines of its own.
+        0 => (vec![], shortlist.iter().map(of).collect()),
+        _ => ground.most_promising(shortlist.iter().map(of).collect())?,
+    };
     let fresh = |law: &PidLaw, x: &[f64], earlier: Earlier| ground.fresh(law, x, earlier);
-    let begun: Result<Vec<Descent>, VerificationError> = ranked
+    let begun: Result<Vec<Descent>, VerificationError> = begun
         .into_par_iter()
-        .map(|(_, law, x)| Descent::new(law, x, &fresh))
+        .map(|(law, x)| Descent::new(law, x, &fresh))
         .collect();
     let effort = Effort {
         steps: asked.steps,
@@ -193,6 +182,32 @@ impl<'a> Ground<'a> {
         all.sort_by(|a, b| a.sensitivity.total_cmp(&b.sensitivity));
         all.truncate(SHORTLIST);
         Ok(all)
+    }
+
+    /// Of starts those that a few steps on the plain lines lead furthest, and the steps tried from each.
+    fn most_promising(
+        &self,
+        starts: Vec<(PidLaw, Vec<f64>)>,
+    ) -> Result<(Vec<usize>, Vec<(PidLaw, Vec<f64>)>), VerificationError> {
+        let basins = self.asked.basins.max(1);
+        let ranked = starts.into_par_iter().map(|(law, x)| {
+            let mut loss = self.loss(self.plain.clone(), None);
+            let found = loss.activate(&law, &x, |_| self.unstable_poles);
+            (judged(&loss, &found), law, x)
+        });
+        let mut ranked: Vec<Ranked> = ranked.collect();
+        ranked.sort_by(|a, b| order(&a.0, &b.0));
+        ranked.truncate(TRIED * basins);
+        let first = ranked.into_par_iter().map(|(_, law, x)| {
+            let loss = self.loss(self.plain.clone(), None);
+            first_descent(loss, (law, x), self.asked.steps / 12, self.unstable_poles)
+        });
+        let first: Result<Vec<_>, VerificationError> = first.collect();
+        let (tried, mut ranked): (Vec<usize>, Vec<_>) = first?.into_iter().unzip();
+        ranked.sort_by(|a, b| order(&a.0, &b.0));
+        ranked.truncate(BEGUN * basins);
+        let begun = ranked.into_iter().map(|(_, law, x)| (law, x));
+        Ok((tried, begun.collect()))
     }
 
     /// The loss on some lines; responses on the same ones are those of `earlier`, or on the plain lines.

@@ -102,7 +102,7 @@ fn searched(
     if start.is_some() {
         (goal.starts, goal.basins) = ONE_START;
     }
-    // Loops that a certificate found unstable.
+    // Loops that were found unstable.
     let mut unstable: Vec<ShiftedRotor> = vec![];
     let mut evaluations = 0;
     let mut best: Option<TunedPid> = None;
@@ -125,13 +125,21 @@ fn searched(
         let judged = figures.judged();
         let violation = judged.violation(settings);
         if violation > 0.0 {
-            repairs += 1;
-            lower(&mut goal, settings, &judged);
+            let unstable_loop = figures.unstable_loop();
             let least = set_aside.as_ref().map(|(least, ..)| *least);
             if least.is_none_or(|least| violation < least) {
                 set_aside = Some((violation, figures, evaluations));
             }
-            if repairs > REPAIRS {
+            if let Some(rotor) = unstable_loop {
+                // Neither its noise nor its sensitivity says what the lines did not see.
+                renewals += 1;
+                unstable.push(rotor);
+                (goal, repairs) = (first, 0);
+            } else {
+                repairs += 1;
+                lower(&mut goal, settings, &judged);
+            }
+            if repairs > REPAIRS || renewals > RENEWALS {
                 break;
             }
             continue;
@@ -193,7 +201,7 @@ fn better(earlier: TunedPid, later: TunedPid, settings: &TuneSettings) -> TunedP
 const ONE_START: (usize, usize) = (0, 1);
 /// Times the search is taken up again when the full plant shows what its lines did not.
 const REPAIRS: usize = 3;
-/// Times that it begins again with a loop that a certificate found unstable.
+/// Times that it begins again with a loop that was found unstable.
 const RENEWALS: usize = 2;
 
 /// Share of the limit of the noise current that is aimed at: the sum over the lines of the search is up to 5e-4 below
