@@ -96,11 +96,15 @@ pub(super) fn search(
         };
         (law, x)
     };
-    let (tried, begun) = match asked.starts {
-        // A PID that was tuned before stands at limits that plain lines do not show: it goes on on lines of its own.
-        0 => (vec![], shortlist.iter().map(of).collect()),
-        _ => ground.most_promising(shortlist.iter().map(of).collect())?,
+    let starts: Vec<(PidLaw, Vec<f64>)> = shortlist.iter().map(of).collect();
+    // A PID that was tuned before stands at limits that plain lines do not show: steps on these may lead astray or out
+    // of a corner, so that it goes on from where it stands as well.
+    let as_given = match asked.starts {
+        0 => starts.clone(),
+        _ => vec![],
     };
+    let (tried, mut begun) = ground.most_promising(starts)?;
+    begun.extend(as_given);
     let fresh = |law: &PidLaw, x: &[f64], earlier: Earlier| ground.fresh(law, x, earlier);
     let begun: Result<Vec<Descent>, VerificationError> = begun
         .into_par_iter()
