@@ -57,10 +57,9 @@ impl Loss {
             let floor = |group: Group| {
                 let largest = squares[group as usize];
                 share
-                    * if group == Group::Compliance {
-                        largest
-                    } else {
-                        largest.max(1.0)
+                    * match group {
+                        Group::Compliance => largest,
+                        _ => largest.max(1.0),
                     }
             };
             for part in lines.parts() {
