@@ -1,7 +1,8 @@
-//! The sampled loop of a controller on the full plant at one speed, and its noise current.
+//! The sampled loop of a controller on the full plant at one speed, its largest sensitivity and its noise current: the
+//! rms of the current from white sensor noise.
 //!
-//! Noise: rms of the current from white sensor noise, over the modes of the loop where its planes are equal, else by a
-//! Lyapunov equation.
+//! Both are sums over the modes of the loop where its planes are equal or apart and its eigenvectors accurate.
+//! Elsewhere the sensitivity comes from level sets, and the noise from a Lyapunov equation.
 
 use super::in_step;
 use super::modal_loop::ModalLoop;
@@ -31,7 +32,8 @@ pub(crate) struct FullLoop {
     modes: Option<ModalLoop>,
 }
 
-/// Relative error of the response over modes at which its largest value counts.
+/// Relative error of the sum over modes, at its largest value, at which it is used: a hundredth of the tolerance of a
+/// sensitivity peak.
 const SAME: f64 = 1e-6;
 
 impl FullLoop {
@@ -107,7 +109,8 @@ impl FullLoop {
         })
     }
 
-    /// That over the modes, where these are accurate, and where the response at the peak is that of `own`.
+    /// [`Self::sensitivity_peak`] over the modes, where these are accurate, and where the response at the peak is that
+    /// of `own`.
     fn by_modes(&self, j: usize, own: &StateSpace<Discrete>, rel_tol: f64) -> Option<HinfNorm> {
         // Of two planes the x axes come first in pairs; the modes know one plane.
         let entry = self.modes.as_ref()?.entry(2 + j, j);

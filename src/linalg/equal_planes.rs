@@ -54,23 +54,19 @@ impl EqualPlanes {
         equal
     }
 
-    /// What scales P + jQ of a real matrix on these coordinates, the mean of what the planes say, so that the moduli of
-    /// its entries are balanced; none for another size.
-    pub(crate) fn scale_of(&self, a: &Mat<f64>) -> Option<Vec<f64>> {
-        let n = 2 * self.x.len();
-        let fits = a.nrows() == n && a.ncols() == n;
-        fits.then(|| scale_of_moduli(&self.mean_between(self, a)))
-    }
-
-    /// The mean of what the planes say of a matrix with these coordinates as rows and those of `columns`.
-    fn mean_between(&self, columns: &Self, a: &Mat<f64>) -> Mat<c64> {
+    /// P + jQ, the mean of what the planes say of a matrix with these coordinates as rows and those of `columns`; none
+    /// for another size.
+    fn mean_between(&self, columns: &Self, a: &Mat<f64>) -> Option<Mat<c64>> {
         let (x, y) = (&self.x, &self.y);
-        Mat::from_fn(x.len(), columns.x.len(), |i, j| {
-            let (right, left) = (columns.x[j], columns.y[j]);
-            c64::new(
-                0.5 * (a[(x[i], right)] + a[(y[i], left)]),
-                0.5 * (a[(y[i], right)] - a[(x[i], left)]),
-            )
+        let fits = a.nrows() == 2 * x.len() && a.ncols() == 2 * columns.x.len();
+        fits.then(|| {
+            Mat::from_fn(x.len(), columns.x.len(), |i, j| {
+                let (right, left) = (columns.x[j], columns.y[j]);
+                c64::new(
+                    0.5 * (a[(x[i], right)] + a[(y[i], left)]),
+                    0.5 * (a[(y[i], right)] - a[(x[i], left)]),
+                )
+            })
         })
     }
 
@@ -81,12 +77,19 @@ impl EqualPlanes {
         &self,
         columns: &Self,
         a: &Mat<f64>,
+        scales: (&[f64], &[f64]),
+    ) -> Option<Mat<c64>> {
+        let mean = self.mean_between(columns, a)?;
+        self.scaled(columns, (a, &mean), scales)
+    }
+
+    /// [`Self::turning_between`] of a matrix with its mean.
+    fn scaled(
+        &self,
+        columns: &Self,
+        (a, mean): (&Mat<f64>, &Mat<c64>),
         (of_rows, of_columns): (&[f64], &[f64]),
     ) -> Option<Mat<c64>> {
-        if a.nrows() != 2 * self.x.len() || a.ncols() != 2 * columns.x.len() {
-            return None;
-        }
-        let mean = self.mean_between(columns, a);
         let (mut largest, mut apart) = (0.0f64, 0.0f64);
         for (i, (x, y)) in self.x.iter().zip(&self.y).enumerate() {
             for (j, (right, left)) in columns.x.iter().zip(&columns.y).enumerate() {
@@ -105,10 +108,12 @@ impl EqualPlanes {
         })
     }
 
-    /// P + jQ of a matrix on these coordinates with its scale.
-    fn turning(&self, a: &Mat<f64>) -> Option<(Mat<c64>, Vec<f64>)> {
-        let scale = self.scale_of(a)?;
-        let turning = self.turning_between(self, a, (&scale, &scale))?;
+    /// P + jQ of a matrix on these coordinates with balanced moduli, and the scale that balances them; none as in
+    /// [`Self::turning_between`].
+    pub(crate) fn turning(&self, a: &Mat<f64>) -> Option<(Mat<c64>, Vec<f64>)> {
+        let mean = self.mean_between(self, a)?;
+        let scale = scale_of_moduli(&mean);
+        let turning = self.scaled(self, (a, &mean), (&scale, &scale))?;
         Some((turning, scale))
     }
 

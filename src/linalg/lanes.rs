@@ -67,6 +67,17 @@ impl Lanes {
         }
     }
 
+    /// Four numbers by their real and imaginary parts.
+    #[inline]
+    pub(crate) fn of_parts(re: [f64; WIDTH], im: [f64; WIDTH]) -> Self {
+        Self { re, im }
+    }
+
+    /// A number of each of up to four items; zero for what is missing of four.
+    pub(crate) fn of_list<T>(list: &[T], at: impl Fn(&T) -> c64) -> Self {
+        Self::from_fn(|l| list.get(l).map_or(c64::new(0.0, 0.0), &at))
+    }
+
     /// Real and imaginary parts.
     #[inline]
     pub(crate) fn parts(&self) -> (&[f64; WIDTH], &[f64; WIDTH]) {
@@ -126,6 +137,12 @@ impl Lanes {
             re: std::array::from_fn(|l| self.re[l] / squares[l]),
             im: std::array::from_fn(|l| -self.im[l] / squares[l]),
         }
+    }
+
+    /// The conjugate of each entry.
+    #[inline]
+    pub(crate) fn conjugate(&self) -> Self {
+        Self::of_parts(self.re, self.im.map(|im| -im))
     }
 
     /// Each entry times a real number of its own.

@@ -89,44 +89,42 @@ impl<T: TimeBase> FrequencyResponder<T> {
         let blocks = m.div_ceil(K);
         let mut b: Vec<Block<K>> = (0..blocks * n).map(|k| self.block(k / n, k % n)).collect();
         let mut sum: Vec<Block<K>> = vec![Block::ZERO; blocks * p];
-        let mut running = Column {
-            re: vec![0.0; n],
-            im: vec![0.0; n],
-            read: vec![c64::new(0.0, 0.0); p],
-        };
-        if let Some(last) = n.checked_sub(1) {
-            running.add(c64::new(0.0, 0.0), (self.column(last), self.read(last), n));
-            running.shift(last, point);
-        }
-        for i in (0..n).rev() {
-            let own = running.at(i);
-            let Some(next) = i.checked_sub(1) else {
-                running.solve((&mut b, n), &mut sum, i);
+        let mut columns = (0..n).rev();
+        let mut running = columns.next().map(|last| self.shifted(last, n, point));
+        while let Some(column) = &mut running {
+            let Some(next) = columns.next() else {
+                column.solve((&mut b, n), &mut sum, 0);
                 break;
             };
+            let i = next + 1;
+            let own = column.at(i);
             // Of the column before it the entry in this row.
             let beside = -self.column(next)[i];
-            let other = (self.column(next), self.read(next), i);
             if own.norm_sqr() >= beside * beside {
-                running.solve((&mut b, n), &mut sum, i);
-                running.add(-(beside / own), other);
-                running.shift(next, point);
+                column.solve((&mut b, n), &mut sum, i);
+                column.add(-(beside / own), (self.column(next), self.read(next), i));
+                column.shift(next, point);
             } else {
-                let mut pivot = Column {
-                    re: vec![0.0; i + 1],
-                    im: vec![0.0; i + 1],
-                    read: vec![c64::new(0.0, 0.0); p],
-                };
-                pivot.add(c64::new(0.0, 0.0), (other.0, other.1, i + 1));
-                pivot.shift(next, point);
+                let pivot = self.shifted(next, i + 1, point);
                 pivot.solve((&mut b, n), &mut sum, i);
-                running.subtract(own / beside, &pivot, i);
+                column.subtract(own / beside, &pivot, i);
             }
         }
         Mat::from_fn(p, m, |i, j| {
             let own = &sum[j / K * p + i];
             c64::new(self.d[(i, j)] + own.re[j % K], own.im[j % K])
         })
+    }
+
+    /// The first rows of a column of ζI − H, with that of C.
+    fn shifted(&self, j: usize, rows: usize, point: c64) -> Column {
+        let mut column = Column {
+            re: self.column(j)[..rows].iter().map(|h| -h).collect(),
+            im: vec![0.0; rows],
+            read: self.read(j).iter().map(|c| c64::from(*c)).collect(),
+        };
+        column.shift(j, point);
+        column
     }
 
     /// Column of H, from the top.

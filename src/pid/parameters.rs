@@ -7,6 +7,7 @@
 
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
 use crate::linalg::fused::fused;
+use crate::linalg::lanes::{Lanes, WIDTH};
 use crate::linalg::{Mat, c64};
 use crate::lti::connect::{append, series};
 use crate::lti::sample::tustin;
@@ -81,53 +82,36 @@ impl AxisParameters {
 
     /// C(jv), as [`Self::response`], with fewer operations.
     pub(super) fn response_on_axis(&self, v: f64) -> c64 {
-        let ([re], [im]) = self.responses_on_axis([v]);
-        c64::new(re, im)
+        self.responses_on_axis([v; WIDTH]).lane(0)
     }
 
-    /// That at some frequencies, real and imaginary parts apart.
+    /// That at four frequencies.
     #[inline]
-    pub(super) fn responses_on_axis<const N: usize>(&self, v: [f64; N]) -> ([f64; N], [f64; N]) {
-        type Parts<const N: usize> = ([f64; N], [f64; N]);
-        let times = |a: &Parts<N>, b: &Parts<N>| -> Parts<N> {
-            (
-                std::array::from_fn(|l| fused(a.0[l], b.0[l], -(a.1[l] * b.1[l]))),
-                std::array::from_fn(|l| fused(a.0[l], b.1[l], a.1[l] * b.0[l])),
-            )
-        };
-        let second = |w: f64, zeta: f64| -> Parts<N> {
+    pub(super) fn responses_on_axis(&self, v: [f64; WIDTH]) -> Lanes {
+        let second = |w: f64, zeta: f64| {
             let (inverse, damping) = (1.0 / w, 2.0 * zeta);
             let p = v.map(|v| v * inverse);
-            (p.map(|p| fused(-p, p, 1.0)), p.map(|p| damping * p))
+            Lanes::of_parts(p.map(|p| fused(-p, p, 1.0)), p.map(|p| damping * p))
         };
         let by_corner = 1.0 / self.derivative_corner_rad_s;
         let corner = v.map(|v| v * by_corner);
         // As there over jv: (wᵢ/(jv) + 1)(1 + jv/w_d) + jv T_d over 1 + jv/w_d.
-        let pid: Parts<N> = (
-            [1.0 + self.integral_rad_s * by_corner; N],
+        let pid = Lanes::of_parts(
+            [1.0 + self.integral_rad_s * by_corner; WIDTH],
             std::array::from_fn(|l| {
                 corner[l] - self.integral_rad_s / v[l] + v[l] * self.derivative_s
             }),
         );
-        let below = times(
-            &([1.0; N], corner),
-            &second(self.lowpass_rad_s, LOWPASS_DAMPING),
-        );
+        let below = Lanes::of_parts([1.0; WIDTH], corner);
+        let below = below.product(&second(self.lowpass_rad_s, LOWPASS_DAMPING));
         let (above, below) = self.biquads.iter().fold((pid, below), |(above, below), b| {
             (
-                times(&above, &second(b.zero_rad_s, b.zero_damping)),
-                times(&below, &second(b.pole_rad_s, b.pole_damping)),
+                above.product(&second(b.zero_rad_s, b.zero_damping)),
+                below.product(&second(b.pole_rad_s, b.pole_damping)),
             )
         });
-        let scale: [f64; N] = std::array::from_fn(|l| {
-            self.gain_a_per_m / fused(below.0[l], below.0[l], below.1[l] * below.1[l])
-        });
-        let opposite: Parts<N> = (below.0, below.1.map(|im| -im));
-        let (re, im) = times(&above, &opposite);
-        (
-            std::array::from_fn(|l| re[l] * scale[l]),
-            std::array::from_fn(|l| im[l] * scale[l]),
-        )
+        let scale = below.squares().map(|square| self.gain_a_per_m / square);
+        above.product(&below.conjugate()).times(&scale)
     }
 
     /// Logarithms of the thirteen numbers, for search.

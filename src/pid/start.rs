@@ -7,7 +7,6 @@
 
 use super::parameters::{AxisParameters, Biquad, PidParameters};
 use crate::controller::polish::line_state::{gathered_phases, turns_of};
-use crate::controller::polish::matrix2::ZERO;
 use crate::controller::polish::responses::{LoopResponse, Rotor};
 use crate::controller::polish::structure::Line;
 use crate::linalg::c64;
@@ -147,12 +146,9 @@ struct ScreenedLoops {
 
 impl ScreenedLoops {
     fn new(list: &[&LoopResponse]) -> Self {
-        let four = |at: &dyn Fn(&LoopResponse) -> c64| {
-            Lanes::from_fn(|l| list.get(l).map_or(ZERO, |own| at(own)))
-        };
         Self {
-            own: [0, 1].map(|j| four(&|own| own.loops[j][j])),
-            beside: four(&|own| own.loops[0][1] * own.loops[1][0]),
+            own: [0, 1].map(|j| Lanes::of_list(list, |own| own.loops[j][j])),
+            beside: Lanes::of_list(list, |own| own.loops[0][1] * own.loops[1][0]),
         }
     }
 
@@ -190,12 +186,11 @@ impl<'a> Screen<'a> {
 
     /// Of both axes −C at each line.
     fn gains(&self, parameters: &PidParameters) -> Vec<[c64; 2]> {
-        let mut gains = Vec::with_capacity(self.lines.len() + WIDTH);
+        let mut gains = Vec::with_capacity(self.lines.len());
         for four in self.lines.chunks(WIDTH) {
             let v = std::array::from_fn(|l| four[l.min(four.len() - 1)].s.im);
-            let axes =
-                [&parameters.front, &parameters.rear].map(|a| a.responses_on_axis::<WIDTH>(v));
-            let gain = |l: usize| axes.map(|(re, im)| c64::new(-re[l], -im[l]));
+            let axes = [&parameters.front, &parameters.rear].map(|a| a.responses_on_axis(v));
+            let gain = |l: usize| axes.map(|axis| -axis.lane(l));
             gains.extend((0..four.len()).map(gain));
         }
         gains

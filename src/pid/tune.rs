@@ -124,31 +124,23 @@ fn searched(
         progress(attempt, figures.stiffness_n_per_m());
         let judged = figures.judged();
         let violation = judged.violation(settings);
-        if violation > 0.0 {
-            let unstable_loop = figures.unstable_loop();
+        let (judged, unstable_loops) = if violation > 0.0 {
+            let unstable_loops = figures.unstable_loop().into_iter().collect();
             let least = set_aside.as_ref().map(|(least, ..)| *least);
             if least.is_none_or(|least| violation < least) {
                 set_aside = Some((violation, figures, evaluations));
             }
-            if let Some(rotor) = unstable_loop {
-                // Neither its noise nor its sensitivity says what the lines did not see.
-                renewals += 1;
-                unstable.push(rotor);
-                (goal, repairs) = (first, 0);
-            } else {
-                repairs += 1;
-                lower(&mut goal, settings, &judged);
+            (judged, unstable_loops)
+        } else {
+            let tuned = figures.certified(machine, settings, evaluations)?;
+            if tuned.certificate.meets(settings) {
+                return Ok(tuned);
             }
-            if repairs > REPAIRS || renewals > RENEWALS {
-                break;
-            }
-            continue;
-        }
-        let tuned = figures.certified(machine, settings, evaluations)?;
-        if tuned.certificate.meets(settings) {
-            return Ok(tuned);
-        }
-        let judged = tuned.certificate.judged();
+            let certificate = &tuned.certificate;
+            let seen = (certificate.judged(), certificate.unstable_loops());
+            best = Some(nearer(best, tuned, settings));
+            seen
+        };
         if judged.stable {
             repairs += 1;
             lower(&mut goal, settings, &judged);
@@ -156,10 +148,9 @@ fn searched(
             renewals += 1;
             // A loop that is unstable does not count in a descent, so that a descent from here would leave it so: the
             // search begins again and sees it from the start.
-            unstable.extend(tuned.certificate.unstable_loops());
+            unstable.extend(unstable_loops);
             (goal, repairs) = (first, 0);
         }
-        best = Some(nearer(best, tuned, settings));
         if repairs > REPAIRS || renewals > RENEWALS {
             break;
         }
@@ -211,7 +202,7 @@ const NOISE_OF_LINES: f64 = 0.9995;
 /// The same of the gain above the modes: a descent ends at a limit to a few last digits, on either side of it.
 const GAIN_OF_LINES: f64 = 1.0 - 1e-6;
 
-/// Takes off the limits what the lines of the search did not see, with a little to spare.
+/// Takes off the limits what the lines of the search did not see of a stable loop, with a little to spare.
 fn lower(goal: &mut TuneSettings, settings: &TuneSettings, found: &JudgedFigures) {
     let over = |value: f64, limit: f64| (value - limit).max(0.0) * 1.2;
     let seen = found.sensitivity_peak_db;
@@ -227,9 +218,6 @@ fn lower(goal: &mut TuneSettings, settings: &TuneSettings, found: &JudgedFigures
         let lowered =
             goal.high_frequency_gain_a_per_m - over(gain, settings.high_frequency_gain_a_per_m);
         goal.high_frequency_gain_a_per_m = lowered.max(0.5 * goal.high_frequency_gain_a_per_m);
-    }
-    if !found.stable {
-        goal.mode_shift *= 1.3;
     }
 }
 

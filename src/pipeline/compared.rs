@@ -85,7 +85,7 @@ pub(crate) fn own_controllers(
     Ok(OwnControllers { design, rivals })
 }
 
-/// What is known of a controller from where it comes from.
+/// What the design or the PID search that found a controller has computed of it.
 #[derive(Clone, Debug, Default)]
 pub struct Known {
     /// Its loop at some speeds.
@@ -95,7 +95,7 @@ pub struct Known {
 }
 
 impl OwnControllers {
-    /// What the design knows of the delivered controller, and the search of each PID of that.
+    /// What is known of the delivered controller, the tuned and the textbook PID.
     pub(crate) fn known(&self) -> [Known; 3] {
         let delivery = &self.design.delivery;
         let verification = &delivery.verification;

@@ -331,11 +331,7 @@ fn participants_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Vec<Parti
 
 /// What a value is compared with: the largest of its group and, for limits, zero if that is larger.
 fn reference(found: &Evaluation, group: Group) -> f64 {
-    let largest = found.largest(group);
-    match group {
-        Group::Compliance => largest,
-        _ => largest.max(0.0),
-    }
+    group.reference(found.largest(group), 0.0)
 }
 
 /// How far a value is below its reference.

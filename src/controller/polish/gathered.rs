@@ -1,17 +1,18 @@
 //! What closed loops come to: the largest value of each group, and the values near it.
 
 use super::limits::{AT_TOP_SPEED, SHIFTED, WEAKEST};
-use super::line_state::{ClosedLines, LinePart, PackedSquares};
+use super::line_state::{ClosedLines, LinePart};
 use super::loss::{Evaluation, Loss, largest_singular};
 use super::responses::Role;
-use super::values::{Gathered, Group, LIMITS, Value, nan_max};
-use crate::linalg::lanes::WIDTH;
+use super::values::{Gathered, Group, LIMITS, Value, is_kept, nan_max, share_of};
 use std::f64::consts::TAU;
 
-/// Factors that turn the squares of a rotor into those of its ratios to limits.
+/// A rotor that counts, with the factors that turn its squares into those of its ratios to limits.
 #[derive(Clone, Copy, Debug)]
-struct Ratios {
+struct Counted {
     rotor: usize,
+    /// Number of its group of rotors, and its place there.
+    place: (usize, usize),
     /// Zero where the compliance does not count.
     compliance: f64,
     sensitivity: f64,
@@ -30,21 +31,20 @@ impl Loss {
         turns: Vec<i64>,
         reach: Option<f64>,
     ) -> Evaluation {
-        let ratios: Vec<[Option<Ratios>; WIDTH]> = (0..self.groups.list.len())
-            .map(|group| std::array::from_fn(|l| self.ratios(group, l)))
-            .collect();
-        let noise = noise(&lines, &ratios);
+        let counted = self.counted();
+        let noise = noise(&lines, &counted);
         let mut squares = [0.0; LIMITS + 1];
         let mut add = |group: Group, square: f64| {
             let all = &mut squares[group as usize];
             *all = nan_max(*all, square);
         };
         for part in lines.parts() {
-            for (own, l, rule) in counted(part, &ratios) {
-                let largest = &part.largest[own];
-                add(rule.group, largest.sensitivity[l] * rule.sensitivity);
-                if rule.compliance > 0.0 {
-                    add(Group::Compliance, largest.compliance[l] * rule.compliance);
+            for own in &counted {
+                let (group, l) = own.place;
+                let largest = &part.largest[group];
+                add(own.group, largest.sensitivity[l] * own.sensitivity);
+                if own.compliance > 0.0 {
+                    add(Group::Compliance, largest.compliance[l] * own.compliance);
                 }
             }
         }
@@ -53,25 +53,18 @@ impl Loss {
         }
         let mut values = vec![];
         if let Some(reach) = reach {
-            let share = (-2.0 * reach).exp();
-            let floor = |group: Group| {
-                let largest = squares[group as usize];
-                share
-                    * match group {
-                        Group::Compliance => largest,
-                        _ => largest.max(1.0),
-                    }
-            };
+            let share = share_of(reach);
+            let floor = |group: Group| share * group.reference(squares[group as usize], 1.0);
             for part in lines.parts() {
-                for (own, l, rule) in counted(part, &ratios) {
-                    let floors = [floor(Group::Compliance), floor(rule.group)];
-                    self.add_near(&mut values, (part, own, l), (&rule, floors));
+                for own in &counted {
+                    let floors = [floor(Group::Compliance), floor(own.group)];
+                    self.add_near(&mut values, part, (own, floors));
                 }
             }
             for (rotor, i, square) in &noise {
                 if is_kept(*square, floor(Group::NoiseCurrent)) {
                     let at = (*rotor, 0, (*i, *i));
-                    values.push(value(Group::NoiseCurrent, *square, at));
+                    values.push(Value::of_square(Group::NoiseCurrent, *square, at));
                 }
             }
         }
@@ -89,12 +82,21 @@ impl Loss {
         }
     }
 
-    /// Of a rotor of a group, if it counts.
-    fn ratios(&self, group: usize, l: usize) -> Option<Ratios> {
-        let rotor = *self.groups.list[group].rotors.get(l)?;
-        if !self.active[rotor] {
-            return None;
-        }
+    /// The rotors that count.
+    fn counted(&self) -> Vec<Counted> {
+        let groups = self.groups.list.iter().enumerate();
+        let places = groups.flat_map(|(group, own)| {
+            let rotors = own.rotors.iter().enumerate();
+            rotors.map(move |(l, rotor)| (*rotor, (group, l)))
+        });
+        let counts = places.filter(|(rotor, _)| self.active[*rotor]);
+        counts
+            .map(|(rotor, place)| self.count(rotor, place))
+            .collect()
+    }
+
+    /// A rotor at a place among the groups.
+    fn count(&self, rotor: usize, place: (usize, usize)) -> Counted {
         let (role, limits) = (self.rotors[rotor].role, &self.limits);
         let weight = match role {
             Role::Rest => 1.0,
@@ -115,51 +117,46 @@ impl Loss {
             true => limits.sensor_noise_m / limits.noise_current_a,
             false => 0.0,
         };
-        Some(Ratios {
+        Counted {
             rotor,
+            place,
             // Per µm/N.
             compliance: (weight * 1e6).powi(2),
             sensitivity: (limit * limit).recip(),
             group,
             noise: noise * noise,
-        })
+        }
     }
 
-    /// Adds the values of a rotor, with these places among the groups, on the lines of a part that are not below the
-    /// floors of compliance and sensitivity.
+    /// Adds the values of a rotor on the lines of a part that are not below the floors of compliance and sensitivity.
     fn add_near(
         &self,
         values: &mut Vec<Value>,
-        (part, own, l): (&LinePart, usize, usize),
-        (rule, [softest, highest]): (&Ratios, [f64; 2]),
+        part: &LinePart,
+        (own, [softest, highest]): (&Counted, [f64; 2]),
     ) {
-        let largest = &part.largest[own];
+        let (group, l) = own.place;
+        let largest = &part.largest[group];
         let is_soft =
-            rule.compliance > 0.0 && is_kept(largest.compliance[l] * rule.compliance, softest);
-        let is_high = is_kept(largest.sensitivity[l] * rule.sensitivity, highest);
+            own.compliance > 0.0 && is_kept(largest.compliance[l] * own.compliance, softest);
+        let is_high = is_kept(largest.sensitivity[l] * own.sensitivity, highest);
         if !is_soft && !is_high {
             return;
         }
         let band = self.stiffness_band_rad_s();
-        let each = self.groups.list.len();
-        let squares = part.squares.iter().skip(own).step_by(each);
-        for (
-            k,
-            PackedSquares {
-                compliance,
-                sensitivity,
-            },
-        ) in squares.enumerate()
-        {
-            let line = part.first + k;
-            let square = compliance[l] * rule.compliance;
+        let squares = part.squares.iter().skip(group);
+        let squares = squares.step_by(self.groups.list.len());
+        for (line, squares) in (part.first..).zip(squares) {
+            let square = squares.compliance[l] * own.compliance;
             if is_soft && is_kept(square, softest) && band.contains(&self.lines[line].omega_rad_s) {
-                values.push(value(Group::Compliance, square, (rule.rotor, line, (0, 0))));
+                let at = (own.rotor, line, (0, 0));
+                values.push(Value::of_square(Group::Compliance, square, at));
             }
-            for (j, four) in sensitivity.iter().enumerate() {
-                let square = four[l] * rule.sensitivity;
+            for (j, four) in squares.sensitivity.iter().enumerate() {
+                let square = four[l] * own.sensitivity;
                 if is_high && is_kept(square, highest) {
-                    values.push(value(rule.group, square, (rule.rotor, line, (j, j))));
+                    let at = (own.rotor, line, (j, j));
+                    values.push(Value::of_square(own.group, square, at));
                 }
             }
         }
@@ -167,7 +164,7 @@ impl Loss {
 
     /// Values of the controller itself and of the specification.
     fn controller_values(&self, lines: &ClosedLines, reach: Option<f64>) -> Gathered {
-        let mut all = Gathered::new(0, reach);
+        let mut all = Gathered::new(reach);
         let from = self.limits.high_frequency_hz * TAU;
         for (line, state) in lines.all().enumerate() {
             if self.lines[line].omega_rad_s >= from {
@@ -192,44 +189,15 @@ impl Loss {
     }
 }
 
-/// The rotors that count with their places among the groups of a part.
-fn counted(
-    part: &LinePart,
-    ratios: &[[Option<Ratios>; WIDTH]],
-) -> impl Iterator<Item = (usize, usize, Ratios)> {
-    let places = (0..part.largest.len()).flat_map(|own| (0..WIDTH).map(move |l| (own, l)));
-    places.filter_map(|(own, l)| Some((own, l, ratios[own][l]?)))
-}
-
 /// Squares of the noise currents: rotor, bearing and ratio to the limit.
-fn noise(lines: &ClosedLines, ratios: &[[Option<Ratios>; WIDTH]]) -> Vec<(usize, usize, f64)> {
-    let mut noise = vec![];
-    for (own, rules) in ratios.iter().enumerate() {
-        for (l, rule) in rules.iter().enumerate() {
-            if let Some(rule) = rule.filter(|rule| rule.noise > 0.0) {
-                noise.extend([0, 1].map(|i| {
-                    let parts = lines.parts().iter();
-                    let sum: f64 = parts.map(|part| part.largest[own].noise[i][l]).sum();
-                    (rule.rotor, i, sum * rule.noise)
-                }));
-            }
-        }
-    }
-    noise
-}
-
-/// True for what is not below a floor; what is not a number is kept.
-fn is_kept(square: f64, floor: f64) -> bool {
-    square >= floor || square.is_nan()
-}
-
-/// A value by the square of its ratio to its limit; at a rotor, a line and an entry.
-fn value(group: Group, square: f64, (rotor, line, entry): (usize, usize, (usize, usize))) -> Value {
-    Value {
-        group,
-        value: 0.5 * square.ln(),
-        rotor,
-        line,
-        entry,
-    }
+fn noise(lines: &ClosedLines, counted: &[Counted]) -> Vec<(usize, usize, f64)> {
+    let nominal = counted.iter().filter(|own| own.noise > 0.0);
+    let both = nominal.flat_map(|own| [0, 1].map(|i| (own, i)));
+    both.map(|(own, i)| {
+        let (group, l) = own.place;
+        let parts = lines.parts().iter();
+        let sum: f64 = parts.map(|part| part.largest[group].noise[i][l]).sum();
+        (own.rotor, i, sum * own.noise)
+    })
+    .collect()
 }

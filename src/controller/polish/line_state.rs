@@ -3,6 +3,7 @@
 use super::matrix2::{Matrix2, ONE};
 use super::packed_loops::PackedState;
 use super::specification_bound::Bound;
+use super::values::nan_max;
 use crate::linalg::c64;
 use crate::linalg::lanes::{Lanes, WIDTH};
 use rayon::prelude::*;
@@ -117,16 +118,10 @@ impl PackedLargest {
     }
 }
 
-/// The larger of four pairs; what is not a number stays.
+/// The larger of four pairs.
 #[inline]
 fn larger(a: &[f64; WIDTH], b: &[f64; WIDTH]) -> [f64; WIDTH] {
-    std::array::from_fn(|l| {
-        if b[l] <= a[l] || a[l].is_nan() {
-            a[l]
-        } else {
-            b[l]
-        }
-    })
+    std::array::from_fn(|l| nan_max(a[l], b[l]))
 }
 
 impl ClosedLines {

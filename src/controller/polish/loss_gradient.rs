@@ -1,5 +1,6 @@
 //! Derivatives of the values of a [`Loss`], and the metric of a step.
 
+use super::loop_state::LoopState;
 use super::loss::{Evaluation, Loss, largest_singular};
 use super::matrix2::{
     Matrix2, ZERO, adjoint, hermitian_eigen, outer, product, row_times, squared, times,
@@ -115,12 +116,15 @@ impl Loss {
             .map(|chunk| {
                 let (mut squares, mut slopes) = (vec![0.0; values.len()], sums());
                 for (line, share) in chunk {
-                    for ((value, square), (q, _)) in
-                        values.iter().zip(&mut squares).zip(&mut slopes)
-                    {
-                        let (own, added) = self.noise_derivative(found, value, *line);
-                        *q = own.map(|row| row.map(|v| v * *share));
-                        *square += share * added;
+                    let mut sums = squares.iter_mut().zip(&mut slopes);
+                    // Values of one rotor are neighbours, and share its loops.
+                    for same in values.chunk_by(|a, b| a.rotor == b.rotor) {
+                        let loops = self.closed_loops(found, same[0].rotor, *line);
+                        for (value, (square, (q, _))) in same.iter().zip(&mut sums) {
+                            let (own, added) = noise_derivative(&loops, value.entry.0);
+                            *q = own.map(|row| row.map(|v| v * *share));
+                            *square += share * added;
+                        }
                     }
                     law.add_gradients(&self.lines[*line], &mut slopes);
                 }
@@ -135,21 +139,20 @@ impl Loss {
         (0..values.len()).map(of).collect()
     }
 
-    /// Q of the square of a noise current at one line, and that square.
-    fn noise_derivative(&self, found: &Evaluation, value: &Value, line: usize) -> (Matrix2, f64) {
-        let i = value.entry.0;
-        let sides = self.sides(value.rotor);
-        let (mut q, mut square) = ([[ZERO; 2]; 2], 0.0);
-        for (side, responses) in sides.zip(&self.rotors[value.rotor].directions) {
+    /// The loops of a rotor at a line, each with S_u.
+    fn closed_loops(
+        &self,
+        found: &Evaluation,
+        rotor: usize,
+        line: usize,
+    ) -> Vec<(LoopState, Matrix2)> {
+        let sides = self.sides(rotor).zip(&self.rotors[rotor].directions);
+        let closed = sides.map(|(side, responses)| {
             let l = self.loop_state(found, line, side);
             let su = l.input_sensitivity(&responses[line].loops);
-            for j in 0..2 {
-                square += l.r[i][j].norm_sqr();
-                let column = [l.s[0][j], l.s[1][j]];
-                add(&mut q, &outer(&column, &su[i], l.r[i][j].conj()));
-            }
-        }
-        (q, square)
+            (l, su)
+        });
+        closed.collect()
     }
 
     /// [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in
@@ -208,6 +211,19 @@ fn change_rows(su: &Matrix2, g: &Matrix2, relative: f64) -> [Matrix2; 4] {
         let weight = (alpha[a] * beta[b] + relative).sqrt();
         outer(&v[b], &u[a].map(|z| z.conj()), weight.into())
     })
+}
+
+/// Q of the square of a noise current at one line, and that square.
+fn noise_derivative(loops: &[(LoopState, Matrix2)], i: usize) -> (Matrix2, f64) {
+    let (mut q, mut square) = ([[ZERO; 2]; 2], 0.0);
+    for (l, su) in loops {
+        for j in 0..2 {
+            square += l.r[i][j].norm_sqr();
+            let column = [l.s[0][j], l.s[1][j]];
+            add(&mut q, &outer(&column, &su[i], l.r[i][j].conj()));
+        }
+    }
+    (q, square)
 }
 
 /// Lines that one task sums over.

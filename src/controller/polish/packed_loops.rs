@@ -65,9 +65,7 @@ impl PackedNominal {
 impl PackedLoops {
     /// Up to four loops at a line; what is missing of four is zero.
     pub(super) fn new(list: &[&LoopResponse]) -> Self {
-        let four = |at: &dyn Fn(&LoopResponse) -> c64| {
-            Lanes::from_fn(|l| list.get(l).map_or(c64::new(0.0, 0.0), |own| at(own)))
-        };
+        let four = |at: &dyn Fn(&LoopResponse) -> c64| Lanes::of_list(list, |own| at(own));
         Self {
             loops: [0, 1].map(|i| [0, 1].map(|j| four(&|l| l.loops[i][j]))),
             read: [0, 1].map(|k| four(&|l| l.read[k])),

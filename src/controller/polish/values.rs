@@ -36,6 +36,14 @@ impl Group {
     pub(crate) fn limit(self) -> Option<usize> {
         LIMIT_GROUPS.iter().position(|group| *group == self)
     }
+
+    /// What its values are compared with: the largest of them and, for limits, `limit` if that is larger.
+    pub(super) fn reference(self, largest: f64, limit: f64) -> f64 {
+        match self {
+            Self::Compliance => largest,
+            _ => largest.max(limit),
+        }
+    }
 }
 
 /// One value: the logarithm of a quantity over its limit (compliance: over 1 µm/N).
@@ -50,6 +58,21 @@ pub(crate) struct Value {
 }
 
 impl Value {
+    /// By the square of its ratio to its limit; at a rotor, a line and an entry.
+    pub(super) fn of_square(
+        group: Group,
+        square: f64,
+        (rotor, line, entry): (usize, usize, (usize, usize)),
+    ) -> Self {
+        Self {
+            group,
+            value: 0.5 * square.ln(),
+            rotor,
+            line,
+            entry,
+        }
+    }
+
     /// True for the same quantity of another controller.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let of = |v: &Self| (v.line, v.rotor, v.entry, v.group);
@@ -62,9 +85,13 @@ pub(super) fn nan_max(a: f64, b: f64) -> f64 {
     if b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 
-/// Values of a rotor or of the controller.
+/// True for what is not below a floor; what is not a number is kept.
+pub(super) fn is_kept(square: f64, floor: f64) -> bool {
+    square >= floor || square.is_nan()
+}
+
+/// Values of the controller, and of the specification.
 pub(super) struct Gathered {
-    rotor: usize,
     /// Squares above this share of the largest of their group, of limits of one if that is larger, are kept.
     share: Option<f64>,
     pub values: Vec<Value>,
@@ -75,10 +102,9 @@ pub(super) struct Gathered {
 impl Gathered {
     /// Values less than a reach (logarithms) below their group's largest, of limits below zero if that is larger, are
     /// kept; without one, none.
-    pub(super) fn new(rotor: usize, reach: Option<f64>) -> Self {
+    pub(super) fn new(reach: Option<f64>) -> Self {
         Self {
-            rotor,
-            share: reach.map(|reach| (-2.0 * reach).exp()),
+            share: reach.map(share_of),
             values: vec![],
             largest: [0.0; LIMITS + 1],
         }
@@ -89,20 +115,14 @@ impl Gathered {
         let largest = &mut self.largest[group as usize];
         *largest = nan_max(*largest, square);
         let Some(share) = self.share else { return };
-        let reference = match group {
-            Group::Compliance => *largest,
-            _ => largest.max(1.0),
-        };
-        // What is not a number is kept.
-        if square < reference * share {
-            return;
+        if is_kept(square, share * group.reference(*largest, 1.0)) {
+            self.values
+                .push(Value::of_square(group, square, (0, line, entry)));
         }
-        self.values.push(Value {
-            group,
-            value: 0.5 * square.ln(),
-            rotor: self.rotor,
-            line,
-            entry,
-        });
     }
+}
+
+/// Share of a square that is a reach (logarithms) below another one's root.
+pub(super) fn share_of(reach: f64) -> f64 {
+    (-2.0 * reach).exp()
 }
