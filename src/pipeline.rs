@@ -9,6 +9,7 @@ pub mod comparison;
 pub mod contact;
 pub mod delivery;
 pub mod design;
+pub mod dk_design;
 pub mod emulation;
 pub(crate) mod firmware_proof;
 pub mod judged;

@@ -89,7 +89,7 @@ pub fn design_plane(
 }
 
 /// One plane of four axes: front and rear of x, without the states that it does not use.
-pub(crate) fn x_plane<T: TimeBase>(axes: &StateSpace<T>) -> StateSpace<T> {
+pub fn x_plane<T: TimeBase>(axes: &StateSpace<T>) -> StateSpace<T> {
     connected_part(&axes.select(&[0, 2], &[0, 2]))
 }
 

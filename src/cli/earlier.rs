@@ -50,6 +50,7 @@ impl EarlierArgument {
         Ok(Some(EarlierDesign {
             plane: x_plane(law),
             scales: scales(folder),
+            suffices: true,
         }))
     }
 }

@@ -8,28 +8,22 @@
 //! discretisation.
 
 use super::PipelineError;
-use super::certificates::{DScaleCurve, KnownStage, Stage, d_scales, stage};
 use super::comparison::Prediction;
-use super::delivery::{Candidate, Delivery, Realised, plane_of_law, scaled_plane};
-use super::emulation::Emulated;
+use super::delivery::{Delivery, plane_of_law, scaled_plane};
+use super::dk_design::{DkDesign, dk_design};
 use super::polish_job::{PolishJob, ZONE_A, limits};
-use super::polishing::{PolishOutcome, polished};
+use super::polishing::{PolishOutcome, PolishedAgain, polished_again};
+use super::posing::pose;
 use super::problems::Problems;
 use super::progress::{Event, Listener};
 use super::real_corners::largest_at_corners;
-use super::reduction::reduce;
 use super::settings::DesignSettings;
 use super::specification_scale::{SpecificationScale, specification_scale};
-use super::stable::OwnStability;
-use super::synthesis::{Round, Synthesised, synthesise_for_machine};
-use crate::augment::assembly::unscale_controller;
+use super::synthesis::synthesise_for_machine;
 use crate::augment::channels::real_channels;
 use crate::augment::weights::Weights;
 use crate::controller::stiffness_limit::{StiffnessLimit, TAPS, stiffness_limit};
 use crate::controller::{ControlLaw, Controller};
-use crate::lti::sample::tustin;
-use crate::lti::{Continuous, StateSpace};
-use crate::robust::dk::DkStep;
 use crate::robust::dk::scale::DScales;
 use crate::spindle::Machine;
 
@@ -38,35 +32,13 @@ use crate::spindle::Machine;
 pub struct Design {
     /// The problems it solves.
     pub problems: Problems,
-    /// Records of the D-K iteration on the synthesis problem.
-    pub steps: Vec<DkStep>,
-    /// Syntheses with more modes or a lower level that μ of the whole machine asked for; the last is the first within
-    /// target.
-    pub rounds: Vec<Round>,
-    /// D-scales of the best step beside what the pointwise bound of its loop asks for.
-    pub d_scales: Vec<DScaleCurve>,
-    /// The D-scales of the best step times the constant scales that it started from.
-    pub scales: DScales,
-    /// Those constant scales, one per block.
+    /// Constant scales of the synthesis problem, one per block.
     pub constant_scales: Vec<f64>,
-    /// γ of the best step.
-    pub gamma: f64,
-    /// Orders of the D-scales of the best step, summed over the blocks.
-    pub d_order: usize,
-    /// Stability of the controller itself.
-    pub own_stability: OwnStability,
-    /// What sampling did, on the emulation route.
-    pub emulated: Option<Emulated>,
+    /// The controller of the D-K iteration on its way to the one that is polished; none where the polish of an
+    /// earlier design meets every goal, so that none was sought.
+    pub dk: Option<DkDesign>,
     /// What the polish did, when it was asked for.
     pub polish: Option<PolishOutcome>,
-    /// Level that μ of the synthesis problem had to keep in reduction.
-    pub reduction_limit: f64,
-    /// Controller of one plane as synthesised.
-    pub full: Stage,
-    /// After reduction.
-    pub reduced: Stage,
-    /// μ against order tried in reduction: (order, μ of the covered problem).
-    pub orders_tried: Vec<(usize, f64)>,
     /// What is delivered, with its certificates.
     pub delivery: Delivery,
     /// Largest μ of the delivered controller at rest, specification as written, over the corners of k_i and k_s, where
@@ -92,7 +64,7 @@ impl Design {
     pub(super) fn judged_with(&self, controller: &Controller) -> Option<[Prediction; 2]> {
         let polish = self.polish.as_ref()?;
         let polished = polish.attempts.iter().filter_map(|a| a.judged.as_ref());
-        let mut judged = std::iter::once(&polish.dk).chain(polished);
+        let mut judged = polish.dk.iter().chain(polished);
         let own = judged.find(|j| j.controller.law.is_same(&controller.law))?;
         Some(own.predictions.clone().map(|prediction| Prediction {
             name: controller.name.clone(),
@@ -108,13 +80,21 @@ impl Design {
     /// Whether the delivered controller is stable itself, in a sentence.
     pub(crate) fn own_stability_sentence(&self) -> String {
         let polished = self.polish.as_ref().is_some_and(|p| p.delivered.is_some());
-        match polished {
-            true => format!(
+        match &self.dk {
+            Some(dk) if !polished => dk.own_stability.sentence(),
+            _ => format!(
                 "The controller itself is stable: the polish keeps its poles inside the circle, the slowest decays at \
                  {:.3} 1/s.",
                 -self.delivery.controller_growth_rate_per_s
             ),
-            false => self.own_stability.sentence(),
+        }
+    }
+
+    /// D-scales of the synthesis problem: those of the D-K iteration times the constant scales, or these alone.
+    pub(super) fn scales(&self) -> DScales {
+        match &self.dk {
+            Some(dk) => dk.scales.clone(),
+            None => DScales::identity(self.constant_scales.len()).times(&self.constant_scales),
         }
     }
 
@@ -135,7 +115,7 @@ impl Design {
 
     /// True when the specification is met at rest and at speed and every speed from rest to 20 % above the top speed is
     /// proven stable.
-    pub(crate) fn meets_targets(&self) -> bool {
+    pub fn meets_targets(&self) -> bool {
         self.largest_mu() <= 1.0 && self.is_stable() && self.delivery.speed_proof.is_complete()
     }
 }
@@ -161,37 +141,8 @@ pub(crate) fn design_in_words(
     Ok(found)
 }
 
-/// What a controller of scaled signals in the w plane becomes: sampled, polished where that is asked, rounded and
-/// proven.
-fn delivered(
-    machine: &Machine,
-    weights: &Weights,
-    settings: &DesignSettings,
-    (problems, reduced): (&Problems, &StateSpace<Continuous>),
-) -> Result<(Delivery, Option<PolishOutcome>), PipelineError> {
-    let period_s = machine.spindle.electronics.sample_period_s();
-    let physical = unscale_controller(reduced);
-    let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let Some(effort) = &settings.polish else {
-        let realised = Realised::new(machine, &sampled)?;
-        let from_dk = Candidate::new(machine, weights, problems, realised)?;
-        let proof = from_dk.proof(machine)?;
-        let delivery = from_dk.delivered(machine, problems, settings.speeds, proof)?;
-        return Ok((delivery, None));
-    };
-    let job = PolishJob {
-        machine,
-        weights,
-        problems,
-        speeds: settings.speeds,
-        effort: *effort,
-        earlier: settings.earlier.as_ref().map(|e| &e.plane),
-    };
-    let (delivery, outcome) = polished(job, &sampled)?;
-    Ok((delivery, Some(outcome)))
-}
-
-/// The whole design.
+/// The whole design. Where the polish of an earlier design that suffices meets every goal, it is delivered, and no
+/// D-K iteration is run.
 ///
 /// # Errors
 /// [`PipelineError`] says which stage failed.
@@ -202,42 +153,48 @@ pub fn design(
     progress: &mut Listener,
 ) -> Result<Design, PipelineError> {
     let weights = &weights.on(machine)?;
-    let Synthesised {
-        problems,
-        scales,
-        outcome,
-        own_stability,
-        full,
-        synthesis,
-        emulated,
-        rounds,
-    } = synthesise_for_machine(machine, weights, settings, progress)?;
-    let known = |synthesis: f64| KnownStage {
-        synthesis: Some(synthesis),
-        ..KnownStage::default()
-    };
-    let reduction_limit = synthesis * (1.0 + settings.reduction_budget);
-    let deliver = || {
-        let reduced = reduce(&problems, &scales, &full, synthesis, reduction_limit)?;
-        let (made, at_reduced) = rayon::join(
-            || delivered(machine, weights, settings, (&problems, &reduced.controller)),
-            || {
-                let known = known(reduced.synthesis);
-                stage("reduced order", &problems, &reduced.controller, known)
-            },
-        );
-        Ok::<_, PipelineError>((reduced.tried, at_reduced?, made?))
-    };
-    // What only the report says of the controller as synthesised is computed beside what is delivered.
-    let (made, (d_scales, full_stage)) = rayon::join(deliver, || {
-        rayon::join(
-            || d_scales(&problems, &scales, &outcome),
-            || stage("full order", &problems, &full, known(synthesis)),
-        )
+    let (problems, scales, _) = pose(machine, weights, settings)?;
+    progress(Event::Stage("problems and constant scales"));
+    let earlier = settings.earlier.as_ref().zip(settings.polish);
+    let again = earlier.map(|(earlier, effort)| {
+        let job = PolishJob {
+            machine,
+            weights,
+            problems: &problems,
+            speeds: settings.speeds,
+            effort,
+        };
+        progress(Event::Begins("polish of the earlier design"));
+        polished_again(job, earlier)
     });
-    let (d_scales, full_stage) = (d_scales?, full_stage?);
-    let (orders_tried, reduced_stage, (delivery, polish)) = made?;
+    let entrant = match again.transpose()? {
+        Some(PolishedAgain::Delivered(made)) => {
+            let (delivery, outcome) = *made;
+            let made = (None, (delivery, Some(outcome)));
+            return finished(machine, weights, (problems, scales), made, progress);
+        }
+        Some(PolishedAgain::Entrant(entrant)) => {
+            progress(Event::Begins("design beside it"));
+            Some(*entrant)
+        }
+        None => None,
+    };
+    let found = synthesise_for_machine(machine, weights, settings, (problems, scales), progress)?;
+    let (problems, scales) = (found.problems.clone(), found.scales.clone());
+    let (dk, made) = dk_design(machine, weights, settings, (found, entrant))?;
     progress(Event::Stage("reduction, polish and certificates"));
+    let made = (Some(dk), made);
+    finished(machine, weights, (problems, scales), made, progress)
+}
+
+/// The design of a delivery, with what is said of the delivered controller only.
+fn finished(
+    machine: &Machine,
+    weights: &Weights,
+    (problems, constant_scales): (Problems, Vec<f64>),
+    (dk, (delivery, polish)): (Option<DkDesign>, (Delivery, Option<PolishOutcome>)),
+    progress: &mut Listener,
+) -> Result<Design, PipelineError> {
     let specification_scale = match &delivery.controller.law {
         ControlLaw::Discrete(law) => specification_scale(
             machine,
@@ -253,26 +210,12 @@ pub fn design(
     let delivered = scaled_plane(&plane_of_law(machine, &delivery.controller)?)?;
     let real_corner_mu = largest_at_corners(&problems.specification, &delivered, &real)?;
     Ok(Design {
-        rounds,
-        specification_scale,
-        real_corner_mu,
-        own_stability,
-        emulated,
+        problems,
+        constant_scales,
+        dk,
         polish,
         delivery,
-        scales: outcome.scales.times(&scales),
-        constant_scales: scales,
-        gamma: outcome.gamma,
-        d_order: outcome
-            .steps
-            .get(outcome.best_iteration)
-            .map_or(0, |s| s.d_orders.iter().sum()),
-        reduction_limit,
-        d_scales,
-        steps: outcome.steps,
-        full: full_stage,
-        reduced: reduced_stage,
-        orders_tried,
-        problems,
+        real_corner_mu,
+        specification_scale,
     })
 }

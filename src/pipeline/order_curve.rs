@@ -91,7 +91,6 @@ pub(crate) fn lowest_order(
             problems: &design.problems,
             speeds: settings.speeds,
             effort: settings.polish.unwrap_or_default(),
-            earlier: None,
         };
         match shorter(&job, &design.constant_scales, &plane, order) {
             Ok((judged, delivery, found)) => {

@@ -298,8 +298,6 @@ pub(super) struct PolishJob<'a> {
     /// Speeds of the verification.
     pub speeds: usize,
     pub effort: PolishEffort,
-    /// Controller of one plane of an earlier design.
-    pub earlier: Option<&'a StateSpace<Discrete>>,
 }
 
 impl PolishJob<'_> {

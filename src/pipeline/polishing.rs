@@ -4,7 +4,8 @@
 //! controllers, the one that meets more goals is delivered ([`super::judged`], the most important goal first); of two
 //! equal ones, the stiffer one. Where the controller of the D-K iteration misses a goal, the polish starts from a tuned
 //! PID as well. The controller of the D-K iteration counts as stable as far as speeds were computed; it is proven where
-//! that decides, or where it is delivered.
+//! that decides, or where it is delivered. An earlier design comes before all of these: where its polish meets every
+//! goal, it is delivered.
 
 use super::PipelineError;
 use super::certificates::mu_words;
@@ -12,7 +13,7 @@ use super::comparison::predict;
 use super::delivery::{Candidate, Delivery, Realised, plane_of_law};
 use super::judged::Judged;
 use super::polish_job::{Goal, PolishJob, Polished, ZONE_A, ZONE_B, limits};
-use super::settings::PolishEffort;
+use super::settings::{EarlierDesign, PolishEffort};
 use super::widening::Widening;
 use crate::controller::polish::{LoopLimits, PolishRound};
 use crate::controller::speed_proof::SpeedProof;
@@ -40,16 +41,41 @@ pub struct PolishAttempt {
     pub failure: Option<String>,
 }
 
+impl PolishAttempt {
+    /// From a start, without a result.
+    fn from(start: &'static str) -> Self {
+        Self {
+            start,
+            judged: None,
+            objections: vec![],
+            rounds: vec![],
+            certificates: vec![],
+            failure: None,
+        }
+    }
+
+    /// From a start to a polished controller.
+    fn of(start: &'static str, judged: Judged, course: Polished) -> Self {
+        Self {
+            judged: Some(judged),
+            rounds: course.rounds,
+            certificates: course.certificates,
+            ..Self::from(start)
+        }
+    }
+}
+
 /// What the polish of a design did.
 #[derive(Clone, Debug)]
 pub struct PolishOutcome {
-    /// The controller of the D-K iteration, reduced and rounded.
-    pub dk: Judged,
+    /// The controller of the D-K iteration, reduced and rounded; none where the iteration was left out.
+    pub dk: Option<Judged>,
     /// Limits asked for.
     pub limits: LoopLimits,
     /// The specification whose μ the polish and its certificates are held to: as written, or with wider limits.
     pub held_to: Widening,
-    /// Attempts: from the D-K iteration, and, where that misses a target, from a tuned PID.
+    /// Attempts: from an earlier design where there is one, from the D-K iteration, and, where that misses a target,
+    /// from a tuned PID.
     pub attempts: Vec<PolishAttempt>,
     /// Number of the attempt whose controller is delivered; none: that of the D-K iteration is.
     pub delivered: Option<usize>,
@@ -57,6 +83,21 @@ pub struct PolishOutcome {
     pub tuned_pid: Option<PidParameters>,
     /// The outcome in a sentence or two.
     pub sentence: String,
+}
+
+impl PolishOutcome {
+    /// Before the first attempt.
+    fn open(job: &PolishJob<'_>, limits: LoopLimits, dk: Option<Judged>) -> Self {
+        Self {
+            dk,
+            limits,
+            held_to: Goal::of(job.problems, job.weights).widening,
+            attempts: vec![],
+            delivered: None,
+            tuned_pid: None,
+            sentence: String::new(),
+        }
+    }
 }
 
 /// What the attempts share.
@@ -86,15 +127,7 @@ impl<'a> Contest<'a> {
         Ok(Self {
             job,
             rival: None,
-            outcome: PolishOutcome {
-                dk: judged.clone(),
-                limits,
-                held_to: Goal::of(job.problems, job.weights).widening,
-                attempts: vec![],
-                delivered: None,
-                tuned_pid: None,
-                sentence: String::new(),
-            },
+            outcome: PolishOutcome::open(&job, limits, Some(judged.clone())),
             dk,
             dk_proof: None,
             delivery: None,
@@ -135,7 +168,7 @@ impl<'a> Contest<'a> {
             .as_ref()
             .map_or(0.0, SpeedProof::proven_to_rpm);
         self.judged.proven_to_rpm = proven.min(self.judged.proven_to_rpm);
-        self.outcome.dk = self.judged.clone();
+        self.outcome.dk = Some(self.judged.clone());
     }
 
     /// Polishes `plane`, and keeps the result when it is better.
@@ -152,29 +185,25 @@ impl<'a> Contest<'a> {
     }
 
     /// Keeps what a polish led to when it is better.
-    fn enter(&mut self, start: &'static str, done: Result<Attempted, String>) {
-        let mut attempt = PolishAttempt {
-            start,
-            judged: None,
-            objections: vec![],
-            rounds: vec![],
-            certificates: vec![],
-            failure: None,
-        };
-        match done {
+    fn enter(&mut self, start: &'static str, done: Entrant) {
+        let attempt = match done {
             Ok((judged, candidate, found)) => {
-                attempt.objections = self.objections(&judged);
-                if attempt.objections.is_empty() {
+                let objections = self.objections(&judged);
+                if objections.is_empty() {
                     (self.delivery, self.judged) = (Some(candidate), judged.clone());
                     self.outcome.delivered = Some(self.outcome.attempts.len());
                 }
-                attempt.judged = Some(judged);
-                attempt.rounds = found.rounds;
-                attempt.certificates = found.certificates;
+                PolishAttempt {
+                    objections,
+                    ..PolishAttempt::of(start, judged, found)
+                }
             }
             // The controller of an earlier start or of the D-K iteration is kept, and the outcome says what failed.
-            Err(failure) => attempt.failure = Some(failure),
-        }
+            Err(failure) => PolishAttempt {
+                failure: Some(failure),
+                ..PolishAttempt::from(start)
+            },
+        };
         self.outcome.attempts.push(attempt);
     }
 }
@@ -182,35 +211,64 @@ impl<'a> Contest<'a> {
 /// The figures, the delivery and the course of a polish.
 type Attempted = (Judged, Delivery, Polished);
 
+/// What a polish led to, or in words why there is none.
+pub(super) type Entrant = Result<Attempted, String>;
+
 /// A polish, or in words why there is none.
-fn polished_from(
-    job: &PolishJob<'_>,
-    limits: LoopLimits,
-    plane: &StateSpace<Discrete>,
-) -> Result<Attempted, String> {
+fn polished_from(job: &PolishJob<'_>, limits: LoopLimits, plane: &StateSpace<Discrete>) -> Entrant {
     job.polish(limits, plane).map_err(|error| error.to_string())
 }
 
-/// Polishes `plane`, the controller of the D-K iteration, and decides which controller is delivered. Where that of the
-/// D-K iteration misses a goal, a PID is tuned: the polished controller has to be as stiff, and where it misses a goal
-/// too, the polish starts from the PID as well, within zone A, then within zone B.
-pub(super) fn polished(
+/// What the polish of an earlier design led to.
+pub(super) enum PolishedAgain {
+    /// A controller that meets every goal, delivered.
+    Delivered(Box<(Delivery, PolishOutcome)>),
+    /// One that misses a goal, or does not suffice by itself: an attempt beside that from the D-K iteration.
+    Entrant(Box<Entrant>),
+}
+
+const DK: &str = "D-K iteration";
+const EARLIER: &str = "earlier design";
+
+/// Polishes the controller of an earlier design.
+///
+/// # Errors
+/// [`PipelineError`] when the machine has no limits; a polish that fails is an attempt that failed.
+pub(super) fn polished_again(
     job: PolishJob<'_>,
-    plane: &StateSpace<Discrete>,
-) -> Result<(Delivery, PolishOutcome), PipelineError> {
-    let machine = job.machine;
-    let zone_a = limits(machine, ZONE_A)?;
-    const DK: &str = "D-K iteration";
-    // An earlier design is polished already: its first round tells whether there is more to gain.
-    let again = PolishEffort {
+    earlier: &EarlierDesign,
+) -> Result<PolishedAgain, PipelineError> {
+    let zone_a = limits(job.machine, ZONE_A)?;
+    // It is polished already: its first round tells whether there is more to gain.
+    let effort = PolishEffort {
         rounds: 1,
         ..job.effort
     };
-    let (start, first, effort) = match job.earlier {
-        Some(earlier) => ("earlier design", earlier, again),
-        None => (DK, plane, job.effort),
-    };
-    let first_job = PolishJob { effort, ..job };
+    let done = polished_from(&PolishJob { effort, ..job }, zone_a, &earlier.plane);
+    let enough = |judged: &Judged| !judged.met(job.machine, None).contains(&false);
+    Ok(match done {
+        Ok((judged, delivery, course)) if earlier.suffices && enough(&judged) => {
+            let mut outcome = PolishOutcome::open(&job, zone_a, None);
+            outcome.attempts = vec![PolishAttempt::of(EARLIER, judged, course)];
+            outcome.delivered = Some(0);
+            outcome.sentence = sentence(&outcome);
+            PolishedAgain::Delivered(Box::new((delivery, outcome)))
+        }
+        done => PolishedAgain::Entrant(Box::new(done)),
+    })
+}
+
+/// Polishes `plane`, the controller of the D-K iteration, and decides which controller is delivered, it, the polished
+/// one, or `earlier`, what the polish of an earlier design led to. Where that of the D-K iteration misses a goal, a PID
+/// is tuned: the polished controller has to be as stiff, and where it misses a goal too, the polish starts from the PID
+/// as well, within zone A, then within zone B.
+pub(super) fn polished(
+    job: PolishJob<'_>,
+    plane: &StateSpace<Discrete>,
+    earlier: Option<Entrant>,
+) -> Result<(Delivery, PolishOutcome), PipelineError> {
+    let machine = job.machine;
+    let zone_a = limits(machine, ZONE_A)?;
     // The figures of the D-K iteration, with the tuned PID, and the first polish do not depend on each other.
     let entered = || {
         let mut contest = Contest::with(job, zone_a, plane)?;
@@ -221,12 +279,12 @@ pub(super) fn polished(
         }
         Ok::<_, PipelineError>((contest, by_pid))
     };
-    let (entered, done) = rayon::join(entered, || polished_from(&first_job, zone_a, first));
+    let (entered, done) = rayon::join(entered, || polished_from(&job, zone_a, plane));
     let (mut contest, by_pid) = entered?;
-    contest.enter(start, done);
-    if job.earlier.is_some() && contest.misses_a_goal() {
-        contest.attempt(DK, zone_a, Ok(plane));
+    if let Some(earlier) = earlier {
+        contest.enter(EARLIER, earlier);
     }
+    contest.enter(DK, done);
     if let Some(found) = &by_pid {
         let start = found.as_ref().map(|pid| &pid.plane);
         if contest.misses_a_goal() {
@@ -277,7 +335,6 @@ fn tuned_pid(machine: &Machine) -> Result<StartingPid, PipelineError> {
 }
 
 fn sentence(outcome: &PolishOutcome) -> String {
-    let dk = &outcome.dk;
     let words = |k: f64| {
         if k.is_nan() {
             "none (unstable loop)".to_owned()
@@ -285,25 +342,32 @@ fn sentence(outcome: &PolishOutcome) -> String {
             stiffness_words(k)
         }
     };
+    let beside = |dk: &Judged| {
+        format!(
+            " (D-K iteration: {} and {})",
+            words(dk.stiffness_n_per_m[0]),
+            words(dk.stiffness_n_per_m[1])
+        )
+    };
+    let beside = outcome.dk.as_ref().map_or_else(String::new, beside);
     let figures = |attempt: &PolishAttempt, judged: &Judged| {
         format!(
-            "The polish from the {} has a smallest tool stiffness of {} at rest and {} at top speed (D-K iteration: \
-             {} and {}), µ of the specification at most {} from rest to 1.2 times the top speed",
+            "The polish from the {} has a smallest tool stiffness of {} at rest and {} at top speed{beside}, µ of the \
+             specification at most {} from rest to 1.2 times the top speed",
             attempt.start,
             words(judged.stiffness_n_per_m[0]),
             words(judged.stiffness_n_per_m[1]),
-            words(dk.stiffness_n_per_m[0]),
-            words(dk.stiffness_n_per_m[1]),
             mu_words(judged.mu),
         )
     };
     if let Some(attempt) = outcome.delivered.and_then(|k| outcome.attempts.get(k))
         && let Some(judged) = &attempt.judged
     {
-        return format!(
-            "{}; the polished controller is delivered.",
-            figures(attempt, judged)
-        );
+        let delivered = match outcome.dk {
+            Some(_) => "the polished controller is delivered",
+            None => "it meets every goal and is delivered; no D-K iteration was run",
+        };
+        return format!("{}; {delivered}.", figures(attempt, judged));
     }
     let reasons: Vec<String> = outcome
         .attempts

@@ -16,7 +16,7 @@ use crate::robust::structure::Structure;
 /// Problems and answers of a design.
 #[derive(Clone, Debug)]
 pub(crate) struct ProblemSet {
-    /// What the D-K iteration solved.
+    /// What the D-K iteration solves.
     pub synthesis: GeneralizedPlant,
     /// What μ is judged on: the specification as written, of the whole machine at rest.
     pub specification: GeneralizedPlant,
@@ -28,7 +28,8 @@ pub(crate) struct ProblemSet {
     pub input_weights: StateSpace<Continuous>,
     /// Weights at its outputs.
     pub output_weights: StateSpace<Continuous>,
-    /// D-scales of the D-K iteration over the outputs z of `synthesis`, constant scales included.
+    /// D-scales of the D-K iteration over the outputs z of `synthesis`, constant scales included; these alone where the
+    /// iteration was not run.
     pub d_left: StateSpace<Continuous>,
     /// Their inverses over its inputs w: the scaled plant is D_left P D_right_inverse.
     pub d_right_inverse: StateSpace<Continuous>,
@@ -58,7 +59,7 @@ impl ProblemSet {
             lower_lft(&problems.specification.system, &controller).map_err(&numeric)?;
         let structure =
             Structure::new(&problems.synthesis.blocks).map_err(PipelineError::mu(STAGE))?;
-        let (d_left, d_right_inverse) = design.scales.systems(&structure).map_err(&numeric)?;
+        let (d_left, d_right_inverse) = design.scales().systems(&structure).map_err(&numeric)?;
         let round = ProblemWeights::of_specification(&problems.written_modes, weights);
         let round = round.map_err(&numeric)?;
         Ok(Self {

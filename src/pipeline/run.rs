@@ -271,8 +271,8 @@ pub(crate) fn unpolished(
     design: &Design,
 ) -> Result<Option<[Prediction; 2]>, PipelineError> {
     let polish = design.polish.as_ref().filter(|p| p.delivered.is_some());
-    polish
-        .map(|p| predicted(machine, design, &p.dk.controller))
+    let dk = polish.and_then(|p| p.dk.as_ref());
+    dk.map(|dk| predicted(machine, design, &dk.controller))
         .transpose()
 }
 

@@ -46,6 +46,8 @@ pub struct EarlierDesign {
     pub plane: StateSpace<Discrete>,
     /// Its constant scales, one per block; may be empty.
     pub scales: Vec<f64>,
+    /// Whether the D-K iteration is left out where the polish of this controller meets every goal.
+    pub suffices: bool,
 }
 
 impl Default for DesignSettings {

@@ -87,6 +87,12 @@ pub(crate) fn study(
     questions: Questions,
     progress: &mut Listener,
 ) -> Result<Study, PipelineError> {
+    let mut settings = settings.clone();
+    if let Some(earlier) = settings.earlier.as_mut().filter(|_| questions.other_route) {
+        // Routes differ in their syntheses.
+        earlier.suffices = false;
+    }
+    let settings = &settings;
     let (mut found, factor) = match questions.tightening {
         None => (design_in_words(machine, written, settings, progress)?, 1.0),
         Some(asked) => tightened(machine, written, settings, asked, progress)?,

@@ -57,20 +57,22 @@ const REACH: f64 = 1.3;
 /// Bounds on T tried for a stable controller when there is none, loosest first.
 const T_BOUNDS: [f64; 4] = [20.0, 12.0, 8.0, 5.0];
 
-/// The controller whose μ of the whole machine is at most one, or the lowest found.
+/// The controller whose μ of the whole machine is at most one, or the lowest found; `posed` is the problem of the first
+/// synthesis with its constant scales.
 pub(super) fn synthesise_for_machine(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
+    posed: (Problems, Vec<f64>),
     progress: &mut Listener,
 ) -> Result<Synthesised, PipelineError> {
     let mut settings = settings.clone();
+    let mut posed = Ok(posed);
     let mut best: Option<(f64, Synthesised)> = None;
     let mut rounds: Vec<Round> = vec![];
-    let mut earlier: Option<(Problems, Vec<f64>)> = None;
     while rounds.len() < ROUNDS {
-        let before = earlier.as_ref().map(|(p, s)| (p, s.as_slice()));
-        let found = match synthesise_once(machine, weights, &settings, before, progress) {
+        let found = posed.and_then(|posed| synthesise_once(machine, &settings, posed, progress));
+        let found = match found {
             Ok(found) => found,
             // A further round that fails leaves what the earlier ones found.
             Err(error) if best.is_none() => return Err(error),
@@ -90,14 +92,15 @@ pub(super) fn synthesise_for_machine(
         progress(Event::Stage("μ of the whole machine"));
         let target = 1.0 / (1.0 + settings.reduction_budget);
         let next = further(&round, problems, &settings, target);
-        earlier = Some((problems.clone(), found.scales.clone()));
+        let before = (problems.clone(), found.scales.clone());
         if best.as_ref().is_none_or(|(least, _)| mu < *least) {
             best = Some((mu, found));
         }
-        match next {
-            Some(next) => settings = next,
-            None => break,
-        }
+        let Some(next) = next else { break };
+        settings = next;
+        posed = pose_again(machine, weights, &settings, Some((&before.0, &before.1)))
+            .map(|(problems, scales, _)| (problems, scales));
+        progress(Event::Stage("problems and constant scales"));
     }
     match best {
         Some((_, found)) => Ok(Synthesised { rounds, ..found }),
@@ -143,13 +146,10 @@ fn further(
 
 fn synthesise_once(
     machine: &Machine,
-    weights: &Weights,
     settings: &DesignSettings,
-    fewer_modes: Option<(&Problems, &[f64])>,
+    (problems, scales): (Problems, Vec<f64>),
     progress: &mut Listener,
 ) -> Result<Synthesised, PipelineError> {
-    let (problems, scales, _) = pose_again(machine, weights, settings, fewer_modes)?;
-    progress(Event::Stage("problems and constant scales"));
     let outcome = iterate(
         &scaled(&problems.posed, &scales),
         &settings.dk,

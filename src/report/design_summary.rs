@@ -25,8 +25,8 @@ pub(crate) struct DesignSummary {
     gamma: Option<f64>,
     constant_scales: Vec<Option<f64>>,
     iterations: usize,
-    d_order: usize,
-    controller_order_full: usize,
+    d_order: Option<usize>,
+    controller_order_full: Option<usize>,
     pub(crate) controller_order: Option<usize>,
     pub(crate) mu_peak_reduced: Option<f64>,
     pub(crate) mu_peak_discrete: Option<f64>,
@@ -50,7 +50,7 @@ pub(crate) struct DesignSummary {
     complementary_sensitivity_limit: Option<f64>,
     pub(crate) table_as_written: WrittenSummary,
     gyroscopic_cover: Vec<CoveredMode>,
-    order_per_plane: [usize; 3],
+    order_per_plane: [Option<usize>; 3],
     steps: Vec<StepSummary>,
     certificates: Certificates,
     pub(crate) largest_mu: Option<f64>,
@@ -98,8 +98,8 @@ struct StepSummary {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 struct Certificates {
-    full: StageSummary,
-    reduced: StageSummary,
+    full: Option<StageSummary>,
+    reduced: Option<StageSummary>,
     rounded: StageSummary,
     verification: VerificationSummary,
     overspeed: VerificationSummary,
@@ -196,33 +196,36 @@ struct ScaleSummary {
 impl From<&Design> for DesignSummary {
     fn from(design: &Design) -> Self {
         let (delivery, problems) = (&design.delivery, &design.problems);
+        let dk = design.dk.as_ref();
+        let [full, reduced] = [dk.map(|dk| &dk.full), dk.map(|dk| &dk.reduced)];
         let rounded = &delivery.rounded;
         let [tool, front, rear] = delivery.static_stiffness_n_per_m.map(finite);
         let speeds = delivery.verification.speeds.iter();
         let stable = speeds.filter(|s| s.growth_rate_per_s < 0.0);
         let stable: Vec<f64> = stable.map(|s| s.speed_rpm).collect();
         Self {
-            mu_peak: finite(design.full.covered.upper),
-            mu_lower_peak: finite(design.full.covered.lower),
-            gamma: finite(design.gamma),
+            mu_peak: full.and_then(|full| finite(full.covered.upper)),
+            mu_lower_peak: full.and_then(|full| finite(full.covered.lower)),
+            gamma: dk.and_then(|dk| finite(dk.gamma)),
             constant_scales: design.constant_scales.iter().map(|s| finite(*s)).collect(),
-            iterations: design.steps.len(),
-            d_order: design.d_order,
-            controller_order_full: 2 * design.full.order,
+            iterations: dk.map_or(0, |dk| dk.steps.len()),
+            d_order: dk.map(|dk| dk.d_order),
+            controller_order_full: full.map(|full| 2 * full.order),
             controller_order: Some(2 * rounded.order),
-            mu_peak_reduced: finite(design.reduced.covered.upper),
+            mu_peak_reduced: reduced.and_then(|reduced| finite(reduced.covered.upper)),
             mu_peak_discrete: finite(rounded.covered.upper),
             mu_peak_discrete_lower: finite(rounded.covered.lower),
             mu_model: MuModelSummary::from(design),
             weights_fit_error: finite(problems.fit_errors.analysis),
             stable: Some(design.is_stable()),
             route: route_word(problems.route).to_owned(),
-            emulation: design.emulated.as_ref().map(EmulationSummary::from),
+            emulation: dk.and_then(|dk| dk.emulated.as_ref().map(EmulationSummary::from)),
             speed_proof: SpeedProofSummary::from(&delivery.speed_proof),
             mu_over_speed: speed_mu(design),
             controller_stable: design.controller_is_stable(),
             controller_stability: Some(design.own_stability_sentence()),
-            stable_alternatives: AlternativeSummary::all(&design.own_stability),
+            stable_alternatives: dk
+                .map_or_else(Vec::new, |dk| AlternativeSummary::all(&dk.own_stability)),
             static_stiffness_tool_n_per_m: tool,
             static_stiffness_front_n_per_m: front,
             static_stiffness_rear_n_per_m: rear,
@@ -232,8 +235,10 @@ impl From<&Design> for DesignSummary {
             complementary_sensitivity_limit: problems.sensitivity_limit.and_then(finite),
             table_as_written: WrittenSummary::from(design),
             gyroscopic_cover: CoveredMode::all(design),
-            order_per_plane: [design.full.order, design.reduced.order, rounded.order],
-            steps: design.steps.iter().map(StepSummary::from).collect(),
+            order_per_plane: [full, reduced, Some(rounded)].map(|stage| Some(stage?.order)),
+            steps: dk.map_or_else(Vec::new, |dk| {
+                dk.steps.iter().map(StepSummary::from).collect()
+            }),
             certificates: Certificates::from(design),
             largest_mu: finite(design.largest_mu()),
             specification_scale: design.specification_scale.as_ref().map(ScaleSummary::from),
@@ -257,9 +262,10 @@ impl DesignSummary {
 impl From<&Design> for WrittenSummary {
     fn from(design: &Design) -> Self {
         let rounded = &design.delivery.rounded.specification;
+        let dk = design.dk.as_ref();
         Self {
-            mu_peak: finite(design.full.specification.upper),
-            mu_peak_reduced: finite(design.reduced.specification.upper),
+            mu_peak: dk.and_then(|dk| finite(dk.full.specification.upper)),
+            mu_peak_reduced: dk.and_then(|dk| finite(dk.reduced.specification.upper)),
             mu_peak_discrete: finite(rounded.upper),
             mu_lower_peak_discrete: finite(rounded.lower),
             frequency_hz: finite(rounded.frequency_hz),
@@ -296,10 +302,10 @@ impl From<&DkStep> for StepSummary {
 
 impl From<&Design> for Certificates {
     fn from(design: &Design) -> Self {
-        let delivery = &design.delivery;
+        let (delivery, dk) = (&design.delivery, design.dk.as_ref());
         Self {
-            full: StageSummary::from(&design.full),
-            reduced: StageSummary::from(&design.reduced),
+            full: dk.map(|dk| StageSummary::from(&dk.full)),
+            reduced: dk.map(|dk| StageSummary::from(&dk.reduced)),
             rounded: StageSummary::from(&delivery.rounded),
             verification: VerificationSummary::from(&delivery.verification),
             overspeed: VerificationSummary::from(&delivery.overspeed),
@@ -344,7 +350,8 @@ impl From<&Design> for AimSummary {
 impl From<&Design> for MuModelSummary {
     fn from(design: &Design) -> Self {
         let problems = &design.problems;
-        let rounds = design.rounds.iter().map(|r| RoundSummary {
+        let rounds = design.dk.iter().flat_map(|dk| &dk.rounds);
+        let rounds = rounds.map(|r| RoundSummary {
             synthesis_modes: r.synthesis_modes,
             gamma_target: finite(r.gamma_target),
             mu_synthesis_model: finite(r.synthesis),

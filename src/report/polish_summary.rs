@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct PolishSummary {
     delivered: bool,
     sentence: String,
-    dk: JudgedSummary,
+    dk: Option<JudgedSummary>,
     limits: LimitsSummary,
     attempts: Vec<AttemptSummary>,
 }
@@ -92,7 +92,7 @@ impl From<&PolishOutcome> for PolishSummary {
         Self {
             delivered: polish.delivered.is_some(),
             sentence: polish.sentence.clone(),
-            dk: JudgedSummary::from(&polish.dk),
+            dk: polish.dk.as_ref().map(JudgedSummary::from),
             limits: LimitsSummary {
                 sensitivity_db: finite(20.0 * limits.sensitivity.log10()),
                 high_frequency_from_hz: finite(limits.high_frequency_hz),

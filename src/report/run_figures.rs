@@ -12,8 +12,10 @@ use crate::augment::channels::channel_names;
 use crate::controller::stiffness_limit::StiffnessLimit;
 use crate::pipeline::comparison::Prediction;
 use crate::pipeline::design::Design;
+use crate::pipeline::dk_design::DkDesign;
 use crate::pipeline::model_curves::{FreeRotor, OpenLoopCurves};
 use crate::pipeline::overspeed::OVERSPEED;
+use crate::pipeline::problems::Problems;
 use crate::rotor::modes::RIGID;
 use crate::spindle::Machine;
 
@@ -112,7 +114,7 @@ pub(crate) fn shapes(
     )
 }
 
-/// μ over frequency, over the iteration, over the order of the controller.
+/// μ over frequency and over speed; over the iteration and the order of the controller where there was an iteration.
 pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
     let columns = |curve: &[(f64, f64, f64)]| {
         let f: Vec<f64> = curve.iter().map(|c| c.0).collect();
@@ -132,27 +134,40 @@ pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
         upper: &c.1,
         lower: &c.2,
     });
-    let gamma: Vec<f64> = design.steps.iter().map(|s| s.gamma).collect();
-    let peak: Vec<f64> = design.steps.iter().map(|s| s.mu_peak).collect();
-    let orders: Vec<f64> = design
-        .orders_tried
-        .iter()
-        .map(|o| 2.0 * o.0 as f64)
-        .collect();
-    let values: Vec<f64> = design.orders_tried.iter().map(|o| o.1).collect();
+    let [stability, mu_speed] = over_speed(design);
+    let mut drawn = vec![
+        (
+            Picture::Mu,
+            mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
+        ),
+        stability,
+        mu_speed,
+    ];
+    if let Some(dk) = &design.dk {
+        drawn.extend(iteration(&design.problems, dk));
+    }
+    drawn
+}
+
+/// The D-K iteration and the reduction of its controller.
+fn iteration(problems: &Problems, dk: &DkDesign) -> [(Picture, Figure); 3] {
+    let gamma: Vec<f64> = dk.steps.iter().map(|s| s.gamma).collect();
+    let peak: Vec<f64> = dk.steps.iter().map(|s| s.mu_peak).collect();
+    let orders: Vec<f64> = dk.orders_tried.iter().map(|o| 2.0 * o.0 as f64).collect();
+    let values: Vec<f64> = dk.orders_tried.iter().map(|o| o.1).collect();
     let tried = Curve {
         name: "tried",
         role: Role::Other(0),
         x: &orders,
         y: &values,
     };
-    let chosen = (2.0 * design.reduced.order as f64, design.reduced.synthesis);
-    let modes = design.problems.covered_modes.iter();
+    let chosen = (2.0 * dk.reduced.order as f64, dk.reduced.synthesis);
+    let modes = problems.covered_modes.iter();
     let names: Vec<String> = modes
         .map(|mode| format!("mode {}", mode.number + 1))
-        .chain(channel_names(&design.problems.aim))
+        .chain(channel_names(&problems.aim))
         .collect();
-    let fits: Vec<DFit> = design
+    let fits: Vec<DFit> = dk
         .d_scales
         .iter()
         .zip(&names)
@@ -163,18 +178,11 @@ pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
             fit: &d.used,
         })
         .collect();
-    let [stability, mu_speed] = over_speed(design);
-    vec![
+    [
         (
             Picture::DScales,
             d_fits("D-scales of the uncertainty", &fits),
         ),
-        (
-            Picture::Mu,
-            mu_over_frequency("µ of the sampled loop with rounded coefficients", &steps),
-        ),
-        stability,
-        mu_speed,
         (
             Picture::MuIterations,
             mu_per_iteration("D-K iteration", &gamma, &peak),
@@ -184,7 +192,7 @@ pub(crate) fn robustness(design: &Design) -> Vec<(Picture, Figure)> {
             mu_against_order(
                 "µ against the order of the controller",
                 &[tried],
-                design.reduction_limit,
+                dk.reduction_limit,
                 chosen,
             ),
         ),

@@ -114,11 +114,16 @@ impl VariantSummary {
     pub(crate) fn of(name: &str, design: &Design, rest: &Prediction) -> Self {
         let (stiffness, sensitivity) = (StiffnessSummary::of(rest), SensitivitySummary::of(rest));
         let rounded = &design.delivery.rounded;
-        let synthesised = design.full.synthesis;
+        let dk = design.dk.as_ref();
+        let synthesised = dk.map(|dk| dk.full.synthesis);
+        let emulated = dk.and_then(|dk| dk.emulated);
         Self::Found(Box::new(VariantFigures {
             design: name.to_owned(),
-            mu_synthesised: finite(design.emulated.map_or(synthesised, |e| e.mu_continuous)),
-            mu_sampled: finite(synthesised),
+            mu_synthesised: emulated
+                .map(|e| e.mu_continuous)
+                .or(synthesised)
+                .and_then(finite),
+            mu_sampled: synthesised.and_then(finite),
             mu_peak_discrete: finite(rounded.covered.upper),
             mu_table_as_written: finite(rounded.specification.upper),
             controller_order: 2 * rounded.order,

@@ -8,18 +8,18 @@ use crate::support::robustness::Specification;
 use crate::support::rotor::Rotor;
 use muspin::augment::GeneralizedPlant;
 use muspin::augment::assembly::{UncertainMode, generalized_plane, unscale_controller};
-use muspin::augment::plane::{Route, design_plane};
+use muspin::augment::plane::{Route, design_plane, x_plane};
 use muspin::augment::weight_plane::WeightPlane;
 use muspin::augment::weights::Weights;
 use muspin::controller::ControlLaw;
-use muspin::input::{load_machine, load_weights};
+use muspin::input::{load_controller, load_machine, load_weights};
 use muspin::linalg::{Mat, c64, max_singular_value_complex};
 use muspin::lti::sample::tustin;
 use muspin::lti::{Discrete, StateSpace};
 use muspin::pipeline::design::{Design, design};
 use muspin::pipeline::posing::pose;
 use muspin::pipeline::progress::{Event, STAGES, next_stage};
-use muspin::pipeline::settings::DesignSettings;
+use muspin::pipeline::settings::{DesignSettings, EarlierDesign};
 use muspin::pipeline::widening::Widening;
 use muspin::predict::closed_loop::{both_planes, compliance, sensitivity};
 use muspin::robust::dk::DkSettings;
@@ -178,6 +178,50 @@ fn designed(weights: &Weights, settings: &DesignSettings) -> Design {
 }
 
 #[test]
+fn an_earlier_design_that_misses_a_goal_is_one_start_beside_the_others() {
+    let results = below_root("results/reference");
+    let machine = results.join("spindle.yaml");
+    let machine = load_machine(machine.to_str().unwrap(), "paper-tool").unwrap();
+    let weights = load_weights("benchmark").unwrap();
+    let law = results.join("controller/discrete.json");
+    let ControlLaw::Discrete(law) = load_controller(law.to_str().unwrap()).unwrap().law else {
+        panic!("not sampled");
+    };
+    let plane = x_plane(&law);
+    // A thousandth of its gains does not levitate the machine.
+    let mut faint = plane.clone();
+    for m in [&mut faint.c, &mut faint.d] {
+        *m = &*m * 1e-3;
+    }
+    let from = |plane: StateSpace<Discrete>, suffices: bool| {
+        let earlier = EarlierDesign {
+            plane,
+            scales: vec![],
+            suffices,
+        };
+        let polished = DesignSettings::polished();
+        let settings = DesignSettings {
+            polish: polished.polish,
+            earlier: Some(earlier),
+            ..quick()
+        };
+        design(&machine, &weights, &settings, &mut |_| {}).unwrap()
+    };
+    let starts = |found: &Design| -> Vec<&str> {
+        let attempts = &found.polish.as_ref().unwrap().attempts;
+        attempts.iter().map(|a| a.start).collect()
+    };
+    let enough = from(plane.clone(), true);
+    assert_eq!(starts(&enough), ["earlier design"]);
+    assert!(enough.dk.is_none() && enough.meets_targets());
+    for (plane, suffices) in [(faint, true), (plane, false)] {
+        let found = from(plane, suffices);
+        assert_eq!(starts(&found), ["earlier design", "D-K iteration"]);
+        assert!(found.dk.is_some() && found.meets_targets());
+    }
+}
+
+#[test]
 fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
     // Table 2 without a bound on T: the optimal controller has poles in the right half plane.
     let (_, written) = reference();
@@ -186,7 +230,7 @@ fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
         ..quick()
     };
     let found = designed(&written, &settings);
-    let own = &found.own_stability;
+    let own = &found.dk.as_ref().unwrap().own_stability;
     assert!(own.found_growth_rate_per_s > 0.0, "the case has changed");
     let words = own.sentence();
     match own.chosen.and_then(|k| own.alternatives.get(k)) {
@@ -217,16 +261,17 @@ fn both_routes_are_judged_on_the_sampled_loop() {
             ..quick()
         },
     );
-    assert!(direct.emulated.is_none());
-    let e = emulated.emulated.unwrap();
+    let [from_direct, from_emulated] = [&direct, &emulated].map(|found| found.dk.as_ref().unwrap());
+    assert!(from_direct.emulated.is_none());
+    let e = from_emulated.emulated.unwrap();
     // In continuous time both promise the same; sampling takes its toll of the emulated one only.
-    assert!((e.mu_continuous / direct.full.synthesis - 1.0).abs() < 0.1);
+    assert!((e.mu_continuous / from_direct.full.synthesis - 1.0).abs() < 0.1);
     assert!(
-        e.mu_sampled > 1.1 * direct.full.synthesis,
+        e.mu_sampled > 1.1 * from_direct.full.synthesis,
         "{}",
         e.mu_sampled
     );
-    assert!((e.mu_sampled / emulated.full.synthesis - 1.0).abs() < 1e-3);
+    assert!((e.mu_sampled / from_emulated.full.synthesis - 1.0).abs() < 1e-3);
     assert!(
         emulated.delivery.rounded.specification.upper > direct.delivery.rounded.specification.upper
     );
@@ -314,12 +359,13 @@ fn a_start_that_is_unstable_at_speed_is_brought_up_to_speed() {
     let (machine, weights) = of_tests("s04-noncollocated", "endmill-20-short");
     let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
     let polish = found.polish.as_ref().unwrap();
-    assert!(polish.dk.stiffness_n_per_m[1].is_nan());
+    let dk = polish.dk.as_ref().unwrap();
+    assert!(dk.stiffness_n_per_m[1].is_nan());
     assert!(found.is_stable() && found.delivery.speed_proof.is_complete());
     assert!(found.largest_mu() <= 1.0);
     let delivered = polish.attempts[polish.delivered.unwrap()].judged.as_ref();
     let stiffness = delivered.unwrap().stiffness_n_per_m;
-    assert!(stiffness[0] > polish.dk.stiffness_n_per_m[0] && stiffness[1] > 0.0);
+    assert!(stiffness[0] > dk.stiffness_n_per_m[0] && stiffness[1] > 0.0);
 }
 
 #[test]
@@ -328,6 +374,7 @@ fn a_machine_that_cannot_meet_its_goals_gets_a_certified_peak() {
     let (machine, weights) = of_tests("s13-lab-rotor-thin", "endmill-12-long");
     // The certificate of the full order lost the crossings of low frequencies to rounding.
     let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
-    let (lower, upper) = (found.full.covered.lower, found.full.covered.upper);
+    let full = found.dk.as_ref().unwrap().full;
+    let (lower, upper) = (full.covered.lower, full.covered.upper);
     assert!(lower > 1.1 && lower <= upper && upper <= lower * 1.002);
 }

@@ -1,0 +1,149 @@
+//! The controller of the D-K iteration on its way to firmware: full order, reduced order, sampled, polished.
+
+use super::PipelineError;
+use super::certificates::{DScaleCurve, KnownStage, Stage, d_scales, stage};
+use super::delivery::{Candidate, Delivery, Realised};
+use super::emulation::Emulated;
+use super::polish_job::PolishJob;
+use super::polishing::{Entrant, PolishOutcome, polished};
+use super::problems::Problems;
+use super::reduction::reduce;
+use super::settings::DesignSettings;
+use super::stable::OwnStability;
+use super::synthesis::{Round, Synthesised};
+use crate::augment::assembly::unscale_controller;
+use crate::augment::weights::Weights;
+use crate::lti::sample::tustin;
+use crate::lti::{Continuous, StateSpace};
+use crate::robust::dk::DkStep;
+use crate::robust::dk::scale::DScales;
+use crate::spindle::Machine;
+
+/// What the D-K iteration and the reduction of its controller led to.
+#[derive(Clone, Debug)]
+pub struct DkDesign {
+    /// Records of the D-K iteration on the synthesis problem.
+    pub steps: Vec<DkStep>,
+    /// Syntheses with more modes or a lower level that μ of the whole machine asked for; the last is the first within
+    /// target.
+    pub rounds: Vec<Round>,
+    /// D-scales of the best step beside what the pointwise bound of its loop asks for.
+    pub d_scales: Vec<DScaleCurve>,
+    /// The D-scales of the best step times the constant scales that it started from.
+    pub scales: DScales,
+    /// γ of the best step.
+    pub gamma: f64,
+    /// Orders of the D-scales of the best step, summed over the blocks.
+    pub d_order: usize,
+    /// Stability of the controller itself.
+    pub own_stability: OwnStability,
+    /// What sampling did, on the emulation route.
+    pub emulated: Option<Emulated>,
+    /// Level that μ of the synthesis problem had to keep in reduction.
+    pub reduction_limit: f64,
+    /// Controller of one plane as synthesised.
+    pub full: Stage,
+    /// After reduction.
+    pub reduced: Stage,
+    /// μ against order tried in reduction: (order, μ of the covered problem).
+    pub orders_tried: Vec<(usize, f64)>,
+}
+
+/// What a design delivers, and what the polish did when it was asked for.
+pub(super) type Made = (Delivery, Option<PolishOutcome>);
+
+/// Reduces the controller of the D-K iteration, and polishes and certifies what is delivered; `entrant` is what the
+/// polish of an earlier design led to.
+///
+/// # Errors
+/// [`PipelineError`] says which stage failed.
+pub(super) fn dk_design(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    (found, entrant): (Synthesised, Option<Entrant>),
+) -> Result<(DkDesign, Made), PipelineError> {
+    let Synthesised {
+        problems,
+        scales,
+        outcome,
+        own_stability,
+        full,
+        synthesis,
+        emulated,
+        rounds,
+    } = found;
+    let known = |synthesis: f64| KnownStage {
+        synthesis: Some(synthesis),
+        ..KnownStage::default()
+    };
+    let reduction_limit = synthesis * (1.0 + settings.reduction_budget);
+    let deliver = || {
+        let reduced = reduce(&problems, &scales, &full, synthesis, reduction_limit)?;
+        let (made, at_reduced) = rayon::join(
+            || {
+                let from = (&reduced.controller, entrant);
+                delivered(machine, weights, settings, &problems, from)
+            },
+            || {
+                let known = known(reduced.synthesis);
+                stage("reduced order", &problems, &reduced.controller, known)
+            },
+        );
+        Ok::<_, PipelineError>((reduced.tried, at_reduced?, made?))
+    };
+    // What only the report says of the controller as synthesised is computed beside what is delivered.
+    let (made, (d_scales, full)) = rayon::join(deliver, || {
+        rayon::join(
+            || d_scales(&problems, &scales, &outcome),
+            || stage("full order", &problems, &full, known(synthesis)),
+        )
+    });
+    let (orders_tried, reduced, made) = made?;
+    let best = outcome.steps.get(outcome.best_iteration);
+    let dk = DkDesign {
+        rounds,
+        d_scales: d_scales?,
+        scales: outcome.scales.times(&scales),
+        gamma: outcome.gamma,
+        d_order: best.map_or(0, |s| s.d_orders.iter().sum()),
+        own_stability,
+        emulated,
+        reduction_limit,
+        full: full?,
+        reduced,
+        orders_tried,
+        steps: outcome.steps,
+    };
+    Ok((dk, made))
+}
+
+/// What a controller of scaled signals in the w plane becomes: sampled, polished where that is asked, rounded and
+/// proven.
+fn delivered(
+    machine: &Machine,
+    weights: &Weights,
+    settings: &DesignSettings,
+    problems: &Problems,
+    (reduced, entrant): (&StateSpace<Continuous>, Option<Entrant>),
+) -> Result<Made, PipelineError> {
+    let period_s = machine.spindle.electronics.sample_period_s();
+    let physical = unscale_controller(reduced);
+    let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
+    let Some(effort) = settings.polish else {
+        let realised = Realised::new(machine, &sampled)?;
+        let from_dk = Candidate::new(machine, weights, problems, realised)?;
+        let proof = from_dk.proof(machine)?;
+        let delivery = from_dk.delivered(machine, problems, settings.speeds, proof)?;
+        return Ok((delivery, None));
+    };
+    let job = PolishJob {
+        machine,
+        weights,
+        problems,
+        speeds: settings.speeds,
+        effort,
+    };
+    let (delivery, outcome) = polished(job, &sampled, entrant)?;
+    Ok((delivery, Some(outcome)))
+}
