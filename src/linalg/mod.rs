@@ -5,7 +5,6 @@ pub(crate) mod basis;
 pub(crate) mod block_diagonal;
 pub(crate) mod complex_eigenvalues;
 pub(crate) mod dense;
-pub(crate) mod divide_and_conquer;
 pub(crate) mod doubled;
 pub(crate) mod doubling;
 pub(crate) mod equal_planes;

@@ -8,7 +8,7 @@
 
 use super::mesh_correction;
 use super::ritz_basis::{
-    MODES, SLOW_RAD_S, beside, group_stiffness, independent_part, joint_rows, jointed, port_rows,
+    MODES, SLOW_RAD_S, beside, group_strains, independent_part, joint_rows, jointed, port_rows,
     static_forces, without_rigid,
 };
 use crate::linalg::{Mat, solve, symmetric_eigen};
@@ -17,7 +17,6 @@ use crate::rotor::tilt::Tilt;
 use crate::rotor::{PlanarModes, Rotor};
 use crate::spindle::halved::refined;
 use crate::spindle::{Machine, SpindleError};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept
@@ -115,7 +114,7 @@ impl ReducedShaft {
         let extra = independent_part(&modal, &statics, m, weight, directions)?;
         let shapes = beside(&modal, &extra);
         let left_out = left_out(&shifted, &shapes)?;
-        let groups = group_stiffness(&rotor, &shapes, group_of_element, count);
+        let own_strains = group_strains(&rotor, &shapes, group_of_element, count);
         let finer = refined(&machine).rotor()?;
         let mesh = mesh_correction::flexibility(&rotor, &finer, &shapes)?;
         let joint = joint.map(|ends| joint_rows(&shapes, ends));
@@ -125,7 +124,8 @@ impl ReducedShaft {
             let n = stiffness.nrows();
             stiffness = Mat::from_fn(n, n, |i, j| stiffness[(i, j)] - value * row[i] * row[j]);
         }
-        let (strains, strains_of_group) = strains(&groups, &mesh, &stiffness)?;
+        let (strains, strains_of_group) = strains(&own_strains, &mesh, &stiffness)?;
+        let groups = own_strains.iter().map(|b| b * b.transpose()).collect();
         Ok(Self {
             mesh,
             gyroscopic: reduce(&modes.matrices.gyroscopic),
@@ -246,8 +246,8 @@ impl ReducedShaft {
     }
 }
 
-/// Strains of stiffness matrices and of the mesh, coordinates × strains, and the columns of each. Strains that move
-/// slow coordinates next to nothing are left out.
+/// Strains of the groups and of the mesh, coordinates × strains, and the columns of each: those of a group in directions
+/// that do not repeat each other. Strains that move slow coordinates next to nothing are left out.
 fn strains(
     groups: &[Mat<f64>],
     mesh: &Mat<f64>,
@@ -258,27 +258,25 @@ fn strains(
     let scale: Vec<f64> = (0..n)
         .map(|k| (SLOW_RAD_S * SLOW_RAD_S + stiffness[(k, k)].max(0.0)).recip())
         .collect();
-    let matrices: Vec<&Mat<f64>> = groups.iter().chain([mesh]).collect();
-    let each = matrices.into_par_iter().map(|matrix| {
-        symmetric_eigen(&Mat::from_fn(n, n, |i, j| {
-            matrix[(i, j)] * scale[i] * scale[j]
-        }))
-    });
-    for (values, vectors) in each.collect::<Result<Vec<_>, _>>()? {
+    let mut add = |values: &[f64], column: &dyn Fn(usize) -> Vec<f64>| {
         let largest = values.last().copied().unwrap_or_default();
         let from = columns.len();
-        for (k, value) in values.iter().enumerate() {
-            if *value > NO_STRAIN * largest {
-                let amplitude = value.sqrt();
-                columns.push(
-                    (0..n)
-                        .map(|i| amplitude * vectors[(i, k)] / scale[i])
-                        .collect(),
-                );
-            }
-        }
+        let large = |k: &usize| values[*k] > NO_STRAIN * largest;
+        columns.extend((0..values.len()).filter(large).map(column));
         ranges.push(from..columns.len());
+    };
+    for own in groups {
+        // With S the scales, S B Bᵀ S and (S B)ᵀ S B have the same values, and B times a vector of the small one is
+        // the strain of that value.
+        let scaled = Mat::from_fn(n, own.ncols(), |i, r| scale[i] * own[(i, r)]);
+        let (values, vectors) = symmetric_eigen(&(scaled.transpose() * &scaled))?;
+        let turned = own * vectors;
+        add(&values, &|k| (0..n).map(|i| turned[(i, k)]).collect());
     }
+    let scaled = Mat::from_fn(n, n, |i, j| mesh[(i, j)] * scale[i] * scale[j]);
+    let (values, vectors) = symmetric_eigen(&scaled)?;
+    let entry = |i: usize, k: usize| values[k].sqrt() * vectors[(i, k)] / scale[i];
+    add(&values, &|k| (0..n).map(|i| entry(i, k)).collect());
     let matrix = Mat::from_fn(n, columns.len(), |i, j| columns[j][i]);
     Ok((matrix, ranges))
 }

@@ -163,25 +163,43 @@ pub(super) fn beside(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     })
 }
 
-/// Stiffness of every element group in the coordinates `shapes`.
-pub(super) fn group_stiffness(
+/// Strains B of every element group in the coordinates `shapes`, coordinates × two per element, exactly zero for the
+/// rigid ones: the stiffness of the group is B Bᵀ.
+///
+/// An element bends and shears: its stiffness has rank two and is K₂ᵀ K₂₂⁻¹ K₂, with K₂ its rows at one end.
+pub(super) fn group_strains(
     rotor: &Rotor,
     shapes: &Mat<f64>,
     group_of_element: &[usize],
     count: usize,
 ) -> Vec<Mat<f64>> {
     let size = shapes.ncols();
-    let mut groups = vec![Mat::zeros(size, size); count];
+    let mut strains: Vec<Vec<[f64; 4]>> = vec![vec![]; count];
+    let mut places: Vec<Vec<[usize; 4]>> = vec![vec![]; count];
     for element in 0..rotor.sections().len() {
         let Some(group) = group_of(group_of_element, element) else {
             continue;
         };
         let (own, dofs) = rotor.element_stiffness(element);
-        let rows = Mat::from_fn(4, size, |r, c| shapes[(dofs[r], c)]);
-        let own = Mat::from_fn(4, 4, |r, c| own[(r, c)]);
-        groups[group] += rows.transpose() * (own * &rows);
+        let row = |i: usize| -> [f64; 4] { std::array::from_fn(|j| own[(i, j)]) };
+        // Rows of L⁻¹K₂, L Lᵀ = K₂₂.
+        let (deflection, slope) = (row(2), row(3));
+        let first = deflection.map(|k| k / deflection[2].sqrt());
+        let left = (slope[3] - first[3] * first[3]).sqrt();
+        let second = std::array::from_fn(|j| (slope[j] - first[3] * first[j]) / left);
+        strains[group].extend([first, second]);
+        places[group].extend([dofs, dofs]);
     }
-    groups.iter().map(without_rigid).collect()
+    let each = strains.iter().zip(&places);
+    each.map(|(strains, places)| {
+        Mat::from_fn(size, strains.len(), |i, r| match i < RIGID {
+            true => 0.0,
+            false => (0..4)
+                .map(|d| strains[r][d] * shapes[(places[r][d], i)])
+                .sum(),
+        })
+    })
+    .collect()
 }
 
 /// The symmetric part, exactly zero for the rigid coordinates.

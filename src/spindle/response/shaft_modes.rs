@@ -1,7 +1,6 @@
 //! Modes of the free shaft of a machine in Ritz coordinates.
 
-use crate::linalg::divide_and_conquer::symmetric_eigen_divided;
-use crate::linalg::{Mat, NumericError, definite_eigen_lifted};
+use crate::linalg::{Mat, NumericError, definite_eigen_lifted, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::spindle::SpindleError;
 
@@ -31,7 +30,7 @@ pub(super) fn modes(
         let flexible = Mat::from_fn(n - RIGID, n - RIGID, |i, j| {
             stiffness[(i + RIGID, j + RIGID)]
         });
-        let (values, vectors) = symmetric_eigen_divided(&flexible)?;
+        let (values, vectors) = symmetric_eigen(&flexible)?;
         omega.extend(values.iter().map(root));
         let shapes = Mat::from_fn(n, n, |i, k| match (i < RIGID, k < RIGID) {
             (true, _) | (_, true) => f64::from(u8::from(i == k)),

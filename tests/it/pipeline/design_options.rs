@@ -19,7 +19,7 @@ use muspin::lti::{Discrete, StateSpace};
 use muspin::pipeline::design::{Design, design};
 use muspin::pipeline::posing::pose;
 use muspin::pipeline::progress::{Event, STAGES, next_stage};
-use muspin::pipeline::settings::{DesignSettings, EarlierDesign};
+use muspin::pipeline::settings::{DesignSettings, EarlierDesign, PolishEffort};
 use muspin::pipeline::widening::Widening;
 use muspin::predict::closed_loop::{both_planes, compliance, sensitivity};
 use muspin::robust::dk::DkSettings;
@@ -199,9 +199,13 @@ fn an_earlier_design_that_misses_a_goal_is_one_start_beside_the_others() {
             scales: vec![],
             suffices,
         };
-        let polished = DesignSettings::polished();
+        let effort = PolishEffort {
+            rounds: 1,
+            steps: 20,
+            ..PolishEffort::default()
+        };
         let settings = DesignSettings {
-            polish: polished.polish,
+            polish: Some(effort),
             earlier: Some(earlier),
             ..quick()
         };
