@@ -4,34 +4,66 @@
 use super::balance::evening_factor;
 use super::error::NumericError;
 use super::planar::Planar;
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, Side, c64};
+
+/// A square matrix factored for several right-hand sides.
+#[derive(Clone, Debug)]
+pub(crate) struct Factored {
+    /// None for a matrix of no rows.
+    lu: Option<PartialPivLu<f64>>,
+    /// Smallest pivot per largest.
+    rcond: f64,
+}
+
+impl Factored {
+    /// P A = L U of A, n×n.
+    pub(crate) fn new(a: &Mat<f64>) -> Self {
+        let n = a.nrows();
+        if n == 0 {
+            return Self {
+                lu: None,
+                rcond: 1.0,
+            };
+        }
+        let lu = a.partial_piv_lu();
+        let u = lu.U();
+        let pivots = (0..n).map(|i| u[(i, i)].abs());
+        let (lo, hi) = pivots.fold((f64::INFINITY, 0.0f64), |(lo, hi), p| {
+            (lo.min(p), hi.max(p))
+        });
+        Self {
+            rcond: if hi > 0.0 { lo / hi } else { 0.0 },
+            lu: Some(lu),
+        }
+    }
+
+    /// X with A X = B.
+    ///
+    /// # Errors
+    /// As [`solve`].
+    pub(crate) fn solve(&self, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
+        let Some(lu) = &self.lu else {
+            return Ok(Mat::zeros(0, b.ncols()));
+        };
+        let x = lu.solve(b);
+        // Pivots span the rounding level: the solution carries no correct digit.
+        if self.rcond < f64::EPSILON * 1e-3 || !x.is_all_finite() {
+            return Err(NumericError::Singular {
+                what: "linear solve",
+                rcond: self.rcond,
+            });
+        }
+        Ok(x)
+    }
+}
 
 /// X with A X = B by LU with partial pivoting; A is n×n, B n×k.
 ///
 /// # Errors
 /// [`NumericError::Singular`] when a pivot falls below n·ε of the largest one.
 pub fn solve(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
-    let n = a.nrows();
-    if n == 0 {
-        return Ok(Mat::zeros(0, b.ncols()));
-    }
-    let lu = a.partial_piv_lu();
-    let u = lu.U();
-    let pivots = (0..n).map(|i| u[(i, i)].abs());
-    let (lo, hi) = pivots.fold((f64::INFINITY, 0.0f64), |(lo, hi), p| {
-        (lo.min(p), hi.max(p))
-    });
-    let rcond = if hi > 0.0 { lo / hi } else { 0.0 };
-    let x = lu.solve(b);
-    // Pivots span the rounding level: the solution carries no correct digit.
-    if rcond < f64::EPSILON * 1e-3 || !x.is_all_finite() {
-        return Err(NumericError::Singular {
-            what: "linear solve",
-            rcond,
-        });
-    }
-    Ok(x)
+    Factored::new(a).solve(b)
 }
 
 /// X with A X = B for the symmetric matrix of normal equations: scaled to a diagonal of ones first, so that the pivots

@@ -1,14 +1,15 @@
 //! A finer mesh in the coordinates of the model's own.
 
 use super::ritz::ReducedShaft;
-use crate::linalg::{Mat, solve};
+use crate::linalg::Mat;
+use crate::linalg::dense::Factored;
 use crate::spindle::SpindleError;
 
-/// s and 1 + sKC.
+/// s and 1 + sKC, factored.
 #[derive(Debug)]
 pub(super) struct FinerMesh {
     s: f64,
-    unit: Mat<f64>,
+    unit: Factored,
 }
 
 impl FinerMesh {
@@ -29,7 +30,8 @@ impl FinerMesh {
         let unit = Mat::from_fn(n, n, |i, j| {
             s * product[(i, j)] + f64::from(u8::from(i == j))
         });
-        let moved = solve(&unit, &*stiffness)?;
+        let unit = Factored::new(&unit);
+        let moved = unit.solve(stiffness)?;
         *stiffness = Mat::from_fn(n, n, |i, j| 0.5 * (moved[(i, j)] + moved[(j, i)]));
         Ok(Some(Self { s, unit }))
     }
@@ -43,9 +45,9 @@ impl FinerMesh {
         shaft: &ReducedShaft,
         rows: &mut [Vec<f64>],
     ) -> Result<Vec<f64>, SpindleError> {
-        let (n, p) = (self.unit.nrows(), rows.len());
+        let (n, p) = (shaft.len(), rows.len());
         let before = Mat::from_fn(n, p, |i, j| rows[j][i]);
-        let after = solve(&self.unit, &before)?;
+        let after = self.unit.solve(&before)?;
         let still = before.transpose() * (&shaft.mesh * &after);
         for (j, row) in rows.iter_mut().enumerate() {
             for (i, a) in row.iter_mut().enumerate() {

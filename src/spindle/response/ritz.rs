@@ -246,8 +246,8 @@ impl ReducedShaft {
     }
 }
 
-/// Strains of the groups and of the mesh, coordinates × strains, and the columns of each: those of a group in directions
-/// that do not repeat each other. Strains that move slow coordinates next to nothing are left out.
+/// Strains of the groups and of the mesh, coordinates × strains, and the columns of each: those of a group in
+/// directions that do not repeat each other. Strains that move slow coordinates next to nothing are left out.
 fn strains(
     groups: &[Mat<f64>],
     mesh: &Mat<f64>,

@@ -27,15 +27,12 @@ pub(super) fn modes(
     // A shaft is stiff: what rounding leaves of a flexible frequency is no less than 1 rad/s.
     let root = |v: &f64| v.max(1.0).sqrt();
     if masses.is_empty() {
-        let flexible = Mat::from_fn(n - RIGID, n - RIGID, |i, j| {
-            stiffness[(i + RIGID, j + RIGID)]
-        });
-        let (values, vectors) = symmetric_eigen(&flexible)?;
+        let flexible = stiffness.submatrix(RIGID, RIGID, n - RIGID, n - RIGID);
+        let (values, vectors) = symmetric_eigen(&flexible.to_owned())?;
         omega.extend(values.iter().map(root));
-        let shapes = Mat::from_fn(n, n, |i, k| match (i < RIGID, k < RIGID) {
-            (true, _) | (_, true) => f64::from(u8::from(i == k)),
-            _ => vectors[(i - RIGID, k - RIGID)],
-        });
+        let mut shapes = Mat::identity(n, n);
+        let mut flexible = shapes.submatrix_mut(RIGID, RIGID, n - RIGID, n - RIGID);
+        flexible.copy_from(&vectors);
         return Ok(Modes { omega, shapes });
     }
     let mass = Mat::from_fn(n, n, |i, j| {

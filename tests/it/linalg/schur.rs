@@ -15,6 +15,8 @@ fn holds(a: &Mat<f64>, what: &str) {
     assert!(turned.norm_max() < tolerance, "{what}: not orthogonal");
     let apart = (a * z - z * t).norm_l2();
     assert!(apart <= tolerance * a.norm_l2(), "{what}: {apart:.1e}");
+    // A smaller block is zero to rounding, or has lost its digits to underflow.
+    let least = 1e-138 * a.norm_max().max(1e-150);
     for j in 0..n {
         for i in j + 1..n {
             let (below, next) = (t[(i, j)], i > 1 && t[(i - 1, i - 2)] != 0.0);
@@ -22,8 +24,6 @@ fn holds(a: &Mat<f64>, what: &str) {
                 below == 0.0 || i == j + 1 && !next,
                 "{what}: a block larger than 2×2"
             );
-            // A smaller block is zero to rounding, or has lost its digits to underflow.
-            let least = 1e-138 * a.norm_max().max(1e-150);
             if below.abs().min(t[(j, i)].abs()) > least {
                 let half = 0.5 * (t[(j, j)] - t[(i, i)]);
                 let above = t[(j, i)];

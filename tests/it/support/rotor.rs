@@ -20,12 +20,13 @@ pub struct Rotor {
     /// Modal dampers 2ζω, 1/s.
     pub damper_per_s: Vec<f64>,
     gyroscopic: Mat<f64>,
+    /// What the magnets take from the modal stiffness, 1/s².
+    magnets: Mat<f64>,
     /// Rows of tool, front actuator, rear actuator.
     places: [Vec<f64>; PLACES],
     /// Rows of front and rear sensor, gain included.
     sensors: [Vec<f64>; BEARINGS],
     ki_n_per_a: [f64; BEARINGS],
-    ks_n_per_m: [f64; BEARINGS],
     amplifier_rad_s: f64,
     sensor_rad_s: f64,
     pub period_s: f64,
@@ -67,17 +68,22 @@ impl Rotor {
         } else {
             Mat::zeros(shapes.ncols(), shapes.ncols())
         };
+        let places = [-tool.tool_plane_m, p.front_actuator_m, p.rear_actuator_m];
+        let places = places.map(|z| row(z, 1.0));
+        let magnet = |b: usize, i: usize, j: usize| {
+            bearings[b].ks_n_per_m * places[1 + b][i] * places[1 + b][j]
+        };
+        let n = omega_rad_s.len();
         Self {
-            damper_per_s: (0..omega_rad_s.len()).map(damper).collect(),
+            damper_per_s: (0..n).map(damper).collect(),
             gyroscopic,
-            places: [-tool.tool_plane_m, p.front_actuator_m, p.rear_actuator_m]
-                .map(|z| row(z, 1.0)),
+            magnets: Mat::from_fn(n, n, |i, j| magnet(0, i, j) + magnet(1, i, j)),
+            places,
             sensors: [
                 row(p.front_sensor_m, gain[0]),
                 row(p.rear_sensor_m, gain[1]),
             ],
             ki_n_per_a: bearings.map(|b| b.ki_n_per_a),
-            ks_n_per_m: bearings.map(|b| b.ks_n_per_m),
             amplifier_rad_s: TAU * e.amplifier_bandwidth_hz,
             sensor_rad_s: TAU * e.sensor_bandwidth_hz,
             period_s: 1.0 / e.sample_rate_hz,
@@ -109,11 +115,7 @@ impl Rotor {
         } else {
             0.0
         };
-        let magnet = |b: usize| {
-            let row = &self.places[1 + b];
-            self.ks_n_per_m[b] * row[i] * row[j]
-        };
-        own - magnet(0) - magnet(1)
+        own - self.magnets[(i, j)]
     }
 
     /// Modal damping with gyroscopic moments, 1/s.
@@ -128,10 +130,17 @@ impl Rotor {
     pub fn response(&self, hz: f64, rpm: f64, modal: usize, command: Command) -> Mat<c64> {
         let (n, speed) = (self.modes(), rpm * TAU / 60.0);
         let s = c64::new(0.0, TAU * hz);
-        let dynamic = Mat::from_fn(n, n, |i, j| {
-            let inertia = if i == j { s * s } else { c64::new(0.0, 0.0) };
-            inertia + s * self.damping(i, j, speed) + self.stiffness(i, j)
+        // s·(−jΩG) is real at s = jω.
+        let turning = speed * TAU * hz;
+        let mut dynamic = Mat::from_fn(n, n, |i, j| {
+            c64::new(
+                turning * self.gyroscopic[(i, j)] - self.magnets[(i, j)],
+                0.0,
+            )
         });
+        for i in 0..n {
+            dynamic[(i, i)] += s * s + s * self.damper_per_s[i] + self.omega_rad_s[i].powi(2);
+        }
         let ports = modal + PLACES;
         let unit = |k: usize, i: usize| if i == 2 + k { 1.0 } else { 0.0 };
         let loads = Mat::from_fn(n, ports + BEARINGS, |i, p| match p {
