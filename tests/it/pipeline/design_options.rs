@@ -207,7 +207,7 @@ fn an_earlier_design_that_misses_a_goal_is_one_start_beside_the_others() {
         let settings = DesignSettings {
             polish: Some(effort),
             earlier: Some(earlier),
-            ..quick()
+            ..DesignSettings::default()
         };
         design(&machine, &weights, &settings, &mut |_| {}).unwrap()
     };
