@@ -180,11 +180,10 @@ pub fn design(
         None => None,
     };
     let found = synthesise_for_machine(machine, weights, settings, (problems, scales), progress)?;
-    let (problems, scales) = (found.problems.clone(), found.scales.clone());
-    let (dk, made) = dk_design(machine, weights, settings, (found, entrant))?;
+    let (dk, made) = dk_design(machine, weights, settings, (&found, entrant))?;
     progress(Event::Stage("reduction, polish and certificates"));
-    let made = (Some(dk), made);
-    finished(machine, weights, (problems, scales), made, progress)
+    let posed = (found.problems, found.scales);
+    finished(machine, weights, posed, (Some(dk), made), progress)
 }
 
 /// The design of a delivery, with what is said of the delivered controller only.

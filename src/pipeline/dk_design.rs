@@ -61,59 +61,51 @@ pub(super) fn dk_design(
     machine: &Machine,
     weights: &Weights,
     settings: &DesignSettings,
-    (found, entrant): (Synthesised, Option<Entrant>),
+    (found, entrant): (&Synthesised, Option<Entrant>),
 ) -> Result<(DkDesign, Made), PipelineError> {
-    let Synthesised {
-        problems,
-        scales,
-        outcome,
-        own_stability,
-        full,
-        synthesis,
-        emulated,
-        rounds,
-    } = found;
+    let (problems, scales, outcome) = (&found.problems, &found.scales, &found.outcome);
+    let (full, synthesis) = (&found.full, found.synthesis);
     let known = |synthesis: f64| KnownStage {
         synthesis: Some(synthesis),
         ..KnownStage::default()
     };
     let reduction_limit = synthesis * (1.0 + settings.reduction_budget);
     let deliver = || {
-        let reduced = reduce(&problems, &scales, &full, synthesis, reduction_limit)?;
+        let reduced = reduce(problems, scales, full, synthesis, reduction_limit)?;
         let (made, at_reduced) = rayon::join(
             || {
                 let from = (&reduced.controller, entrant);
-                delivered(machine, weights, settings, &problems, from)
+                delivered(machine, weights, settings, problems, from)
             },
             || {
                 let known = known(reduced.synthesis);
-                stage("reduced order", &problems, &reduced.controller, known)
+                stage("reduced order", problems, &reduced.controller, known)
             },
         );
         Ok::<_, PipelineError>((reduced.tried, at_reduced?, made?))
     };
     // What only the report says of the controller as synthesised is computed beside what is delivered.
-    let (made, (d_scales, full)) = rayon::join(deliver, || {
+    let (made, (d_scales, full_stage)) = rayon::join(deliver, || {
         rayon::join(
-            || d_scales(&problems, &scales, &outcome),
-            || stage("full order", &problems, &full, known(synthesis)),
+            || d_scales(problems, scales, outcome),
+            || stage("full order", problems, full, known(synthesis)),
         )
     });
     let (orders_tried, reduced, made) = made?;
     let best = outcome.steps.get(outcome.best_iteration);
     let dk = DkDesign {
-        rounds,
+        rounds: found.rounds.clone(),
         d_scales: d_scales?,
-        scales: outcome.scales.times(&scales),
+        scales: outcome.scales.times(scales),
         gamma: outcome.gamma,
         d_order: best.map_or(0, |s| s.d_orders.iter().sum()),
-        own_stability,
-        emulated,
+        own_stability: found.own_stability.clone(),
+        emulated: found.emulated,
         reduction_limit,
-        full: full?,
+        full: full_stage?,
         reduced,
         orders_tried,
-        steps: outcome.steps,
+        steps: outcome.steps.clone(),
     };
     Ok((dk, made))
 }
