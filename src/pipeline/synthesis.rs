@@ -70,7 +70,7 @@ pub(super) fn synthesise_for_machine(
     let mut posed = Ok(posed);
     let mut best: Option<(f64, Synthesised)> = None;
     let mut rounds: Vec<Round> = vec![];
-    while rounds.len() < ROUNDS {
+    loop {
         let found = posed.and_then(|posed| synthesise_once(machine, &settings, posed, progress));
         let found = match found {
             Ok(found) => found,
@@ -91,14 +91,17 @@ pub(super) fn synthesise_for_machine(
         rounds.push(round);
         progress(Event::Stage("μ of the whole machine"));
         let target = 1.0 / (1.0 + settings.reduction_budget);
-        let next = further(&round, problems, &settings, target);
-        let before = (problems.clone(), found.scales.clone());
+        let next = further(&round, problems, &settings, target)
+            .filter(|_| rounds.len() < ROUNDS)
+            .map(|next| (next, problems.clone(), found.scales.clone()));
         if best.as_ref().is_none_or(|(least, _)| mu < *least) {
             best = Some((mu, found));
         }
-        let Some(next) = next else { break };
+        let Some((next, before, scales)) = next else {
+            break;
+        };
         settings = next;
-        posed = pose_again(machine, weights, &settings, Some((&before.0, &before.1)))
+        posed = pose_again(machine, weights, &settings, Some((&before, &scales)))
             .map(|(problems, scales, _)| (problems, scales));
         progress(Event::Stage("problems and constant scales"));
     }
