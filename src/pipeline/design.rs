@@ -34,8 +34,8 @@ pub struct Design {
     pub problems: Problems,
     /// Constant scales of the synthesis problem, one per block.
     pub constant_scales: Vec<f64>,
-    /// The controller of the D-K iteration on its way to the one that is polished; none where the polish of an
-    /// earlier design meets every goal, so that none was sought.
+    /// What the D-K iteration led to; none where it was left out because the polish of an earlier design meets every
+    /// goal.
     pub dk: Option<DkDesign>,
     /// What the polish did, when it was asked for.
     pub polish: Option<PolishOutcome>,
@@ -155,15 +155,8 @@ pub fn design(
     let weights = &weights.on(machine)?;
     let (problems, scales, _) = pose(machine, weights, settings)?;
     progress(Event::Stage("problems and constant scales"));
-    let earlier = settings.earlier.as_ref().zip(settings.polish);
-    let again = earlier.map(|(earlier, effort)| {
-        let job = PolishJob {
-            machine,
-            weights,
-            problems: &problems,
-            speeds: settings.speeds,
-            effort,
-        };
+    let job = PolishJob::asked(machine, weights, &problems, settings);
+    let again = job.zip(settings.earlier.as_ref()).map(|(job, earlier)| {
         progress(Event::Begins("polish of the earlier design"));
         polished_again(job, earlier)
     });
@@ -174,7 +167,7 @@ pub fn design(
             return finished(machine, weights, (problems, scales), made, progress);
         }
         Some(PolishedAgain::Entrant(entrant)) => {
-            progress(Event::Begins("design beside it"));
+            progress(Event::Begins("design from the D-K iteration"));
             Some(*entrant)
         }
         None => None,

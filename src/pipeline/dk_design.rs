@@ -1,4 +1,5 @@
-//! The controller of the D-K iteration on its way to firmware: full order, reduced order, sampled, polished.
+//! The part of a design that the D-K iteration leads to: its controller at full and reduced order, and from that what
+//! is delivered.
 
 use super::PipelineError;
 use super::certificates::{DScaleCurve, KnownStage, Stage, d_scales, stage};
@@ -45,7 +46,7 @@ pub struct DkDesign {
     pub full: Stage,
     /// After reduction.
     pub reduced: Stage,
-    /// μ against order tried in reduction: (order, μ of the covered problem).
+    /// Orders tried in reduction, each with the largest μ found on the synthesis problem.
     pub orders_tried: Vec<(usize, f64)>,
 }
 
@@ -122,19 +123,12 @@ fn delivered(
     let period_s = machine.spindle.electronics.sample_period_s();
     let physical = unscale_controller(reduced);
     let sampled = tustin(&physical, period_s).map_err(PipelineError::numeric("discretisation"))?;
-    let Some(effort) = settings.polish else {
+    let Some(job) = PolishJob::asked(machine, weights, problems, settings) else {
         let realised = Realised::new(machine, &sampled)?;
         let from_dk = Candidate::new(machine, weights, problems, realised)?;
         let proof = from_dk.proof(machine)?;
         let delivery = from_dk.delivered(machine, problems, settings.speeds, proof)?;
         return Ok((delivery, None));
-    };
-    let job = PolishJob {
-        machine,
-        weights,
-        problems,
-        speeds: settings.speeds,
-        effort,
     };
     let (delivery, outcome) = polished(job, &sampled, entrant)?;
     Ok((delivery, Some(outcome)))

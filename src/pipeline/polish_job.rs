@@ -14,7 +14,7 @@ use super::judged::Judged;
 use super::loop_stability::growth_rate_at;
 use super::overspeed::OVERSPEED;
 use super::problems::Problems;
-use super::settings::PolishEffort;
+use super::settings::{DesignSettings, PolishEffort};
 use super::speed_mu::{SpeedMu, mu_at_speed};
 use super::widening::Widening;
 use crate::augment::GeneralizedPlant;
@@ -300,7 +300,23 @@ pub(super) struct PolishJob<'a> {
     pub effort: PolishEffort,
 }
 
-impl PolishJob<'_> {
+impl<'a> PolishJob<'a> {
+    /// The polish that the settings of a design ask for, if any.
+    pub(super) fn asked(
+        machine: &'a Machine,
+        weights: &'a Weights,
+        problems: &'a Problems,
+        settings: &DesignSettings,
+    ) -> Option<Self> {
+        Some(Self {
+            machine,
+            weights,
+            problems,
+            speeds: settings.speeds,
+            effort: settings.polish?,
+        })
+    }
+
     /// Polishes `plane` within `limits`, and takes the result through rounding and certificates.
     pub(super) fn polish(
         &self,

@@ -8,8 +8,8 @@
 
 use super::mesh_correction;
 use super::ritz_basis::{
-    MODES, SLOW_RAD_S, beside, group_strains, independent_part, joint_rows, jointed, port_rows,
-    static_forces, without_rigid,
+    MODES, SLOW_RAD_S, beside, group_strains, independent_part, joint_rows, jointed,
+    over_coordinates, port_rows, static_forces, without_rigid,
 };
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
@@ -240,9 +240,7 @@ impl ReducedShaft {
     }
 
     fn reduced(&self, row: &[(usize, f64)]) -> Vec<f64> {
-        (0..self.len())
-            .map(|k| row.iter().map(|(dof, a)| a * self.shapes[(*dof, k)]).sum())
-            .collect()
+        over_coordinates(row, &self.shapes)
     }
 }
 
@@ -258,25 +256,25 @@ fn strains(
     let scale: Vec<f64> = (0..n)
         .map(|k| (SLOW_RAD_S * SLOW_RAD_S + stiffness[(k, k)].max(0.0)).recip())
         .collect();
-    let mut add = |values: &[f64], column: &dyn Fn(usize) -> Vec<f64>| {
+    let mut add = |values: &[f64], strains: &Mat<f64>| {
         let largest = values.last().copied().unwrap_or_default();
         let from = columns.len();
         let large = |k: &usize| values[*k] > NO_STRAIN * largest;
+        let column = |k: usize| strains.col_as_slice(k).to_vec();
         columns.extend((0..values.len()).filter(large).map(column));
         ranges.push(from..columns.len());
     };
     for own in groups {
-        // With S the scales, S B Bᵀ S and (S B)ᵀ S B have the same values, and B times a vector of the small one is
-        // the strain of that value.
+        // With S the scales, S B Bᵀ S and (S B)ᵀ S B have the same eigenvalues but for zeros, and B times an
+        // eigenvector of the second is the strain of its eigenvalue.
         let scaled = Mat::from_fn(n, own.ncols(), |i, r| scale[i] * own[(i, r)]);
         let (values, vectors) = symmetric_eigen(&(scaled.transpose() * &scaled))?;
-        let turned = own * vectors;
-        add(&values, &|k| (0..n).map(|i| turned[(i, k)]).collect());
+        add(&values, &(own * vectors));
     }
     let scaled = Mat::from_fn(n, n, |i, j| mesh[(i, j)] * scale[i] * scale[j]);
     let (values, vectors) = symmetric_eigen(&scaled)?;
-    let entry = |i: usize, k: usize| values[k].sqrt() * vectors[(i, k)] / scale[i];
-    add(&values, &|k| (0..n).map(|i| entry(i, k)).collect());
+    let strain = |i: usize, k: usize| values[k].max(0.0).sqrt() * vectors[(i, k)] / scale[i];
+    add(&values, &Mat::from_fn(n, n, strain));
     let matrix = Mat::from_fn(n, columns.len(), |i, j| columns[j][i]);
     Ok((matrix, ranges))
 }

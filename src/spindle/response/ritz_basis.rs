@@ -173,9 +173,7 @@ pub(super) fn group_strains(
     group_of_element: &[usize],
     count: usize,
 ) -> Vec<Mat<f64>> {
-    let size = shapes.ncols();
-    let mut strains: Vec<Vec<[f64; 4]>> = vec![vec![]; count];
-    let mut places: Vec<Vec<[usize; 4]>> = vec![vec![]; count];
+    let mut strains: Vec<Vec<Vec<f64>>> = vec![vec![]; count];
     for element in 0..rotor.sections().len() {
         let Some(group) = group_of(group_of_element, element) else {
             continue;
@@ -187,19 +185,25 @@ pub(super) fn group_strains(
         let first = deflection.map(|k| k / deflection[2].sqrt());
         let left = (slope[3] - first[3] * first[3]).sqrt();
         let second = std::array::from_fn(|j| (slope[j] - first[3] * first[j]) / left);
-        strains[group].extend([first, second]);
-        places[group].extend([dofs, dofs]);
+        strains[group].extend([first, second].map(|strain| {
+            let row: Vec<(usize, f64)> = dofs.into_iter().zip(strain).collect();
+            over_coordinates(&row, shapes)
+        }));
     }
-    let each = strains.iter().zip(&places);
-    each.map(|(strains, places)| {
-        Mat::from_fn(size, strains.len(), |i, r| match i < RIGID {
+    let matrix = |strains: &Vec<Vec<f64>>| {
+        Mat::from_fn(shapes.ncols(), strains.len(), |i, r| match i < RIGID {
             true => 0.0,
-            false => (0..4)
-                .map(|d| strains[r][d] * shapes[(places[r][d], i)])
-                .sum(),
+            false => strains[r][i],
         })
-    })
-    .collect()
+    };
+    strains.iter().map(matrix).collect()
+}
+
+/// What a row over the freedoms of the shaft reads of the coordinates `shapes`.
+pub(super) fn over_coordinates(row: &[(usize, f64)], shapes: &Mat<f64>) -> Vec<f64> {
+    (0..shapes.ncols())
+        .map(|k| row.iter().map(|(dof, a)| a * shapes[(*dof, k)]).sum())
+        .collect()
 }
 
 /// The symmetric part, exactly zero for the rigid coordinates.
