@@ -85,7 +85,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         Some(file) => load_controller(file)?,
         None => levitating(&model)?,
     };
-    let mut rehearsal = Rehearsal::usual(&truth);
+    let mut rehearsal = Rehearsal::usual(&truth)?;
     rehearsal.repeats = arguments.repeats;
     rehearsal.seed = arguments.seed;
     rehearsal.injection_a = arguments.injection.unwrap_or(rehearsal.injection_a);

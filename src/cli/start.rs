@@ -91,7 +91,7 @@ pub(super) fn add_measurement(
     let model = machine()?;
     let controller = read_controller("pid.json", PID)?;
     let truth = truth.of(&model)?;
-    let rehearsal = Rehearsal::usual(&truth);
+    let rehearsal = Rehearsal::usual(&truth)?;
     folder.add("measurement/measurement.yaml", list)?;
     records(
         folder,

@@ -12,6 +12,9 @@ use super::hammer::{HammerFrf, closed_loop_compliance};
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::held::return_difference;
 use crate::lti::{HeldResponse, Response};
+use crate::rotor::PlanarModes;
+use crate::rotor::modes::RIGID;
+use crate::spindle::response::band::sweep_end_rad_s;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use ndarray::Array4;
 use rand::SeedableRng;
@@ -39,14 +42,20 @@ pub struct Rehearsal {
 }
 
 impl Rehearsal {
-    /// Even lines in the logarithm from 20 Hz to 0.4 of the sample rate or 4 kHz; an injection of a twentieth of the
-    /// front bias current, half a second a line, three repeats; blows of 1 N a line, five averages.
-    pub fn usual(machine: &Machine) -> Self {
-        let last = (0.4 * machine.spindle.electronics.sample_rate_hz).min(4000.0);
+    /// Even lines in the logarithm from 20 Hz to the end of a sweep ([`sweep_end_rad_s`]), at most 0.4 of the sample
+    /// rate; an injection of a twentieth of the front bias current, half a second a line, three repeats; blows of 1 N a
+    /// line, five averages.
+    ///
+    /// # Errors
+    /// [`SpindleError`] when the modes of the rotor cannot be computed.
+    pub fn usual(machine: &Machine) -> Result<Self, SpindleError> {
+        let modes = PlanarModes::new(&machine.rotor()?)?;
+        let end_hz = sweep_end_rad_s(machine, &modes.omega_rad_s[RIGID..]) / TAU;
+        let last = (0.4 * machine.spindle.electronics.sample_rate_hz).min(end_hz);
         // 600 lines over two and a third decades: 0.9 % a step, the width of a peak with 0.4 % of damping.
         let lines = 600;
         let at = |k: usize| 20.0 * (last / 20.0).powf(k as f64 / (lines - 1) as f64);
-        Self {
+        Ok(Self {
             frequency_hz: (0..lines).map(at).collect(),
             repeats: 3,
             injection_a: 0.05 * machine.spindle.front.bias_current_a,
@@ -54,7 +63,7 @@ impl Rehearsal {
             hammer_force_n: 1.0,
             blows: 5,
             seed: 1,
-        }
+        })
     }
 
     /// Standard deviation of the complex coefficient of a sensor at a line, m.

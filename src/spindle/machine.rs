@@ -139,6 +139,15 @@ impl Spindle {
         self.backup_bearings.contact(&rotor, actuators_m)
     }
 
+    /// Outer diameter at the nose face, m, and Young's modulus there times it, N/m: the scale of a tool joint.
+    pub fn nose(&self) -> (f64, f64) {
+        let first = self.sections.first();
+        first.map_or((0.0, 0.0), |section| {
+            let diameter_m = section.outer_diameter_m[0];
+            (diameter_m, section.material.youngs_modulus_pa * diameter_m)
+        })
+    }
+
     /// The same spindle with one more effect.
     pub fn with_effect(&self, effect: Effect) -> Self {
         let mut spindle = self.clone();

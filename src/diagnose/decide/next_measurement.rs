@@ -25,11 +25,20 @@ const STRIDE: usize = 4;
 const AXIS_GAIN_SD: f64 = 1e-3;
 /// Separation below which two members stay tied (odds of 1 to 20).
 pub(crate) const SEPARATED: f64 = 6.0;
-/// Mass that is put on the tip of the tool, kg.
-const TIP_MASS_KG: f64 = 0.005;
+/// Mass that is put on the tip of the tool, as a share of the rotor: 5 g on one of 8 kg.
+const TIP_SHARE: f64 = 6e-4;
+/// Mass that is put on the nose, as a share of the rotor: 200 g on one of 8 kg.
+const COLLAR_SHARE: f64 = 0.025;
 
-/// Mass that is put on the nose, kg.
-const COLLAR_MASS_KG: f64 = 0.2;
+/// The mass, in g, of the series 1, 2, 5, 10, … that is nearest in ratio to a share of the rotor.
+fn mass_g(share: f64, rotor_kg: f64) -> f64 {
+    let asked = 1e3 * share * rotor_kg;
+    let decade = 10f64.powf(asked.log10().floor());
+    let series = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade);
+    let off = |m: &f64| (m / asked).ln().abs();
+    let nearest = series.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    nearest.unwrap_or(asked)
+}
 
 /// A proposed measurement.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,15 +94,17 @@ fn effect(kind: EffectKind, location: Location, value: f64) -> Effect {
     }
 }
 
-fn menu(case: &Case, members: &[&Candidate]) -> Vec<Experiment> {
+fn menu(case: &Case, members: &[&Candidate]) -> Result<Vec<Experiment>, DiagnoseError> {
     let machine = &case.model.reduced.machine;
+    let rotor_kg = machine.rotor()?.mass_properties().mass_kg;
+    let [tip_g, collar_g] = [TIP_SHARE, COLLAR_SHARE].map(|share| mass_g(share, rotor_kg));
     let sweep = |text: String, speed_rad_s: f64, extra: Vec<Effect>| Experiment {
         text,
         speed_rad_s,
         extra,
         kind: Kind::Sweep,
     };
-    let tip = effect(EffectKind::ToolMass, Location::None, TIP_MASS_KG);
+    let tip = effect(EffectKind::ToolMass, Location::None, 1e-3 * tip_g);
     let both = || Location::Bearing(Bearings::Both);
     let mut all = vec![
         Experiment {
@@ -108,19 +119,19 @@ fn menu(case: &Case, members: &[&Candidate]) -> Vec<Experiment> {
             ..sweep(String::new(), 0.0, vec![])
         },
         sweep(
-            "sweep with a known mass of 5 g on the tip of the tool".into(),
+            format!("sweep with a known mass of {tip_g} g on the tip of the tool"),
             0.0,
             vec![tip],
         ),
         sweep(
             // Stands for a second, heavier tool whose rest is the same: what sits in the shaft or in the loop stays,
             // what sits in the tool changes its share.
-            "sweep with a known collar of 200 g on the nose".into(),
+            format!("sweep with a known collar of {collar_g} g on the nose"),
             0.0,
             vec![effect(
                 EffectKind::AddedMass,
                 Location::Position(0.0),
-                COLLAR_MASS_KG,
+                1e-3 * collar_g,
             )],
         ),
         sweep(
@@ -155,7 +166,7 @@ fn menu(case: &Case, members: &[&Candidate]) -> Vec<Experiment> {
             ..sweep(String::new(), 0.0, vec![])
         });
     }
-    all
+    Ok(all)
 }
 
 /// Predictions of a member, whitened by the σ of the first of the pair, and their derivatives.
@@ -170,7 +181,7 @@ struct Predicted {
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
 pub fn proposals(case: &Case, members: &[&Candidate]) -> Result<Vec<Proposal>, DiagnoseError> {
-    let menu = menu(case, members);
+    let menu = menu(case, members)?;
     let found: Result<Vec<Proposal>, DiagnoseError> = menu
         .into_par_iter()
         .map(|experiment| {

@@ -143,7 +143,9 @@ impl Case<'_> {
             .filter(matters)
             .collect();
         self.rank(&mut finalists);
-        if !settled(standing) && finalists.first().is_none_or(|best| !explains(best)) {
+        let strained = |c: &Candidate| self.model.is_strained(&c.fit.at.p);
+        let unexplained = |best: &Candidate| !explains(best) || strained(best);
+        if !settled(standing) && finalists.first().is_none_or(unexplained) {
             (self.progress)("strong effects of any size");
             finalists.extend(self.of_any_size(standing)?);
             self.rank(&mut finalists);

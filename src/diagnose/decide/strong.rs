@@ -10,7 +10,7 @@ use super::super::data::evidence::Subset;
 use super::super::fit::case::Case;
 use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit, Stage};
 use super::super::fit::hypothesis::Hypothesis;
-use super::super::fit::problem::Problem;
+use super::super::fit::problem::{Point, Problem};
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails, next_model_error};
 use super::screening::{DROPPED_CHI2_RATIO, LINES, beside_present, matters};
 use crate::spindle::EffectKind;
@@ -143,16 +143,20 @@ impl Case<'_> {
         let begun = places.par_iter().filter_map(|h| {
             let effects = beside_present(present, h);
             let problem = self.problem(&effects, self.thin());
-            let sized = sizes.iter().filter_map(|size| {
+            let sized = |size: &Vec<f64>| {
                 let mut at = origin.clone();
                 let mut theta = h.start.clone();
                 theta.iter_mut().zip(size).for_each(|(t, s)| *t = *s);
                 h.clamp(&mut theta);
                 at.theta.push(theta);
                 let chi2 = problem.chi2(&at, w).ok()?;
-                Some((at, chi2))
-            });
-            let (at, _) = sized.min_by(|a, b| a.1.total_cmp(&b.1))?;
+                Some((at, chi2, size.clone()))
+            };
+            let least = |a: &Sized, b: &Sized| a.1.total_cmp(&b.1);
+            let coarse = sizes.iter().filter_map(sized).min_by(least)?;
+            let closer = between(kind, &coarse.2);
+            let closer = closer.iter().filter_map(sized);
+            let (at, ..) = closer.chain([coarse]).min_by(least)?;
             let fit = problem.fit(&at, &[(w, 2)]).ok()?;
             Some((*h, fit))
         });
@@ -216,6 +220,24 @@ fn lowest<T>(mut found: Vec<T>, chi2: impl Fn(&T) -> f64, most: usize) -> Vec<T>
     found
 }
 
+/// A point, its χ², and the numbers with which the newest effect is tried there.
+type Sized = (Point, f64, Vec<f64>);
+
+/// Ratio of the sizes with which a tilting stiffness is tried at every place.
+const TILTING_RATIO: f64 = 3.0;
+
+/// Numbers between those of [`sizes`] next to the best of them: a tilting stiffness that is more than 1.5 times off
+/// leads a fit astray.
+fn between(kind: EffectKind, best: &[f64]) -> Vec<Vec<f64>> {
+    let half = TILTING_RATIO.sqrt();
+    match kind {
+        EffectKind::TiltingStiffness => [half.recip(), half]
+            .map(|by| best.iter().map(|t| by * t).collect())
+            .to_vec(),
+        _ => vec![],
+    }
+}
+
 /// Numbers that an effect is tried with beside its position, in fit coordinates. Stiffnesses and masses have either
 /// sign: a tilting stiffness from that of a light rotor's disc to the largest that is fitted, masses from 0.1 g at the
 /// tool and 1 g on the shaft. Joints from stiff ones to the softest of a small spindle, each with little damping.
@@ -223,7 +245,7 @@ fn sizes(kind: EffectKind) -> Vec<Vec<f64>> {
     let up = |first: f64, ratio: f64, count: i32| (0..count).map(move |k| first * ratio.powi(k));
     let signed = |of: f64| [vec![-of], vec![of]];
     match kind {
-        EffectKind::TiltingStiffness => up(0.01, 3.0, 10).flat_map(signed).collect(),
+        EffectKind::TiltingStiffness => up(0.01, TILTING_RATIO, 10).flat_map(signed).collect(),
         EffectKind::ToolJoint => up(0.5, 2.0, 7)
             .flat_map(|along| up(0.5, 2.0, 9).map(move |turning| vec![along, turning, 0.1]))
             .collect(),

@@ -6,7 +6,8 @@
 use super::super::DiagnoseError;
 use crate::rotor::tilt::PARTS;
 use crate::spindle::effects::LocationKind;
-use crate::spindle::effects::entry::{Nominal, Parameter, Starts};
+use crate::spindle::effects::entry::{Parameter, Starts};
+use crate::spindle::effects::scale::MachineScale;
 use crate::spindle::{Bearings, Effect, EffectKind, Location, Machine, Plane};
 
 /// An effect with free numbers.
@@ -18,7 +19,7 @@ pub struct Hypothesis {
     pub place: Location,
     /// Start of the free numbers, in fit coordinates.
     pub start: Vec<f64>,
-    nominal: f64,
+    scale: MachineScale,
     span_m: (f64, f64),
 }
 
@@ -36,7 +37,7 @@ impl Hypothesis {
     pub fn effect(&self, theta: &[f64]) -> Effect {
         let at = |i: usize| theta.get(i).copied().unwrap_or_default();
         let parameters = self.parameters().iter().enumerate();
-        let values = parameters.map(|(i, p)| p.coordinate.value(at(i), self.nominal));
+        let values = parameters.map(|(i, p)| p.coordinate.value(at(i), &self.scale));
         let values = values.collect();
         let position_m = POSITION_UNIT_M * theta.last().copied().unwrap_or_default();
         let location = self.place.moved_to(position_m);
@@ -51,13 +52,13 @@ impl Hypothesis {
     pub fn slope(&self, i: usize, theta: &[f64]) -> f64 {
         let at = theta.get(i).copied().unwrap_or_default();
         let own = self.parameters().get(i);
-        own.map_or(POSITION_UNIT_M, |p| p.coordinate.slope(at, self.nominal))
+        own.map_or(POSITION_UNIT_M, |p| p.coordinate.slope(at, &self.scale))
     }
 
     /// Keeps fit coordinates where the effect makes sense.
     pub fn clamp(&self, theta: &mut [f64]) {
         for (parameter, t) in self.parameters().iter().zip(theta.iter_mut()) {
-            let (lo, hi) = (parameter.bounds)(self.nominal);
+            let (lo, hi) = (parameter.bounds)(&self.scale);
             *t = t.clamp(lo, hi);
         }
         if let (Some(_), Some(z)) = (self.place.position_m(), theta.last_mut()) {
@@ -70,7 +71,7 @@ impl Hypothesis {
     pub fn matters(&self, theta: &[f64]) -> bool {
         match self.place {
             Location::Axis(_) => self.size(theta).abs() > LEAST_OF_AN_AXIS,
-            _ => (self.kind.entry().matters)(self.size(theta), theta, self.nominal),
+            _ => (self.kind.entry().matters)(self.size(theta), theta, &self.scale),
         }
     }
 
@@ -101,7 +102,7 @@ impl Hypothesis {
     /// The effect that this coordinate vector would have without any size: how far the fit is from no effect, in σ.
     pub fn size(&self, theta: &[f64]) -> f64 {
         let null = match self.kind.entry().starts {
-            Starts::AtNominal => self.nominal,
+            Starts::AtPresent(present) => present(&self.scale),
             _ => 0.0,
         };
         theta.first().map_or(0.0, |t| t - null)
@@ -136,6 +137,7 @@ pub fn catalogue(
     flexible_rad_s: &[f64],
     scope: Scope,
 ) -> Result<Vec<Hypothesis>, DiagnoseError> {
+    let scale = scale_of(machine, flexible_rad_s)?;
     let mut all = vec![];
     for kind in EffectKind::all() {
         let entry = kind.entry();
@@ -143,13 +145,12 @@ pub fn catalogue(
         if taken || (entry.at_speed_only && !scope.turning) {
             continue;
         }
-        let nominal = nominal(machine, entry.nominal);
         // The nose face is at zero.
         let span_m = match entry.on_spindle {
             true => (span_m.0.max(0.0), span_m.1),
             false => span_m,
         };
-        let starts = starts(entry.starts, nominal, scope);
+        let starts = starts(entry.starts, &scale, scope);
         let mut places = match kind {
             EffectKind::TiltingStiffness => tilting_places(machine),
             _ => places(machine, entry.location, span_m, flexible_rad_s, scope),
@@ -167,7 +168,7 @@ pub fn catalogue(
                     kind,
                     place: place.clone(),
                     start,
-                    nominal,
+                    scale,
                     span_m,
                 });
             }
@@ -188,34 +189,37 @@ fn of_one_axis(places: &[Location]) -> Vec<Location> {
     }
 }
 
-fn nominal(machine: &Machine, which: Nominal) -> f64 {
-    let electronics = &machine.spindle.electronics;
-    match which {
-        Nominal::None => 0.0,
-        Nominal::SpareDelay => {
-            let spare = machine.effective().delay_s - 0.5 * electronics.sample_period_s();
-            spare.max(0.0)
-        }
-        Nominal::AmplifierBandwidth => electronics.amplifier_bandwidth_hz,
-        Nominal::GyroscopicFactor => machine.effective().gyroscopic_factor,
-        Nominal::MagnetStiffness => magnets_n_per_m(machine),
-        Nominal::MagnetTiltingStiffness => {
-            let planes = &machine.spindle.planes;
-            let arm_m = 0.5 * (planes.rear_actuator_m - planes.front_actuator_m);
-            magnets_n_per_m(machine) * arm_m * arm_m
-        }
-    }
+/// The size of a machine, of which the free shaft has these flexible natural frequencies.
+///
+/// # Errors
+/// [`DiagnoseError`] when the machine breaks a rule.
+fn scale_of(machine: &Machine, flexible_rad_s: &[f64]) -> Result<MachineScale, DiagnoseError> {
+    let (spindle, effective) = (&machine.spindle, machine.effective());
+    let sample_period_s = spindle.electronics.sample_period_s();
+    let rotor = machine.rotor()?.mass_properties();
+    let bearings = [&spindle.front, &spindle.rear];
+    let (nose_diameter_m, nose_n_per_m) = spindle.nose();
+    Ok(MachineScale {
+        sample_period_s,
+        spare_delay_s: (effective.delay_s - 0.5 * sample_period_s).max(0.0),
+        amplifier_bandwidth_hz: spindle.electronics.amplifier_bandwidth_hz,
+        gyroscopic_factor: effective.gyroscopic_factor,
+        rotor_mass_kg: rotor.mass_kg,
+        bending_time_s: flexible_rad_s
+            .first()
+            .map_or(sample_period_s, |w| w.recip()),
+        bearing_span_m: (spindle.planes.rear_actuator_m - spindle.planes.front_actuator_m).abs(),
+        negative_stiffness_n_per_m: effective.bearings.iter().map(|b| b.ks_n_per_m.abs()).sum(),
+        force_per_gap_n_per_m: bearings.iter().map(|b| b.max_force_n / b.gap_m).sum(),
+        nose_n_per_m,
+        nose_diameter_m,
+    })
 }
 
-fn magnets_n_per_m(machine: &Machine) -> f64 {
-    let bearings = machine.effective().bearings;
-    bearings.iter().map(|b| b.ks_n_per_m.abs()).sum()
-}
-
-fn starts(starts: Starts, nominal: f64, scope: Scope) -> Vec<Vec<f64>> {
+fn starts(starts: Starts, scale: &MachineScale, scope: Scope) -> Vec<Vec<f64>> {
     match starts {
         Starts::At(all) => all.iter().map(|start| start.to_vec()).collect(),
-        Starts::AtNominal => vec![vec![nominal]],
+        Starts::AtPresent(present) => vec![vec![present(scale)]],
         Starts::OverTheBand {
             first,
             damping_ratio,

@@ -1,40 +1,47 @@
 //! Coordinates in which the answer is close to linear in an effect: the number of a coordinate, and its derivative.
 
+use super::scale::MachineScale;
+
+/// The unit of a number, from the size of the machine.
+pub type Unit = fn(&MachineScale) -> f64;
+
 /// How a number follows from its coordinate t.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Coordinate {
     /// unit·t.
-    Linear(f64),
+    Linear(Unit),
     /// unit/t.
-    Inverse(f64),
+    Inverse(Unit),
     /// unit/t².
-    InverseSquare(f64),
+    InverseSquare(Unit),
     /// exp t.
     Logarithm,
-    /// 1/(1/nominal + unit·t).
-    Slowness(f64),
+    /// 1/(1/f + unit·t) with f the bandwidth of the amplifiers.
+    Slowness(Unit),
 }
 
 impl Coordinate {
-    /// The number at t, for a nominal value of the machine.
-    pub fn value(self, t: f64, nominal: f64) -> f64 {
+    /// The number at t.
+    pub fn value(self, t: f64, scale: &MachineScale) -> f64 {
         match self {
-            Self::Linear(unit) => unit * t,
-            Self::Inverse(unit) => unit / t,
-            Self::InverseSquare(unit) => unit / (t * t),
+            Self::Linear(unit) => unit(scale) * t,
+            Self::Inverse(unit) => unit(scale) / t,
+            Self::InverseSquare(unit) => unit(scale) / (t * t),
             Self::Logarithm => t.exp(),
-            Self::Slowness(unit) => (nominal.recip() + unit * t).recip(),
+            Self::Slowness(unit) => {
+                (scale.amplifier_bandwidth_hz.recip() + unit(scale) * t).recip()
+            }
         }
     }
 
     /// Its derivative at t.
-    pub fn slope(self, t: f64, nominal: f64) -> f64 {
+    pub fn slope(self, t: f64, scale: &MachineScale) -> f64 {
         match self {
-            Self::Linear(unit) => unit,
-            Self::Inverse(unit) => -unit / (t * t),
-            Self::InverseSquare(unit) => -2.0 * unit / t.powi(3),
+            Self::Linear(unit) => unit(scale),
+            Self::Inverse(unit) => -unit(scale) / (t * t),
+            Self::InverseSquare(unit) => -2.0 * unit(scale) / t.powi(3),
             Self::Logarithm => t.exp(),
-            Self::Slowness(unit) => -unit * self.value(t, nominal).powi(2),
+            Self::Slowness(unit) => -unit(scale) * self.value(t, scale).powi(2),
         }
     }
 }

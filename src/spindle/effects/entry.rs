@@ -3,6 +3,7 @@
 use super::coordinate::Coordinate;
 use super::kind::EffectKind;
 use super::location::LocationKind;
+use super::scale::MachineScale;
 
 /// What an effect changes; this decides which part of a model has to be computed again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,30 +39,13 @@ pub enum Site {
     ActuatorPlane,
 }
 
-/// The value of the machine's own that a parameter refers to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Nominal {
-    /// None.
-    None,
-    /// The delay beyond half a sample, s.
-    SpareDelay,
-    /// The bandwidth of the amplifiers, Hz.
-    AmplifierBandwidth,
-    /// The factor on the gyroscopic matrix.
-    GyroscopicFactor,
-    /// The negative stiffness of both bearings, N/m.
-    MagnetStiffness,
-    /// The negative stiffness of both bearings against tilting about the middle between them, N m/rad.
-    MagnetTiltingStiffness,
-}
-
 /// Where fits of an effect start, in fit coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Starts {
     /// At each of these, at every place that the location allows.
     At(&'static [&'static [f64]]),
-    /// At the nominal value.
-    AtNominal,
+    /// At what the machine has.
+    AtPresent(fn(&MachineScale) -> f64),
     /// One for each factor 1.45 of frequency over the band, because the basin of a resonance is not much wider.
     OverTheBand {
         /// The first coordinate.
@@ -82,6 +66,9 @@ pub enum Shown {
     Either(f64, &'static str, [&'static str; 2]),
 }
 
+/// Bounds of a fit coordinate, from the size of the machine.
+pub type Bounds = fn(&MachineScale) -> (f64, f64);
+
 /// One number of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
@@ -91,8 +78,8 @@ pub struct Parameter {
     pub positive: bool,
     /// How the value follows from its fit coordinate.
     pub coordinate: Coordinate,
-    /// Bounds of the fit coordinate, from the nominal value.
-    pub bounds: fn(f64) -> (f64, f64),
+    /// Bounds of the fit coordinate, from the size of the machine.
+    pub bounds: Bounds,
     /// How sentences show it.
     pub shown: Shown,
 }
@@ -124,24 +111,50 @@ pub struct Entry {
     pub on_spindle: bool,
     /// Where it can be what is missing; empty: only a fit tells.
     pub sites: &'static [Site],
-    /// What its parameters refer to.
-    pub nominal: Nominal,
     /// Where fits start.
     pub starts: Starts,
-    /// Whether its size is worth a name, from its size and its coordinates and the nominal value: a fifth or less of
+    /// Whether its size is worth a name, from its size, its coordinates and the size of the machine: a fifth or less of
     /// the smallest size that occurs in practice. The data may show a smaller one, and a coarse mesh may cause it.
-    pub matters: fn(f64, &[f64], f64) -> bool,
+    pub matters: fn(f64, &[f64], &MachineScale) -> bool,
     /// The finding as a sentence: `{at}` the place, `{0}` … the numbers, `{way}` the direction.
     pub sentence: &'static str,
     /// What to do about it.
     pub advice: &'static str,
 }
 
+/// What most effects have in common.
+pub(super) const COMMON: Entry = Entry {
+    kind: EffectKind::LoopDelay,
+    name: "",
+    location: LocationKind::None,
+    one_axis: false,
+    parameters: &[],
+    domain: Domain::Shaft,
+    replaces: false,
+    couples_planes: false,
+    at_speed_only: false,
+    single: false,
+    on_spindle: false,
+    sites: &[],
+    // At no effect.
+    starts: Starts::At(&[&[0.0]]),
+    matters: |_, _, _| true,
+    sentence: "",
+    advice: "",
+};
+
+/// What effects on the electronics of a bearing have in common.
+pub(super) const ELECTRONIC: Entry = Entry {
+    location: LocationKind::Bearing,
+    domain: Domain::Electronics,
+    ..COMMON
+};
+
 /// A parameter whose value may have either sign.
 pub(super) const fn signed(
     name: &'static str,
     coordinate: Coordinate,
-    bounds: fn(f64) -> (f64, f64),
+    bounds: Bounds,
     shown: Shown,
 ) -> Parameter {
     Parameter {
@@ -157,7 +170,7 @@ pub(super) const fn signed(
 pub(super) const fn positive(
     name: &'static str,
     coordinate: Coordinate,
-    bounds: fn(f64) -> (f64, f64),
+    bounds: Bounds,
     shown: Shown,
 ) -> Parameter {
     Parameter {

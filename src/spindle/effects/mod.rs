@@ -9,6 +9,7 @@ pub(crate) mod effect;
 pub mod entry;
 pub(crate) mod kind;
 pub(crate) mod location;
+pub mod scale;
 pub mod table;
 
 pub use effect::Effect;

@@ -6,9 +6,10 @@
 //! *Dynamics of Rotating Machines*, Cambridge 2010, chapter 7.
 
 use super::coordinate::Coordinate;
-use super::entry::{Domain, Entry, Nominal, Parameter, Shown, Site, Starts, positive, signed};
+use super::entry::{COMMON, ELECTRONIC, Entry, Parameter, Shown, Site, Starts, positive, signed};
 use super::kind::EffectKind;
 use super::location::LocationKind;
+use super::scale::MachineScale;
 
 /// A factor on a number of the machine, shown as a deviation in percent.
 const FACTOR_OFF: Parameter = positive(
@@ -21,7 +22,8 @@ const FACTOR_OFF: Parameter = positive(
 /// A shift of a plane.
 const OFFSET: Parameter = signed(
     "offset_m",
-    Coordinate::Linear(1e-3),
+    // A millimetre where the magnets are 200 mm apart.
+    Coordinate::Linear(|machine| 5e-3 * machine.bearing_span_m),
     |_| (-30.0, 30.0),
     Shown::Scaled(1e3, " mm"),
 );
@@ -29,39 +31,8 @@ const OFFSET: Parameter = signed(
 const GRAMS: Shown = Shown::Either(1e3, " g", ["less", "more"]);
 const NEWTONS_PER_METRE: Shown = Shown::Scaled(1.0, " N/m");
 const HERTZ: Shown = Shown::Scaled(1.0, " Hz");
-/// Start at no effect.
-const FROM_NOTHING: Starts = Starts::At(&[&[0.0]]);
 /// Start of a corner frequency that is far above the band.
 const FROM_HIGH_CORNER: Starts = Starts::At(&[&[0.1]]);
-
-/// What most effects have in common.
-const COMMON: Entry = Entry {
-    kind: EffectKind::LoopDelay,
-    name: "",
-    location: LocationKind::None,
-    one_axis: false,
-    parameters: &[],
-    domain: Domain::Shaft,
-    replaces: false,
-    couples_planes: false,
-    at_speed_only: false,
-    single: false,
-    on_spindle: false,
-    sites: &[],
-    nominal: Nominal::None,
-    starts: FROM_NOTHING,
-    matters: |_, _, _| true,
-    sentence: "",
-    advice: "",
-};
-
-/// What effects on the electronics of a bearing have in common.
-const ELECTRONIC: Entry = Entry {
-    location: LocationKind::Bearing,
-    domain: Domain::Electronics,
-    nominal: Nominal::AmplifierBandwidth,
-    ..COMMON
-};
 
 /// Every effect.
 pub const TABLE: &[Entry] = &[
@@ -71,14 +42,18 @@ pub const TABLE: &[Entry] = &[
         location: LocationKind::None,
         parameters: &[signed(
             "delay_s",
-            Coordinate::Linear(1e-5),
+            Coordinate::Linear(|machine| 0.2 * machine.sample_period_s),
             // The total delay is half a sample at least.
-            |spare_s| (-spare_s / 1e-5, 100.0),
+            |machine| {
+                (
+                    -machine.spare_delay_s / (0.2 * machine.sample_period_s),
+                    100.0,
+                )
+            },
             Shown::Either(1e6, " µs", ["faster", "slower"]),
         )],
         sites: &[Site::Loop],
-        nominal: Nominal::SpareDelay,
-        // 0.5 µs.
+        // A hundredth of a sample.
         matters: |size, _, _| size.abs() > 0.05,
         sentence: "the loop is {0} {way} than the model",
         advice: "design with the corrected file, and look for computing or PWM time that the model leaves out",
@@ -89,14 +64,20 @@ pub const TABLE: &[Entry] = &[
         name: "amplifier_bandwidth",
         parameters: &[positive(
             "bandwidth_hz",
-            Coordinate::Slowness(1e-4),
-            |nominal_hz| (1e4 * (2e-6 - nominal_hz.recip()), 1e2),
+            Coordinate::Slowness(|machine| 2.0 * machine.sample_period_s),
+            // 25 times the sample rate at most.
+            |machine| {
+                let own = (machine.amplifier_bandwidth_hz * machine.sample_period_s).recip();
+                (0.5 * (0.04 - own), 1e2)
+            },
             HERTZ,
         )],
         replaces: true,
         sites: &[Site::Currents, Site::Loop],
         // 2 % of the bandwidth.
-        matters: |size, _, nominal_hz| size.abs() * 1e-4 * nominal_hz > 0.02,
+        matters: |size, _, machine| {
+            2.0 * size.abs() * machine.amplifier_bandwidth_hz * machine.sample_period_s > 0.02
+        },
         sentence: "the amplifier of {at} has a bandwidth of {0}",
         advice: "measure command to coil current, and check current controller and bus voltage",
         ..ELECTRONIC
@@ -106,14 +87,14 @@ pub const TABLE: &[Entry] = &[
         name: "eddy_currents",
         parameters: &[positive(
             "corner_hz",
-            Coordinate::InverseSquare(1e4),
+            Coordinate::InverseSquare(MachineScale::half_sample_rate_hz),
             |_| (0.02, 50.0),
             HERTZ,
         )],
         replaces: true,
         sites: &[Site::Currents, Site::Loop],
         starts: FROM_HIGH_CORNER,
-        // A corner below 1 MHz.
+        // A corner below fifty times the sample rate.
         matters: |size, _, _| size.abs() > 0.1,
         sentence: "eddy currents weaken {at} from a corner of {0} on",
         advice: "look for solid or thick laminated parts in the flux path, and design with the corrected file",
@@ -124,14 +105,14 @@ pub const TABLE: &[Entry] = &[
         name: "sensor_lowpass",
         parameters: &[positive(
             "bandwidth_hz",
-            Coordinate::Inverse(1e4),
+            Coordinate::Inverse(MachineScale::half_sample_rate_hz),
             |_| (0.02, 50.0),
             HERTZ,
         )],
         replaces: true,
         sites: &[Site::Sensors, Site::Loop],
         starts: FROM_HIGH_CORNER,
-        // A corner below 200 kHz.
+        // A corner below ten times the sample rate.
         matters: |size, _, _| size.abs() > 0.05,
         sentence: "the sensors of {at} have a low-pass at {0}",
         advice: "check the anti-alias filter and the demodulation of these sensors",
@@ -143,7 +124,7 @@ pub const TABLE: &[Entry] = &[
         location: LocationKind::Bearing,
         parameters: &[OFFSET],
         sites: &[Site::SensorPlane],
-        // 0.2 mm.
+        // A thousandth of the distance between the magnets.
         matters: |size, _, _| size.abs() > 0.2,
         sentence: "the sensor plane of {at} sits {0} off, + to the rear",
         advice: "check where the sensor ring sits on the drawing, and design with the corrected file",
@@ -155,7 +136,7 @@ pub const TABLE: &[Entry] = &[
         location: LocationKind::Bearing,
         parameters: &[OFFSET],
         sites: &[Site::ActuatorPlane],
-        // 0.2 mm.
+        // A thousandth of the distance between the magnets.
         matters: |size, _, _| size.abs() > 0.2,
         sentence: "the actuator plane of {at} sits {0} off, + to the rear",
         advice: "check where the magnet sits on the drawing, and design with the corrected file",
@@ -202,7 +183,7 @@ pub const TABLE: &[Entry] = &[
         name: "bearing_coupling",
         parameters: &[signed(
             "ratio",
-            Coordinate::Linear(1e-2),
+            Coordinate::Linear(|_| 1e-2),
             |_| (-50.0, 50.0),
             Shown::Scaled(100.0, " %"),
         )],
@@ -219,7 +200,7 @@ pub const TABLE: &[Entry] = &[
         name: "axis_misalignment",
         parameters: &[signed(
             "angle_deg",
-            Coordinate::Linear(1.0),
+            Coordinate::Linear(|_| 1.0),
             |_| (-45.0, 45.0),
             Shown::Scaled(1.0, "°"),
         )],
@@ -236,15 +217,14 @@ pub const TABLE: &[Entry] = &[
         name: "gyroscopic",
         parameters: &[signed(
             "factor",
-            Coordinate::Linear(1.0),
+            Coordinate::Linear(|_| 1.0),
             |_| (-1.0, 3.0),
             Shown::Scaled(1.0, ""),
         )],
         replaces: true,
         at_speed_only: true,
         sites: &[Site::Shaft],
-        nominal: Nominal::GyroscopicFactor,
-        starts: Starts::AtNominal,
+        starts: Starts::AtPresent(|machine| machine.gyroscopic_factor),
         matters: |size, _, _| size.abs() > 0.03,
         sentence: "the gyroscopic effect counts {0} times",
         advice: "design with the corrected file at every speed",
@@ -255,7 +235,8 @@ pub const TABLE: &[Entry] = &[
         name: "internal_damping",
         parameters: &[signed(
             "loss_time_s",
-            Coordinate::Linear(1e-6),
+            // Damping of the first flexible mode, ζ = 0.0035.
+            Coordinate::Linear(|machine| 7e-3 * machine.bending_time_s),
             |_| (-100.0, 100.0),
             Shown::Scaled(1e6, " µs"),
         )],
@@ -271,14 +252,16 @@ pub const TABLE: &[Entry] = &[
         location: LocationKind::Position,
         parameters: &[signed(
             "stiffness_n_per_m",
-            Coordinate::Linear(1e5),
+            Coordinate::Linear(MachineScale::stiffness_unit_n_per_m),
             |_| (-200.0, 200.0),
             NEWTONS_PER_METRE,
         )],
         sites: &[Site::Shaft],
-        nominal: Nominal::MagnetStiffness,
         // A thousandth of what the magnets pull with.
-        matters: |size, _, magnets| 1e5 * size.abs() > 1e-3 * magnets,
+        matters: |size, _, machine| {
+            machine.stiffness_unit_n_per_m() * size.abs()
+                > 1e-3 * machine.negative_stiffness_n_per_m
+        },
         sentence: "a circulatory stiffness of {0} acts at {at}",
         advice: "repeat with motor and coolant off to find its source, and verify stability at speed with the \
             corrected file",
@@ -307,19 +290,19 @@ pub const TABLE: &[Entry] = &[
         parameters: &[
             positive(
                 "translational_n_per_m",
-                Coordinate::Inverse(1e9),
+                Coordinate::Inverse(|machine| 0.1 * machine.nose_n_per_m),
                 |_| (1e-3, 100.0),
                 Shown::Scaled(1e-6, " N/µm"),
             ),
             positive(
                 "rotational_n_m_per_rad",
-                Coordinate::Inverse(1e6),
+                Coordinate::Inverse(|machine| 0.04 * machine.nose_n_m_per_rad()),
                 |_| (1e-3, 1000.0),
                 Shown::Scaled(1e-3, " kN m/rad"),
             ),
             signed(
                 "damping_n_m_s_per_rad",
-                Coordinate::Linear(1.0),
+                Coordinate::Linear(|m| 3e-4 * m.nose_n_m_per_rad() * m.bending_time_s),
                 // A joint takes energy out.
                 |_| (0.0, 500.0),
                 Shown::Scaled(1.0, " N m s/rad"),
@@ -329,7 +312,7 @@ pub const TABLE: &[Entry] = &[
         sites: &[Site::Joint],
         // A stiff joint, one as soft as collets get, and one of a small spindle.
         starts: Starts::At(&[&[1.0, 1.0, 0.0], &[6.0, 10.0, 0.5], &[25.0, 100.0, 0.01]]),
-        // 2·10¹⁰ N/m and 2·10⁷ N m/rad: as stiff as solid steel.
+        // Twice E·d and 0.8 E·d³ at the nose: as stiff as the solid shaft.
         matters: |size, t, _| size.abs() > 0.05 || t.get(1).is_some_and(|turning| *turning > 0.05),
         sentence: "the tool sits in a flexible joint of {0} and {1}",
         advice: "clean and re-clamp the taper, check the drawbar force, and repeat; if it stays, design with the \
@@ -341,14 +324,14 @@ pub const TABLE: &[Entry] = &[
         name: "tool_mass",
         parameters: &[signed(
             "mass_kg",
-            Coordinate::Linear(5e-3),
+            Coordinate::Linear(|machine| 6e-4 * machine.rotor_mass_kg),
             |_| (-10.0, 100.0),
             GRAMS,
         )],
         sites: &[Site::Shaft, Site::Joint],
-        // 0, 5, 15 and 40 g: the resonance of a slender tool moves by more than its width.
+        // 0, 5, 15 and 40 g on a rotor of 8 kg: the resonance of a slender tool moves by more than its width.
         starts: Starts::At(&[&[0.0], &[1.0], &[3.0], &[8.0]]),
-        // 0.3 g.
+        // 0.3 g on a rotor of 8 kg.
         matters: |size, _, _| size.abs() > 0.06,
         sentence: "the tip of the tool carries {0} {way} than the model",
         advice: "weigh the tool, and correct the tool file",
@@ -360,12 +343,12 @@ pub const TABLE: &[Entry] = &[
         location: LocationKind::Position,
         parameters: &[signed(
             "mass_kg",
-            Coordinate::Linear(5e-2),
+            Coordinate::Linear(|machine| 6e-3 * machine.rotor_mass_kg),
             |_| (-10.0, 60.0),
             GRAMS,
         )],
         sites: &[Site::Shaft],
-        // 2 g.
+        // 2 g on a rotor of 8 kg.
         matters: |size, _, _| size.abs() > 0.04,
         sentence: "{0} {way} sit at {at} than in the model",
         advice: "look for a part that is not in the drawing, or coolant in the bore",
@@ -377,14 +360,17 @@ pub const TABLE: &[Entry] = &[
         parameters: &[
             positive(
                 "mass_kg",
-                Coordinate::Inverse(100.0),
+                Coordinate::Inverse(|machine| 12.0 * machine.rotor_mass_kg),
                 |_| (1e-3, 50.0),
                 Shown::Scaled(1.0, " kg"),
             ),
             positive(
                 "frequency_hz",
                 Coordinate::Logarithm,
-                |_| (10f64.ln(), 6000f64.ln()),
+                |machine| {
+                    let share = |share: f64| (share / machine.sample_period_s).ln();
+                    (share(5e-4), share(0.3))
+                },
                 HERTZ,
             ),
             signed(
@@ -399,7 +385,7 @@ pub const TABLE: &[Entry] = &[
             first: 0.5,
             damping_ratio: 0.05,
         },
-        // 5 t.
+        // Six hundred times the rotor.
         matters: |size, _, _| size.abs() > 0.02,
         sentence: "the housing, {0}, resonates at {1} with a damping ratio of {2}",
         advice: "confirm with an accelerometer on the housing and the mount clamped, and design with the corrected \
@@ -427,14 +413,16 @@ pub const TABLE: &[Entry] = &[
         one_axis: true,
         parameters: &[signed(
             "stiffness_n_per_m",
-            Coordinate::Linear(1e5),
+            Coordinate::Linear(MachineScale::stiffness_unit_n_per_m),
             |_| (-200.0, 200.0),
             NEWTONS_PER_METRE,
         )],
         sites: &[Site::Shaft],
-        nominal: Nominal::MagnetStiffness,
         // A hundredth of what the magnets pull with: a careful ks is that far off.
-        matters: |size, _, magnets| 1e5 * size.abs() > 0.01 * magnets,
+        matters: |size, _, machine| {
+            machine.stiffness_unit_n_per_m() * size.abs()
+                > 0.01 * machine.negative_stiffness_n_per_m
+        },
         sentence: "a stiffness of {0} acts at {at}",
         advice: "repeat with the motor off (its pull is negative), and look for seals or cables there",
         ..COMMON
@@ -445,17 +433,19 @@ pub const TABLE: &[Entry] = &[
         location: LocationKind::Position,
         parameters: &[signed(
             "stiffness_n_m_per_rad",
-            Coordinate::Linear(1e4),
+            Coordinate::Linear(MachineScale::tilting_unit_n_m_per_rad),
             |_| (-200.0, 200.0),
             Shown::Scaled(1.0, " N m/rad"),
         )],
         // Thrust discs and axial bearings.
         on_spindle: true,
         sites: &[Site::Shaft],
-        nominal: Nominal::MagnetTiltingStiffness,
         // A tenth of what the magnets tilt with; on a spindle of 8 kg this is 2000 N m/rad, which a thrust disc of
         // 100 mm has that pulls with 1 N/µm at its rim.
-        matters: |size, _, magnets| 1e4 * size.abs() > 0.1 * magnets,
+        matters: |size, _, machine| {
+            let magnets = machine.negative_stiffness_n_per_m * machine.tilting_arm_m2();
+            machine.tilting_unit_n_m_per_rad() * size.abs() > 0.1 * magnets
+        },
         sentence: "a tilting stiffness of {0} acts at {at}",
         advice: "repeat with the axial bearing at another bias (magnetic tilting is negative and grows with its \
             square), and design with the corrected file",

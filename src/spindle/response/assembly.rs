@@ -7,6 +7,7 @@
 //! ports are T b, and s bᵀCTb is added.
 
 use super::assembled::Assembled;
+use super::band::sweep_end_rad_s;
 use super::damping::ModalDamping;
 use super::feedback::{Feedback, Law, PlaneSpring, attached, springs_in_one_plane};
 use super::gyroscopic::Gyroscopic;
@@ -21,11 +22,12 @@ use crate::linalg::Mat;
 use crate::rotor::modes::RIGID;
 use crate::spindle::effective::Motion;
 use crate::spindle::{Effect, EffectKind, Effective, Location, Machine, SpindleError};
-use std::f64::consts::TAU;
 
-/// Modes up to here are dynamic in derivatives and gyroscopic coupling, those above follow as springs, Hz: six times
-/// the end of a 4 kHz sweep.
-const DYNAMIC_BELOW_HZ: f64 = 24_000.0;
+/// Modes up to here, in ends of a sweep, are dynamic in derivatives and gyroscopic coupling, those above follow as
+/// springs.
+const DYNAMIC: f64 = 6.0;
+/// Modes up to here couple with each other gyroscopically, those between couple with these.
+const COUPLED: f64 = 3.0;
 
 /// What is assembled, and for what.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,11 +75,10 @@ impl ReducedMachine {
         let moved = self.recent.shaft(shaft, by)?;
         let MovedShaft { modes, finer } = &*moved;
         let omega = &modes.omega;
-        let dynamic = omega
-            .iter()
-            .filter(|w| **w < TAU * DYNAMIC_BELOW_HZ)
-            .count()
-            .clamp(RIGID + 4, shaft.len());
+        let end_rad_s = sweep_end_rad_s(&self.machine, self.flexible_rad_s());
+        let below = |ends: f64| omega.iter().filter(|w| **w < ends * end_rad_s).count();
+        let dynamic = below(DYNAMIC).clamp(RIGID + 4, shaft.len());
+        let near = below(COUPLED).clamp(RIGID, dynamic);
         let zeta = |k: usize| machine.damping_ratio(k) * p[parameters.damping(k)].exp();
         let damping = ModalDamping::new(omega, zeta, effective.loss_time_s, assembly.speed_rad_s);
         let mut ports = self.ports(shaft, &machine, &effective, p)?;
@@ -97,8 +98,13 @@ impl ReducedMachine {
         let amplitudes = amplitudes(modes, &ports.rows);
         let speed_rad_s = assembly.speed_rad_s;
         let gyroscopic = (speed_rad_s != 0.0).then(|| {
-            let mut gyroscopic =
-                Gyroscopic::new(speed_rad_s, &shaft.gyroscopic, modes, &amplitudes, dynamic);
+            let mut gyroscopic = Gyroscopic::new(
+                speed_rad_s,
+                &shaft.gyroscopic,
+                modes,
+                &amplitudes,
+                (dynamic, near),
+            );
             gyroscopic.factor = effective.gyroscopic_factor;
             gyroscopic
         });

@@ -8,11 +8,6 @@ use super::channels::ZERO;
 use super::shaft_modes::Modes;
 use crate::linalg::small::eliminate;
 use crate::linalg::{Mat, c64};
-use crate::rotor::modes::RIGID;
-use std::f64::consts::TAU;
-
-/// Modes up to here couple with each other gyroscopically, those between couple with these, Hz.
-const COUPLED_BELOW_HZ: f64 = 12_000.0;
 
 /// ΩG between the dynamic coordinates d, and what it does through the higher ones h, which follow as springs Ω_h².
 #[derive(Clone, Debug)]
@@ -30,14 +25,14 @@ pub(super) struct Gyroscopic {
 }
 
 impl Gyroscopic {
-    /// Of the shaft's G, n×n, in its modes, of which the first `dynamic` are dynamic; `ports` are ports × modes,
-    /// `speed` is Ω, rad/s.
+    /// Of the shaft's G, n×n, in its modes, of which the first `dynamic` are dynamic, and the first `near` act on each
+    /// other without limit; `ports` are ports × modes, `speed` is Ω, rad/s.
     pub(super) fn new(
         speed: f64,
         matrix: &Mat<f64>,
         modes: &Modes,
         ports: &[Vec<f64>],
-        dynamic: usize,
+        (dynamic, near): (usize, usize),
     ) -> Self {
         let (turned, omega) = (&modes.shapes, &modes.omega);
         let n = omega.len();
@@ -56,13 +51,12 @@ impl Gyroscopic {
                 .map(|(i, j)| scale * m[(i, j)])
                 .collect()
         };
-        let near = |w: &&f64| **w < TAU * COUPLED_BELOW_HZ;
         Self {
             factor: 1.0,
             own: flat(low.transpose() * &on_low, speed),
             through: flat(&across * across.transpose(), speed * speed),
             ports: flat(&across * still, speed),
-            near: omega.iter().filter(near).count().clamp(RIGID, dynamic),
+            near,
         }
     }
 

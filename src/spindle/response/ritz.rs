@@ -4,12 +4,13 @@
 //! (`mesh_correction`), so that the mesh of the model is not what the data complain about. The coordinates are
 //! the lowest modes and the quasi-static shapes (K + s²M)⁻¹b of forces at the ports, mass-orthonormal:  K = K₀ + Σ e_g
 //! K_g (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes. Limits: valid up
-//! to about the highest kept mode; 4 kHz lies far below.
+//! to about the highest kept mode; the end of a sweep lies far below.
 
+use super::band::sweep_end_rad_s;
 use super::mesh_correction;
 use super::ritz_basis::{
-    MODES, SLOW_RAD_S, beside, group_strains, independent_part, joint_rows, jointed,
-    over_coordinates, port_rows, static_forces, without_rigid,
+    MODES, beside, group_strains, independent_part, joint_rows, jointed, over_coordinates,
+    port_rows, static_forces, without_rigid,
 };
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
@@ -22,9 +23,9 @@ use std::ops::Range;
 /// Shift of the quasi-static shapes, rad/s: makes the free shaft's stiffness invertible; any value far below the kept
 /// modes' range serves.
 const SHIFT_RAD_S: f64 = 2000.0;
-/// A joint as good as rigid, N/m and N m/rad: a hundred times the stiffest tool interface, far from the rounding of the
-/// shaft's own stiffness.
-const RIGID_JOINT: [f64; 3] = [1e12, 1e9, 0.0];
+/// A joint as good as rigid, in E·d and E·d³ of the nose: a hundred times the stiffest tool interface, far from the
+/// rounding of the shaft's own stiffness.
+const RIGID_JOINT: [f64; 2] = [100.0, 40.0];
 /// Modes of the shaft with a rigid joint beside those of the loose one: a joint of any stiffness lies between the two.
 const RIGID_JOINT_MODES: usize = 12;
 /// Quasi-static directions kept: the ports of one shaft span few.
@@ -33,8 +34,8 @@ const STATIC_DIRECTIONS: usize = 56;
 const NO_STRAIN: f64 = 1e-4;
 /// How much more the shapes of the ports and of the joint count, so that none of them is lost among the others.
 const PORT_WEIGHT: f64 = 10.0;
-/// Joint with which the coordinates are made, N/m and N m/rad: it shapes them only, not what they can express.
-const JOINT_START: [f64; 3] = [2e8, 1e5, 0.0];
+/// Joint with which the coordinates are made, in the same units: it shapes them only, not what they can express.
+const JOINT_START: [f64; 2] = [0.02, 0.004];
 
 /// Reduced matrices of a shaft, and what its ports see.
 #[derive(Clone, Debug)]
@@ -77,28 +78,36 @@ impl ReducedShaft {
         movable_joint: bool,
     ) -> Result<Self, SpindleError> {
         let fine = refined(machine);
+        let (nose_m, nose_n_per_m) = machine.spindle.nose();
+        let at_nose = |[translation, turning]: [f64; 2]| {
+            let turning = turning * nose_n_per_m * nose_m * nose_m;
+            [translation * nose_n_per_m, turning, 0.0]
+        };
+        let start = at_nose(JOINT_START);
         let with_joint = |machine: &Machine| match movable_joint {
-            true => jointed(machine, JOINT_START),
+            true => jointed(machine, start),
             false => Ok(machine.clone()),
         };
         let file = with_joint(machine)?.rotor()?;
         let machine = with_joint(&fine)?;
         let rotor = machine.rotor()?;
         let modes = PlanarModes::new(&rotor)?;
+        let flexible_rad_s = modes.omega_rad_s[RIGID..].to_vec();
+        let slow_rad_s = sweep_end_rad_s(&machine, &flexible_rad_s);
         let (k, m) = (&modes.matrices.stiffness, &modes.matrices.mass);
         let kept = (RIGID + MODES).min(modes.len());
         let joint = movable_joint
             .then(|| rotor.joints().last().map(|j| j.0))
             .flatten();
         let ports = port_rows(&machine, &rotor, joint)?;
-        let (forces, count) = static_forces(&rotor, &modes, &ports, group_of_element);
+        let (forces, count) = static_forces(&rotor, &modes, &ports, (group_of_element, slow_rad_s));
         let shifted = Mat::from_fn(k.nrows(), k.ncols(), |i, j| {
             k[(i, j)] + SHIFT_RAD_S * SHIFT_RAD_S * m[(i, j)]
         });
         let mut statics = solve(&shifted, &forces)?;
         let mut directions = STATIC_DIRECTIONS;
         if movable_joint {
-            let stiff = PlanarModes::new(&jointed(&fine, RIGID_JOINT)?.rotor()?)?;
+            let stiff = PlanarModes::new(&jointed(&fine, at_nose(RIGID_JOINT))?.rotor()?)?;
             let count = RIGID_JOINT_MODES.min(stiff.len().saturating_sub(RIGID));
             statics = beside(
                 &statics,
@@ -120,16 +129,16 @@ impl ReducedShaft {
         let joint = joint.map(|ends| joint_rows(&shapes, ends));
         let reduce = |a: &Mat<f64>| shapes.transpose() * (a * &shapes);
         let mut stiffness = without_rigid(&reduce(k));
-        for (row, value) in joint.iter().flatten().zip(JOINT_START) {
+        for (row, value) in joint.iter().flatten().zip(start) {
             let n = stiffness.nrows();
             stiffness = Mat::from_fn(n, n, |i, j| stiffness[(i, j)] - value * row[i] * row[j]);
         }
-        let (strains, strains_of_group) = strains(&own_strains, &mesh, &stiffness)?;
+        let (strains, strains_of_group) = strains(&own_strains, &mesh, &stiffness, slow_rad_s)?;
         let groups = own_strains.iter().map(|b| b * b.transpose()).collect();
         Ok(Self {
             mesh,
             gyroscopic: reduce(&modes.matrices.gyroscopic),
-            flexible_rad_s: modes.omega_rad_s[RIGID..].to_vec(),
+            flexible_rad_s,
             rotor,
             file,
             shapes,
@@ -250,11 +259,12 @@ fn strains(
     groups: &[Mat<f64>],
     mesh: &Mat<f64>,
     stiffness: &Mat<f64>,
+    slow_rad_s: f64,
 ) -> Result<(Mat<f64>, Vec<Range<usize>>), SpindleError> {
     let (mut columns, mut ranges): (Vec<Vec<f64>>, _) = (vec![], vec![]);
     let n = mesh.nrows();
     let scale: Vec<f64> = (0..n)
-        .map(|k| (SLOW_RAD_S * SLOW_RAD_S + stiffness[(k, k)].max(0.0)).recip())
+        .map(|k| (slow_rad_s * slow_rad_s + stiffness[(k, k)].max(0.0)).recip())
         .collect();
     let mut add = |values: &[f64], strains: &Mat<f64>| {
         let largest = values.last().copied().unwrap_or_default();

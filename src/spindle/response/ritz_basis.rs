@@ -7,14 +7,13 @@ use crate::spindle::{Effect, EffectKind, Location, Machine, SpindleError};
 
 /// Modes kept: of the reference shaft the fortieth lies beyond 100 kHz.
 pub(super) const MODES: usize = 20;
-/// End of a sweep of 4 kHz, rad/s: modes below it, and one above, change with a modulus as the coordinates must follow.
-pub(super) const SLOW_RAD_S: f64 = 25_000.0;
-/// Sensors and actuators may sit off their drawing by about this much, m: forces there are ports as well.
-const BESIDE_M: f64 = 4e-3;
+/// Sensors and actuators may sit off their drawing by about this much of the distance between the magnets: forces there
+/// are ports as well.
+const BESIDE: f64 = 0.02;
 /// Ritz vectors whose independent part is smaller than this (squared, relative) repeat the others.
 const INDEPENDENT: f64 = 1e-8;
-/// Distance of the positions along the shaft at which forces act, m.
-const GRID_M: f64 = 0.02;
+/// Parts of the shaft, at the ends of which forces act.
+const PARTS: usize = 22;
 
 /// Forces at ports, and at the joint, whose quasi-static shapes are coordinates.
 pub(super) struct PortRows {
@@ -55,15 +54,16 @@ pub(super) fn port_rows(
         planes.rear_actuator_m,
         planes.rear_sensor_m,
     ];
-    let beside = own.iter().flat_map(|z| [z - BESIDE_M, z + BESIDE_M]);
+    let beside_m = BESIDE * (planes.rear_actuator_m - planes.front_actuator_m).abs();
+    let beside = own.iter().flat_map(|z| [z - beside_m, z + beside_m]);
     let ports: Vec<f64> = [machine.tool_plane_m(), rotor.from_m()]
         .into_iter()
         .chain(own)
         .chain(beside)
         .map(|z| z.clamp(rotor.from_m(), rotor.to_m()))
         .collect();
-    let grid = (0..=((rotor.to_m() - rotor.from_m()) / GRID_M) as usize)
-        .map(|i| rotor.from_m() + i as f64 * GRID_M);
+    let part_m = (rotor.to_m() - rotor.from_m()) / PARTS as f64;
+    let grid = (0..=PARTS).map(|i| (rotor.from_m() + i as f64 * part_m).min(rotor.to_m()));
     let mut rows = vec![];
     for z in ports.iter().copied().chain(grid) {
         rows.push(rotor.shape_at("port", z)?);
@@ -80,16 +80,16 @@ pub(super) fn port_rows(
 }
 
 /// Forces at the ports, and those by which a changed modulus bends the lowest modes, dofs × forces; with the number of
-/// groups.
+/// groups. Modes below the end of a sweep, and one above, change with a modulus as the coordinates must follow.
 pub(super) fn static_forces(
     rotor: &Rotor,
     modes: &PlanarModes,
     ports: &PortRows,
-    group_of_element: &[usize],
+    (group_of_element, slow_rad_s): (&[usize], f64),
 ) -> (Mat<f64>, usize) {
     let count = group_of_element.iter().max().map_or(0, |g| g + 1);
     let flexible = modes.omega_rad_s.get(RIGID..).unwrap_or_default();
-    let slow = flexible.iter().take_while(|w| **w < SLOW_RAD_S).count();
+    let slow = flexible.iter().take_while(|w| **w < slow_rad_s).count();
     let bent = (slow + 1).min(flexible.len()).min(MODES);
     let own = ports.rows.len();
     let mut forces = Mat::zeros(rotor.dofs(), own + count * bent);

@@ -520,7 +520,7 @@ fn a_rehearsed_sweep_is_the_plant_within_its_noise() {
     let rehearsal = Rehearsal {
         frequency_hz: lines.clone(),
         repeats: 4,
-        ..Rehearsal::usual(&machine)
+        ..Rehearsal::usual(&machine).unwrap()
     };
     let record = rehearsal
         .sweep(&machine, &controller, 0.0, "sweep")

@@ -1,5 +1,6 @@
 //! The diagnosis.
 
+mod diagnose_alike;
 mod diagnose_command;
 mod diagnose_confusion;
 mod diagnose_examples;

@@ -1,5 +1,6 @@
 //! Effects, plant and shipped tools.
 
+pub mod alike;
 mod effects_table;
 mod spindle_effects;
 pub mod spindle_plant;
