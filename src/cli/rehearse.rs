@@ -4,13 +4,14 @@
 use super::console::{Console, Shown};
 use super::machine::load_machine;
 use super::output::claim;
+use super::progress::Progress;
 use super::{Failure, Outcome};
 use crate::controller::Controller;
 use crate::export::json::controller_json;
 use crate::identify::Rehearsal;
 use crate::input::{load_controller, spindle_yaml, tool_yaml};
 use crate::pid::settings::TuneSettings;
-use crate::pid::tune::textbook;
+use crate::pid::tune::{is_infeasible, textbook, tune};
 use crate::pipeline::PipelineError;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::report::records::{Listed, hammer_csv, rehearsed_list, sweep_csv};
@@ -35,7 +36,8 @@ pub(super) struct Arguments {
     /// Tool that the records come from; default: that of the model
     #[arg(long)]
     true_tool: Option<String>,
-    /// Controller that levitates the rotor (JSON); default: a textbook PID for the model
+    /// Controller that levitates the rotor (JSON); default: a textbook PID for the model, or, where that does not float
+    /// the machine that the records come from, a PID tuned on it
     #[arg(long)]
     controller: Option<String>,
     /// Speeds of the sweeps in rpm, separated by commas
@@ -83,7 +85,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     )?;
     let controller = match &arguments.controller {
         Some(file) => load_controller(file)?,
-        None => levitating(&model)?,
+        None => levitating(&model, &truth, &arguments.speeds, console)?,
     };
     let mut rehearsal = Rehearsal::usual(&truth)?;
     rehearsal.repeats = arguments.repeats;
@@ -148,13 +150,32 @@ fn check_speeds(speeds: &[f64], top: f64) -> Result<(), Failure> {
     }
 }
 
-/// A textbook PID, which floats most rotors.
+/// A textbook PID for the model; where that does not float the machine that is measured, the PID of a short search on
+/// it, as on a rig. The last one found where neither does: whoever takes records with it says so.
 ///
 /// # Errors
-/// [`Failure`] when none is found.
-fn levitating(machine: &Machine) -> Result<Controller, Failure> {
-    let pid = textbook(machine, &TuneSettings::quick()).map_err(PipelineError::from)?;
-    Ok(pid.controller)
+/// [`Failure`] from the plants and the search.
+fn levitating(
+    model: &Machine,
+    truth: &Machine,
+    speeds: &[f64],
+    console: &Console,
+) -> Result<Controller, Failure> {
+    let settings = TuneSettings::quick();
+    let simple = textbook(model, &settings).map_err(PipelineError::from)?;
+    let measured = refined_around_tilting(truth);
+    for rpm in speeds {
+        if growth_rate_at(&measured, &simple.controller, *rpm)? >= 0.0 {
+            let progress = Progress::start(console);
+            progress.stage("a PID that floats the machine");
+            return match tune(truth, &settings, &mut |_, _| {}) {
+                Ok(tuned) => Ok(tuned.controller),
+                Err(error) if is_infeasible(&error) => Ok(simple.controller),
+                Err(error) => Err(PipelineError::from(error).into()),
+            };
+        }
+    }
+    Ok(simple.controller)
 }
 
 /// A sweep and a hammer test at every speed and the controller `pid.json`, added below `prefix` (empty, or ending in

@@ -305,7 +305,7 @@ pub(crate) fn found_or_reason(
 }
 
 /// True when a search found no stabilising PID.
-fn is_infeasible(error: &VerificationError) -> bool {
+pub(crate) fn is_infeasible(error: &VerificationError) -> bool {
     matches!(
         error,
         VerificationError::Loop(ControllerError::Infeasible { .. })

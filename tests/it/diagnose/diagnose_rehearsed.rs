@@ -1,7 +1,11 @@
 //! Diagnoses of rehearsed measurements on machines that are not the reference spindle: the slender rotor of a test rig
 //! with many modes in the band, and tilting stiffnesses that the shaft feels strongly.
 
-use muspin::input::{load_machine, read_spindle, spindle_yaml};
+use muspin::controller::verification::verify_at;
+use muspin::controller::{ControlLaw, Controller};
+use muspin::input::{load_machine, read_controller, read_spindle, spindle_yaml};
+use muspin::pid::settings::TuneSettings;
+use muspin::pid::tune::textbook;
 use muspin::spindle::halved::{refined, refined_around_tilting};
 use muspin::spindle::{Effect, EffectKind, Location};
 use serde_json::Value;
@@ -172,6 +176,29 @@ fn tilting_is_found(spindle: &Path, rest: &[&str], position_m: f64, stiffness: f
     assert!((at - position_m).abs() < 2e-3, "{at} {position_m}");
     let ratio = value.as_f64().unwrap() / stiffness;
     assert!((ratio - 1.0).abs() < 0.02, "{value} {stiffness}");
+}
+
+/// A textbook PID leaves a flexible mode of the updated reference spindle unstable.
+#[test]
+fn a_rotor_that_a_textbook_pid_does_not_float_is_rehearsed_with_a_pid_tuned_on_it() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let spindle = data("spindles/reference-updated.yaml");
+    let spindle = spindle.to_str().unwrap();
+    let machine = load_machine(spindle, "paper-tool").unwrap();
+    let stable = |controller: &Controller| {
+        let ControlLaw::Discrete(law) = &controller.law else {
+            panic!("a PID of firmware is sampled");
+        };
+        let check = verify_at(&machine, law, &[0.0], "at rest").unwrap();
+        check.is_stable()
+    };
+    let textbook = textbook(&machine, &TuneSettings::quick()).unwrap();
+    assert!(!stable(&textbook.controller));
+    muspin(&["rehearse", "--spindle", spindle, "--out", "m"], folder);
+    let file = folder.join("m/pid.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert!(stable(&read_controller("pid.json", &text).unwrap()));
 }
 
 /// A mesh of any file can be halved twice, as a diagnosis needs it; a longer list is refused when it is read.

@@ -1,3 +1,4 @@
 //! The PID.
 
+pub mod reference_pid;
 mod tuning;

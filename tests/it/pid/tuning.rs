@@ -1,5 +1,6 @@
 //! The PID: its formula, its tuner on the reference spindle, its honesty.
 
+use crate::pid::reference_pid::reference_pid;
 use crate::support::inputs::{short_search, short_search_found};
 use muspin::controller::ControlLaw;
 use muspin::controller::amplifier_demand::{
@@ -12,7 +13,7 @@ use muspin::lti::connect::lower_lft;
 use muspin::lti::norm::hinf_norm_discrete;
 use muspin::lti::{Discrete, FrequencyGrid, StateSpace};
 use muspin::pid::certificate::{PidCertificate, TunedPid, ZONE_B_DB, certify};
-use muspin::pid::parameters::{PidParameters, pid_continuous, pid_controller, reference_start};
+use muspin::pid::parameters::{PidParameters, pid_continuous, pid_controller};
 use muspin::pid::settings::TuneSettings;
 use muspin::pid::tune::{textbook, tune, tune_from};
 use muspin::predict::sensitivity::axis_sensitivity;
@@ -29,7 +30,7 @@ fn reference() -> Machine {
 
 #[test]
 fn the_state_space_is_the_formula() {
-    let parameters = reference_start(&reference());
+    let parameters = reference_pid(&reference());
     let ControlLaw::Continuous(k) = pid_continuous(&parameters, "pid").unwrap().law else {
         panic!("continuous")
     };
@@ -69,7 +70,7 @@ fn the_gain_at_the_amplifiers_is_the_largest_singular_value_above_the_modes_of_t
     let ones = StateSpace::gain(Mat::from_fn(4, 4, |_, _| 1.0), Discrete { period_s: 5e-5 });
     assert!((high_frequency_gain(&ones, from_hz).unwrap() - 4.0).abs() < 1e-12);
     // A controller per axis: the larger axis of the formula.
-    let parameters = reference_start(&machine);
+    let parameters = reference_pid(&machine);
     let ControlLaw::Discrete(law) = pid_controller(&parameters, 5e-5, "pid").unwrap().law else {
         panic!("sampled")
     };
@@ -405,7 +406,7 @@ fn a_figure_outside_its_limit_is_a_violation() {
     let settings = TuneSettings::quick();
     let tuned = certify(
         &reference(),
-        reference_start(&reference()),
+        reference_pid(&reference()),
         &settings,
         0,
         "start",

@@ -24,7 +24,7 @@ fn machine() -> Machine {
 
 /// A PID that levitates; nothing here depends on how good it is.
 fn controller() -> Controller {
-    let parameters = muspin::pid::parameters::reference_start(&machine());
+    let parameters = crate::pid::reference_pid::reference_pid(&machine());
     muspin::pid::parameters::pid_controller(&parameters, 5e-5, "pid").unwrap()
 }
 
