@@ -61,7 +61,7 @@ impl Factored {
 /// X with A X = B by LU with partial pivoting; A is n×n, B n×k.
 ///
 /// # Errors
-/// [`NumericError::Singular`] when a pivot falls below n·ε of the largest one.
+/// [`NumericError::Singular`] when a pivot falls below a thousandth of ε of the largest one.
 pub fn solve(a: &Mat<f64>, b: &Mat<f64>) -> Result<Mat<f64>, NumericError> {
     Factored::new(a).solve(b)
 }

@@ -8,7 +8,7 @@
 use super::parameters::{PidParameters, pid_controller};
 use super::settings::TuneSettings;
 use super::shifted_loops::{
-    ALONE, SHIFTED_SPEEDS, ShiftedLoops, shifted_loops, with_shifted_modes,
+    SHIFTED_MODES, SHIFTED_SPEEDS, ShiftedLoops, shifted_loops, with_shifted_modes,
 };
 use crate::controller::amplifier_demand::{high_frequency_gain, high_frequency_hz};
 use crate::controller::full_loop::FullLoop;
@@ -116,7 +116,7 @@ impl PidCertificate {
         let all = [(&self.lowered, 1.0 - r), (&self.raised, 1.0 + r)];
         let first = all.into_iter().filter_map(|(seen, factor)| {
             let check = seen.first_unstable()?;
-            Some(rotor(check.speed_rpm, vec![factor; ALONE]))
+            Some(rotor(check.speed_rpm, vec![factor; SHIFTED_MODES]))
         });
         let mut loops: Vec<ShiftedRotor> = first.collect();
         if shifted.worst_growth_rate_per_s >= 0.0 {

@@ -6,6 +6,7 @@
 use super::descents::{Descent, Earlier, Judged, best_end, judged, order};
 use super::law::PidLaw;
 use super::parameters::{PidParameters, pid_controller};
+use super::shifted_loops::SHIFTED_MODES;
 use super::start::{Screen, Start, StartRule, starts};
 use crate::augment::plane::x_plane;
 use crate::controller::polish::LoopLimits;
@@ -50,8 +51,6 @@ pub(super) struct FoundPid {
     pub evaluations: usize,
 }
 
-/// Modes shifted in the plants of a search.
-const SHIFTED_MODES: usize = 6;
 /// Lowest line, Hz: below the integrators.
 const FROM_HZ: f64 = 0.05;
 /// Lines closer than this share of their frequency are one.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Modes that are shifted alone, and in every combination.
-pub(super) const ALONE: usize = 6;
+pub(super) const SHIFTED_MODES: usize = 6;
 const COMBINED: usize = 4;
 /// Speeds at which the shifted loops are checked: standstill, half and full speed at least.
 pub(super) const SHIFTED_SPEEDS: usize = 3;
@@ -65,8 +65,12 @@ pub(super) fn shifted_loops(
     settings: &TuneSettings,
 ) -> Result<ShiftedLoops, VerificationError> {
     let r = settings.mode_shift;
-    let alone = (0..ALONE).flat_map(|k| {
-        [1.0 - r, 1.0 + r].map(|f| (0..ALONE).map(|i| if i == k { f } else { 1.0 }).collect())
+    let alone = (0..SHIFTED_MODES).flat_map(|k| {
+        [1.0 - r, 1.0 + r].map(|f| {
+            (0..SHIFTED_MODES)
+                .map(|i| if i == k { f } else { 1.0 })
+                .collect()
+        })
     });
     let combined = (0..1usize << COMBINED).map(|signs| {
         (0..COMBINED)

@@ -190,7 +190,7 @@ fn iteration(problems: &Problems, dk: &DkDesign) -> [(Picture, Figure); 3] {
         (
             Picture::MuOrder,
             mu_against_order(
-                "µ against the order of the controller",
+                "µ of the synthesis problem against the order of the controller",
                 &[tried],
                 dk.reduction_limit,
                 chosen,

@@ -94,7 +94,7 @@ pub fn mu_per_iteration(title: &str, gamma: &[f64], mu_peak: &[f64]) -> Figure {
     panel.height_px = 260;
     Figure::new(
         title,
-        "γ and the peak of µ after each step of the D-K iteration.",
+        "γ and the peak of µ of the synthesis problem after each step of the D-K iteration.",
         vec![panel],
     )
 }
@@ -170,7 +170,7 @@ pub fn mu_against_order(title: &str, curves: &[Curve], budget: f64, chosen: (f64
     panel.x.range = Some([0.0, largest + 1.0]);
     Figure::new(
         title,
-        "Peak of µ of the reduced controllers against their order.",
+        "Peak of µ of the synthesis problem with reduced controllers, against their order.",
         vec![panel],
     )
 }

@@ -1,4 +1,4 @@
-//! Spindles of 125 and 215 kg and one of 0.2 kg, alike to the one of 8 kg in all that counts: what is hidden in their rehearsed
+//! Spindles of 125 and 215 kg, alike to the one of 8 kg in all that counts: what is hidden in their rehearsed
 //! measurements is found as it is there, with its numbers.
 
 use crate::spindle::alike::{alike, power};
@@ -57,11 +57,9 @@ fn is_found(s: f64, kind: EffectKind, values: &[f64], share: f64) {
 }
 
 #[test]
-fn a_joint_of_a_large_spindle_and_of_a_small_one_is_found() {
+fn a_joint_of_a_large_spindle_is_found() {
     // A tenth is what the damping is known to.
-    for s in [3.0, 0.3] {
-        is_found(s, EffectKind::ToolJoint, &[2e9, 1e6, 4.0], 0.2);
-    }
+    is_found(3.0, EffectKind::ToolJoint, &[2e9, 1e6, 4.0], 0.2);
 }
 
 #[test]
