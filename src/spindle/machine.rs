@@ -148,6 +148,15 @@ impl Spindle {
         })
     }
 
+    /// Stiffness of a tool joint, N/m and N m/rad, from its shares of E·d and E·d³ at the nose.
+    pub(crate) fn joint_at_nose(&self, [translation, turning]: [f64; 2]) -> [f64; 2] {
+        let (diameter_m, n_per_m) = self.nose();
+        [
+            translation * n_per_m,
+            turning * n_per_m * diameter_m * diameter_m,
+        ]
+    }
+
     /// The same spindle with one more effect.
     pub fn with_effect(&self, effect: Effect) -> Self {
         let mut spindle = self.clone();

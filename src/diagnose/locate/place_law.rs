@@ -2,7 +2,7 @@
 //!
 //! X = (Δ⁻¹ − G)⁻¹ of a law Δ: unlike X, Δ does not contain the shaft and is smooth over frequency.
 
-use super::joint::STIFFEST_JOINT;
+use super::joint::collet;
 use super::place::Place;
 use super::place_response::{ONE, PlaceResponse, matrix, pairs};
 use crate::linalg::c64;
@@ -56,10 +56,15 @@ impl PlaceResponse<'_> {
         self.signs(free, -1.0)
     }
 
+    /// Flexibility of a collet, m/N and rad/(N m).
+    pub(super) fn collet(&self) -> [f64; 2] {
+        collet(self.scene.rigid)
+    }
+
     /// X of a joint with flexibility across (m/N) and in turning (rad/(N m)) and none between the two.
     pub(crate) fn jointed(&self, flexibility: [c64; 2]) -> Vec<c64> {
         let law = |i: usize| {
-            let rigid = STIFFEST_JOINT[i];
+            let rigid = self.scene.rigid[i];
             c64::new(rigid, 0.0) - (flexibility[i] + 1.0 / rigid).inv()
         };
         self.bound(&[law(0), ZERO, law(1)])
@@ -67,7 +72,7 @@ impl PlaceResponse<'_> {
 
     /// The laws that X means, in the order of [`Place::laws`]; stiffness positive for a spring.
     pub(crate) fn laws(&self, x: &[c64]) -> Vec<c64> {
-        let place = self.scene.place;
+        let (place, rigid) = (self.scene.place, self.scene.rigid);
         let free = self.free(x);
         let half = free.len() / 2;
         match place {
@@ -78,14 +83,11 @@ impl PlaceResponse<'_> {
                     &free[..]
                 };
                 let mut total = matrix(2, one).iter().map(|d| -d).collect::<Vec<_>>();
-                total[0] += STIFFEST_JOINT[0];
-                total[3] += STIFFEST_JOINT[1];
+                total[0] += rigid[0];
+                total[3] += rigid[1];
                 let mut flexible = vec![ONE, ZERO, ZERO, ONE];
                 eliminate(&mut total, &mut flexible, 2, 2);
-                vec![
-                    flexible[3] - 1.0 / STIFFEST_JOINT[1],
-                    flexible[0] - 1.0 / STIFFEST_JOINT[0],
-                ]
+                vec![flexible[3] - 1.0 / rigid[1], flexible[0] - 1.0 / rigid[0]]
             }
             Place::Housing => free[..1].to_vec(),
             _ if self.scene.split => {

@@ -6,7 +6,7 @@
 
 use super::super::DiagnoseError;
 use super::super::fit::model::Model;
-use super::joint::STIFFEST_JOINT;
+use super::joint::stiffest_joint;
 use super::place::Place;
 use crate::linalg::c64;
 use crate::spindle::response::channels::MAGNETS;
@@ -24,6 +24,8 @@ pub(crate) struct OpenedPlace<'a> {
     extra: Vec<usize>,
     /// Forwards and backwards have laws of their own.
     pub(super) split: bool,
+    /// Stiffness of the joint that counts as rigid, N/m and N m/rad.
+    pub(super) rigid: [f64; 2],
 }
 
 /// One line of an opened place.
@@ -61,11 +63,12 @@ impl Place {
     ) -> Result<OpenedPlace<'a>, DiagnoseError> {
         let probes = self.probes(model);
         let mut effects = effects.to_vec();
+        let rigid = stiffest_joint(&model.reduced.machine.spindle);
         if *self == Self::Joint {
             effects.push(Effect {
                 kind: EffectKind::ToolJoint,
                 location: Location::None,
-                values: vec![STIFFEST_JOINT[0], STIFFEST_JOINT[1], 0.0],
+                values: vec![rigid[0], rigid[1], 0.0],
             });
         }
         let assembled = model.reduced.assemble(
@@ -92,6 +95,7 @@ impl Place {
             assembled,
             extra,
             split,
+            rigid,
         })
     }
 }

@@ -19,8 +19,6 @@ use crate::spindle::response::{SIDE, Square, ZERO};
 
 /// Standard deviation of a nuisance parameter that is under test: free.
 const FREE_SD: f64 = 1.0;
-/// Flexibility of a usual collet, across (m/N) and in turning (rad/(N m)): the unit in which joints are sought.
-const COLLET: [f64; 2] = [5e-9, 1e-5];
 /// Numbers below this many standard deviations may as well be zero.
 const INSIGNIFICANT: f64 = 3.0;
 /// Longest step of a nuisance parameter: a factor stays one.
@@ -314,8 +312,9 @@ impl Fitted<'_> {
     /// Flexibility of a joint in turning and across, nothing between the two: the flexibilities whose X comes nearest
     /// to what was found, by Gauss–Newton from two starts.
     fn joint(&self) -> Vec<(c64, f64)> {
+        let collet = self.view.collet();
         let at = |z: &[c64; 2]| -> Vec<c64> {
-            let s: [c64; 2] = std::array::from_fn(|i| z[i] * COLLET[i]);
+            let s: [c64; 2] = std::array::from_fn(|i| z[i] * collet[i]);
             self.triangle(&self.view.jointed(s))
         };
         let wanted = self.triangle(&self.x);
@@ -325,7 +324,7 @@ impl Fitted<'_> {
         };
         let unit = c64::new(1.0, 0.0);
         let found = self.view.laws(&self.x);
-        let raw = [1, 0].map(|i| found[i] / COLLET[1 - i]);
+        let raw = [1, 0].map(|i| found[i] / collet[1 - i]);
         let mut best: Option<(f64, [c64; 2], [f64; 2])> = None;
         for start in [[unit; 2], raw] {
             let mut z = start;
@@ -383,7 +382,7 @@ impl Fitted<'_> {
         };
         // Turning first, as in the list of laws.
         [1, 0]
-            .map(|i| (z[i] * COLLET[i], deviations[i] * COLLET[i]))
+            .map(|i| (z[i] * collet[i], deviations[i] * collet[i]))
             .to_vec()
     }
 

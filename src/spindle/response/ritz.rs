@@ -78,10 +78,9 @@ impl ReducedShaft {
         movable_joint: bool,
     ) -> Result<Self, SpindleError> {
         let fine = refined(machine);
-        let (nose_m, nose_n_per_m) = machine.spindle.nose();
-        let at_nose = |[translation, turning]: [f64; 2]| {
-            let turning = turning * nose_n_per_m * nose_m * nose_m;
-            [translation * nose_n_per_m, turning, 0.0]
+        let at_nose = |shares: [f64; 2]| {
+            let [translation, turning] = machine.spindle.joint_at_nose(shares);
+            [translation, turning, 0.0]
         };
         let start = at_nose(JOINT_START);
         let with_joint = |machine: &Machine| match movable_joint {
