@@ -107,6 +107,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     let answer = json!({
         "measurement": arguments.out,
         "records": files,
+        "controller": controller.name,
         "sensor_noise_m": truth.spindle.electronics.sensor_noise_m,
         "injection_a": rehearsal.injection_a,
         "repeats": arguments.repeats,

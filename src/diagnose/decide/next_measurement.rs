@@ -11,7 +11,7 @@ use super::super::data::evidence::GAP_FLOOR;
 use super::super::fit::case::Case;
 use super::super::fit::hypothesis;
 use super::candidate::Candidate;
-use crate::linalg::dense::solve_normal;
+use crate::linalg::dense::{dot, solve_normal};
 use crate::linalg::{Mat, c64};
 use crate::spindle::response::ported::factor;
 use crate::spindle::response::{SIDE, Square, ZERO};
@@ -393,7 +393,6 @@ fn separation(a: &Predicted, b: &Predicted, member: &Candidate) -> Result<f64, D
     let columns: Vec<Vec<f64>> = b.columns.iter().map(|c| real(c)).collect();
     let n = columns.len();
     let known = member.fit.information.nrows();
-    let dot = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
     let mut matrix = Mat::zeros(n, n);
     for i in 0..n {
         for j in 0..=i {
@@ -417,4 +416,17 @@ fn separation(a: &Predicted, b: &Predicted, member: &Candidate) -> Result<f64, D
     let step = solve_normal(&matrix, &right)?;
     let gain: f64 = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
     Ok((dot(&d, &d) - gain).max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn masses_are_of_the_series_and_grow_with_the_rotor() {
+        let of = |rotor_kg| [TIP_SHARE, COLLAR_SHARE].map(|share| mass_g(share, rotor_kg));
+        assert_eq!(of(8.0), [5.0, 200.0]);
+        assert_eq!(of(0.06), [0.05, 2.0]);
+        assert_eq!(of(1700.0), [1000.0, 50_000.0]);
+    }
 }
