@@ -151,8 +151,8 @@ fn check_speeds(speeds: &[f64], top: f64) -> Result<(), Failure> {
     }
 }
 
-/// A textbook PID for the model; where that does not float the machine that is measured, the PID of a short search on
-/// it, as on a rig. The last one found where neither does: whoever takes records with it says so.
+/// A textbook PID for the model; where that does not levitate the machine that is measured, the PID of a short search
+/// on this machine, as on a rig. Where the search finds none either, the textbook PID: [`records`] refuses its loop.
 ///
 /// # Errors
 /// [`Failure`] from the plants and the search.
@@ -168,7 +168,7 @@ fn levitating(
     for rpm in speeds {
         if growth_rate_at(&measured, &simple.controller, *rpm)? >= 0.0 {
             let progress = Progress::start(console);
-            progress.stage("a PID that floats the machine");
+            progress.stage("PID for the machine that is measured");
             return match tune(truth, &settings, &mut |_, _| {}) {
                 Ok(tuned) => Ok(tuned.controller),
                 Err(error) if is_infeasible(&error) => Ok(simple.controller),

@@ -42,9 +42,9 @@ pub struct Rehearsal {
 }
 
 impl Rehearsal {
-    /// Even lines in the logarithm from 20 Hz to 4 kHz, or a quarter beyond the last mode of the design model where
-    /// that is more and at most a fifth of the sample rate, in any case at most 0.4 of it; an injection of a twentieth
-    /// of the front bias current, half a second a line, three repeats; blows of 1 N a line, five averages.
+    /// Even lines in the logarithm from 20 Hz to a quarter beyond the last mode of the design model (at most a fifth of
+    /// the sample rate, at least 4 kHz, but never beyond 0.4 of the sample rate); an injection of a twentieth of the
+    /// front bias current, half a second a line, three repeats; blows of 1 N a line, five averages.
     ///
     /// # Errors
     /// [`SpindleError`] when the modes of the rotor cannot be computed.

@@ -139,22 +139,17 @@ impl Spindle {
         self.backup_bearings.contact(&rotor, actuators_m)
     }
 
-    /// Outer diameter at the nose face, m, and Young's modulus there times it, N/m: the scale of a tool joint.
-    pub fn nose(&self) -> (f64, f64) {
-        let first = self.sections.first();
-        first.map_or((0.0, 0.0), |section| {
-            let diameter_m = section.outer_diameter_m[0];
-            (diameter_m, section.material.youngs_modulus_pa * diameter_m)
-        })
-    }
-
-    /// Stiffness of a tool joint, N/m and N m/rad, from its shares of E·d and E·d³ at the nose.
+    /// Stiffness of a tool joint, N/m and N m/rad, from its shares of E·d and E·d³, with Young's modulus and the outer
+    /// diameter at the nose face.
     pub(crate) fn joint_at_nose(&self, [translation, turning]: [f64; 2]) -> [f64; 2] {
-        let (diameter_m, n_per_m) = self.nose();
-        [
-            translation * n_per_m,
-            turning * n_per_m * diameter_m * diameter_m,
-        ]
+        self.sections.first().map_or([0.0; 2], |section| {
+            let diameter_m = section.outer_diameter_m[0];
+            let n_per_m = section.material.youngs_modulus_pa * diameter_m;
+            [
+                translation * n_per_m,
+                turning * n_per_m * diameter_m * diameter_m,
+            ]
+        })
     }
 
     /// The same spindle with one more effect.

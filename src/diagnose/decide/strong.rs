@@ -226,8 +226,8 @@ type Sized = (Point, f64, Vec<f64>);
 /// Ratio of the sizes with which a tilting stiffness is tried at every place.
 const TILTING_RATIO: f64 = 3.0;
 
-/// Numbers between those of [`sizes`] next to the best of them: a tilting stiffness that is more than 1.5 times off
-/// leads a fit astray.
+/// Numbers next to the best of [`sizes`], half way to its neighbours in the logarithm: from a tilting stiffness 1.7
+/// times too large or too small, fits ended at a wrong place.
 fn between(kind: EffectKind, best: &[f64]) -> Vec<Vec<f64>> {
     let half = TILTING_RATIO.sqrt();
     match kind {
@@ -239,8 +239,9 @@ fn between(kind: EffectKind, best: &[f64]) -> Vec<Vec<f64>> {
 }
 
 /// Numbers that an effect is tried with beside its position, in fit coordinates. Stiffnesses and masses have either
-/// sign: a tilting stiffness from that of a light rotor's disc to the largest that is fitted, masses from 0.1 g at the
-/// tool and 1 g on the shaft. Joints from stiff ones to the softest of a small spindle, each with little damping.
+/// sign: a tilting stiffness from that of a light rotor's disc to the largest that is fitted, masses on a rotor of 8 kg
+/// from 0.1 g at the tool and 1 g on the shaft. Joints from stiff ones to the softest of a small spindle, each with
+/// little damping.
 fn sizes(kind: EffectKind) -> Vec<Vec<f64>> {
     let up = |first: f64, ratio: f64, count: i32| (0..count).map(move |k| first * ratio.powi(k));
     let signed = |of: f64| [vec![-of], vec![of]];

@@ -198,7 +198,7 @@ fn scale_of(machine: &Machine, flexible_rad_s: &[f64]) -> Result<MachineScale, D
     let sample_period_s = spindle.electronics.sample_period_s();
     let rotor = machine.rotor()?.mass_properties();
     let bearings = [&spindle.front, &spindle.rear];
-    let (nose_diameter_m, nose_n_per_m) = spindle.nose();
+    let [nose_n_per_m, nose_n_m_per_rad] = spindle.joint_at_nose([1.0; 2]);
     Ok(MachineScale {
         sample_period_s,
         spare_delay_s: (effective.delay_s - 0.5 * sample_period_s).max(0.0),
@@ -212,7 +212,7 @@ fn scale_of(machine: &Machine, flexible_rad_s: &[f64]) -> Result<MachineScale, D
         negative_stiffness_n_per_m: effective.bearings.iter().map(|b| b.ks_n_per_m.abs()).sum(),
         force_per_gap_n_per_m: bearings.iter().map(|b| b.max_force_n / b.gap_m).sum(),
         nose_n_per_m,
-        nose_diameter_m,
+        nose_n_m_per_rad,
     })
 }
 

@@ -44,7 +44,7 @@ pub enum Site {
 pub enum Starts {
     /// At each of these, at every place that the location allows.
     At(&'static [&'static [f64]]),
-    /// At what the machine has.
+    /// At the value that the machine has.
     AtPresent(fn(&MachineScale) -> f64),
     /// One for each factor 1.45 of frequency over the band, because the basin of a resonance is not much wider.
     OverTheBand {

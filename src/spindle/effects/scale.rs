@@ -27,19 +27,14 @@ pub struct MachineScale {
     pub force_per_gap_n_per_m: f64,
     /// Young's modulus times outer diameter at the nose, N/m.
     pub nose_n_per_m: f64,
-    /// Outer diameter at the nose, m.
-    pub nose_diameter_m: f64,
+    /// Young's modulus times the cube of the outer diameter at the nose, N m/rad.
+    pub nose_n_m_per_rad: f64,
 }
 
 impl MachineScale {
     /// Square of half the distance between the magnets, m²: a stiffness at both, tilting about the middle.
     pub fn tilting_arm_m2(&self) -> f64 {
         (0.5 * self.bearing_span_m).powi(2)
-    }
-
-    /// Young's modulus times the cube of the outer diameter at the nose, N m/rad.
-    pub fn nose_n_m_per_rad(&self) -> f64 {
-        self.nose_n_per_m * self.nose_diameter_m * self.nose_diameter_m
     }
 
     /// Unit of a stiffness at a position, N/m.

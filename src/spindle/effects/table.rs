@@ -296,13 +296,13 @@ pub const TABLE: &[Entry] = &[
             ),
             positive(
                 "rotational_n_m_per_rad",
-                Coordinate::Inverse(|machine| 0.04 * machine.nose_n_m_per_rad()),
+                Coordinate::Inverse(|machine| 0.04 * machine.nose_n_m_per_rad),
                 |_| (1e-3, 1000.0),
                 Shown::Scaled(1e-3, " kN m/rad"),
             ),
             signed(
                 "damping_n_m_s_per_rad",
-                Coordinate::Linear(|m| 3e-4 * m.nose_n_m_per_rad() * m.bending_time_s),
+                Coordinate::Linear(|m| 3e-4 * m.nose_n_m_per_rad * m.bending_time_s),
                 // A joint takes energy out.
                 |_| (0.0, 500.0),
                 Shown::Scaled(1.0, " N m s/rad"),

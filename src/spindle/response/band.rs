@@ -10,8 +10,8 @@ const BEYOND: f64 = 1.25;
 /// Share of the sample rate beyond which delay and hold leave nothing to control.
 const SHARE: f64 = 0.2;
 
-/// End of the sweeps that a model follows, rad/s: 4 kHz, or a quarter beyond the last mode of the design model where
-/// that is more, then at most a fifth of the sample rate. `flexible_rad_s` are the modes of the free rotor.
+/// End of the sweeps that a model follows, rad/s: a quarter beyond the last mode of the design model, at most a fifth
+/// of the sample rate, at least 4 kHz. `flexible_rad_s` are the modes of the free rotor.
 pub(crate) fn sweep_end_rad_s(machine: &Machine, flexible_rad_s: &[f64]) -> f64 {
     let modes = machine.spindle.flexible_modes.min(flexible_rad_s.len());
     let last = flexible_rad_s[..modes].last().copied().unwrap_or_default();

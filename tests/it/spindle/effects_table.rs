@@ -21,7 +21,7 @@ const SPINDLE: MachineScale = MachineScale {
     negative_stiffness_n_per_m: 2.14e6,
     force_per_gap_n_per_m: 4e6,
     nose_n_per_m: 9.9e9,
-    nose_diameter_m: 0.048,
+    nose_n_m_per_rad: 2.3e7,
 };
 
 /// The machine `s` times as long in every length and in time, of the same materials and stresses.
@@ -37,7 +37,7 @@ fn alike(s: f64) -> MachineScale {
         negative_stiffness_n_per_m: s * SPINDLE.negative_stiffness_n_per_m,
         force_per_gap_n_per_m: s * SPINDLE.force_per_gap_n_per_m,
         nose_n_per_m: s * SPINDLE.nose_n_per_m,
-        nose_diameter_m: s * SPINDLE.nose_diameter_m,
+        nose_n_m_per_rad: s.powi(3) * SPINDLE.nose_n_m_per_rad,
     }
 }
 
