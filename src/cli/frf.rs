@@ -6,6 +6,7 @@ use super::console::{Console, Shown};
 use super::controlled_machine::MachineArguments;
 use super::machine::Remarks;
 use super::{Failure, Outcome, stdout};
+use crate::lti::response::even_in_logarithm;
 use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::pipeline::response_table::ResponseTable;
 use crate::report::summary::{Named, finite_all, json};
@@ -121,13 +122,7 @@ fn frequencies_hz(arguments: &Arguments) -> Result<Vec<f64>, Failure> {
             "a thousand a decade resolve every peak; narrow the range with --from and --to",
         ));
     }
-    let last = (points - 1).max(1) as f64;
-    let frequency = |k: usize| match k {
-        0 => from,
-        _ if k + 1 == points => to,
-        _ => from * (to / from).powf(k as f64 / last),
-    };
-    Ok((0..points).map(frequency).collect())
+    Ok(even_in_logarithm(from, to, points).collect())
 }
 
 fn csv_line(out: &mut dyn Write, row: &[f64]) -> std::io::Result<()> {

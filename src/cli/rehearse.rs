@@ -43,6 +43,16 @@ pub(super) struct Arguments {
     /// Speeds of the sweeps in rpm, separated by commas
     #[arg(long, value_delimiter = ',', default_value = "0")]
     speeds: Vec<f64>,
+    /// First line, Hz; default: a fiftieth of the first bending mode, at most 20
+    #[arg(long)]
+    from: Option<f64>,
+    /// Last line, Hz; default: a quarter beyond the last mode of the design model, between 4 kHz and a fifth of the
+    /// sample rate
+    #[arg(long)]
+    to: Option<f64>,
+    /// Number of lines, spaced evenly in the logarithm, ends included; default: one for each 0.9 %
+    #[arg(long)]
+    lines: Option<usize>,
     /// Repeats of each experiment; their scatter is the noise
     #[arg(long, default_value_t = 3)]
     repeats: usize,
@@ -57,6 +67,8 @@ pub(super) struct Arguments {
     out: String,
 }
 
+/// Most lines: minutes of computation and a file of some hundred megabytes.
+const MOST_LINES: usize = 100_000;
 /// Most repeats: minutes of computation and a file of a gigabyte.
 const MOST_REPEATS: usize = 100;
 
@@ -88,6 +100,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         None => levitating(&model, &truth, &arguments.speeds, console)?,
     };
     let mut rehearsal = Rehearsal::usual(&truth)?;
+    set_lines(&mut rehearsal, arguments, &truth)?;
     rehearsal.repeats = arguments.repeats;
     rehearsal.seed = arguments.seed;
     rehearsal.injection_a = arguments.injection.unwrap_or(rehearsal.injection_a);
@@ -123,6 +136,35 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
         .next(format!("muspin diagnose --measurement {}", arguments.out))
     })?;
     Ok(Outcome::Done)
+}
+
+/// The lines that were asked for.
+fn set_lines(
+    rehearsal: &mut Rehearsal,
+    arguments: &Arguments,
+    truth: &Machine,
+) -> Result<(), Failure> {
+    let (first, last) = rehearsal.range_hz();
+    let (from, to) = (
+        arguments.from.unwrap_or(first),
+        arguments.to.unwrap_or(last),
+    );
+    let nyquist_hz = 0.5 * truth.spindle.electronics.sample_rate_hz;
+    if !(from > 0.0 && to > from && to <= nyquist_hz) {
+        let rule = format!("--from {from} --to {to}: no frequency range of this controller");
+        return Err(Failure::new(rule).with_hint(format!(
+            "frequencies are in Hz, 0 < from < to ≤ {nyquist_hz}, half the sample rate"
+        )));
+    }
+    let lines = arguments.lines;
+    if let Some(count) = lines.filter(|n| !(2..=MOST_LINES).contains(n)) {
+        let rule = format!("--lines {count}: 2 to {MOST_LINES} are computed");
+        return Err(Failure::new(rule).with_hint("some hundred a decade resolve every peak"));
+    }
+    if (from, to) != (first, last) || lines.is_some() {
+        rehearsal.spread(from, to, lines);
+    }
+    Ok(())
 }
 
 fn check_numbers(arguments: &Arguments) -> Result<(), Failure> {

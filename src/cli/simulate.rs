@@ -14,7 +14,7 @@ use crate::pipeline::loop_stability::{growth_rate_at, unstable_words};
 use crate::pipeline::simulation::{Goal, Scenario, simulated};
 use crate::predict::recovery::touching_force_n;
 use crate::predict::time::{TimeError, TimeSettings};
-use crate::predict::time_cases::Case;
+use crate::predict::time_cases::{Case, PUSH_S};
 use crate::report::simulation::SimulationSummary;
 use crate::report::summary::finite;
 use crate::report::time_response::add_simulation;
@@ -40,6 +40,9 @@ pub(super) struct Arguments {
     /// clearance)
     #[arg(long)]
     force: Option<f64>,
+    /// Length of the half-sine push, s, for impulse and contact
+    #[arg(long, default_value_t = PUSH_S)]
+    push: f64,
     /// Duration, s
     #[arg(long)]
     duration: Option<f64>,
@@ -61,7 +64,7 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
 enum CaseArgument {
-    /// Half-sine push of 0.5 ms at the tool
+    /// Half-sine push at the tool
     Impulse,
     /// Constant force at the tool
     Step,
@@ -69,12 +72,9 @@ enum CaseArgument {
     Unbalance,
     /// Lift-off from the backup bearings
     LiftOff,
-    /// Half-sine push of 0.5 ms at the tool that throws the rotor into its backup bearings
+    /// Half-sine push at the tool that throws the rotor into its backup bearings
     Contact,
 }
-
-/// Length of a push, s.
-const PUSH_S: f64 = 5e-4;
 
 impl From<TimeError> for Failure {
     fn from(error: TimeError) -> Self {
@@ -130,6 +130,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<Outcome, F
     if let Case::Impulse { force_n, .. } | Case::Step { force_n } = scenario.case {
         summary.set("force_n", finite(force_n));
     }
+    if let Case::Impulse { length_s, .. } = scenario.case {
+        summary.set("push_s", finite(length_s));
+    }
     let figures = SimulationSummary::of(machine, &found, &anti_windup);
     summary.set("simulation", figures);
     add_simulation(&mut report, machine, (name, speed_rpm), &found)?;
@@ -165,12 +168,19 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
         ))
         .with_hint("lift-off, the slowest event, ends within a second"));
     }
+    let length_s = arguments.push;
+    let period_s = machine.spindle.electronics.sample_period_s();
+    if !(length_s >= period_s && length_s.is_finite()) {
+        return Err(Failure::new(format!(
+            "--push: {length_s} s must be a time of at least one sampling period, {period_s} s"
+        )));
+    }
     let grade = positive("grade", Some(arguments.grade))?.unwrap_or(0.4);
     let (case, name, length) = match arguments.case {
         CaseArgument::Impulse => (
             Case::Impulse {
                 force_n: force.unwrap_or(50.0),
-                length_s: PUSH_S,
+                length_s,
             },
             "impulse",
             0.1,
@@ -179,9 +189,8 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
             let limit = SignalLimits::of(machine).output_a;
             let force_n = match force {
                 Some(given) => given,
-                None => touching_force_n(machine, limit, PUSH_S)?,
+                None => touching_force_n(machine, limit, length_s)?,
             };
-            let length_s = PUSH_S;
             (Case::Impulse { force_n, length_s }, "contact", 0.2)
         }
         CaseArgument::Step => (

@@ -4,10 +4,10 @@
 //! speed may deviate from it. Gaps are divided again until the range is covered up to the lowest unstable centre, or
 //! intervals get shorter than `SHORTEST_RPM`.
 //!
-//! What is proven: the loop of the full plant (modes to 24 kHz and pseudo-modes for the rest, exact delay and hold,
-//! magnets linear) with the coefficients as rounded is stable at every constant speed of the covered range, and also
-//! while the speed wanders inside one interval, as far as the gyroscopic moment Ω G ẋ is concerned. Not covered:
-//! nonlinearity, and deviations of the plant, for which there is μ.
+//! What is proven: the loop of the full plant (modes to six times the end of a sweep and pseudo-modes for the rest,
+//! exact delay and hold, magnets linear) with the coefficients as rounded is stable at every constant speed of the
+//! covered range, and also while the speed wanders inside one interval, as far as the gyroscopic moment Ω G ẋ is
+//! concerned. Not covered: nonlinearity, and deviations of the plant, for which there is μ.
 
 use super::ControllerError;
 use super::speed_lift::AffinePlant;

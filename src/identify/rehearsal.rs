@@ -11,10 +11,11 @@ use super::frf::{AXES, SweepRecord};
 use super::hammer::{HammerFrf, closed_loop_compliance};
 use crate::linalg::{Mat, c64, solve_complex};
 use crate::lti::held::return_difference;
+use crate::lti::response::even_in_logarithm;
 use crate::lti::{HeldResponse, Response};
 use crate::rotor::PlanarModes;
 use crate::rotor::modes::RIGID;
-use crate::spindle::response::band::sweep_end_rad_s;
+use crate::spindle::band::sweep_end_hz;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 use ndarray::Array4;
 use rand::SeedableRng;
@@ -31,7 +32,7 @@ pub struct Rehearsal {
     pub repeats: usize,
     /// Amplitude of the current that is injected into one axis after the other, A.
     pub injection_a: f64,
-    /// Time over which a line is averaged, s.
+    /// Time over which a line is averaged, s; longer where that is no ten periods.
     pub averaging_s: f64,
     /// Amplitude of the force of a hammer blow at a line, N.
     pub hammer_force_n: f64,
@@ -42,34 +43,53 @@ pub struct Rehearsal {
 }
 
 impl Rehearsal {
-    /// Even lines in the logarithm from 20 Hz to a quarter beyond the last mode of the design model (at most a fifth of
-    /// the sample rate, at least 4 kHz, but never beyond 0.4 of the sample rate); an injection of a twentieth of the
-    /// front bias current, half a second a line, three repeats; blows of 1 N a line, five averages.
+    /// Even lines in the logarithm, from a fiftieth of the first bending mode, at most 20 Hz, to a quarter beyond the
+    /// last mode of the design model (at most a fifth of the sample rate, at least 4 kHz, but never beyond 0.4 of the
+    /// sample rate); an injection of a twentieth of the front bias current, half a second or ten periods a line, three
+    /// repeats; blows of 1 N a line, five averages.
     ///
     /// # Errors
     /// [`SpindleError`] when the modes of the rotor cannot be computed.
     pub fn usual(machine: &Machine) -> Result<Self, SpindleError> {
         let modes = PlanarModes::new(&machine.rotor()?)?;
-        let end_hz = sweep_end_rad_s(machine, &modes.omega_rad_s[RIGID..]) / TAU;
+        let flexible = &modes.omega_rad_s[RIGID..];
+        let end_hz = sweep_end_hz(machine, flexible);
         let last = (0.4 * machine.spindle.electronics.sample_rate_hz).min(end_hz);
-        // 600 lines over two and a third decades: 0.9 % a step, the width of a peak with 0.4 % of damping.
-        let lines = 600;
-        let at = |k: usize| 20.0 * (last / 20.0).powf(k as f64 / (lines - 1) as f64);
-        Ok(Self {
-            frequency_hz: (0..lines).map(at).collect(),
+        let bending_hz = flexible.first().map_or(f64::INFINITY, |w| w / TAU);
+        let first = (bending_hz / 50.0).min(20.0);
+        let mut rehearsal = Self {
+            frequency_hz: vec![],
             repeats: 3,
             injection_a: 0.05 * machine.spindle.front.bias_current_a,
             averaging_s: 0.5,
             hammer_force_n: 1.0,
             blows: 5,
             seed: 1,
-        })
+        };
+        rehearsal.spread(first, last, None);
+        Ok(rehearsal)
+    }
+
+    /// First and last line, Hz; zero for none.
+    pub fn range_hz(&self) -> (f64, f64) {
+        let end = |hz: Option<&f64>| hz.copied().unwrap_or_default();
+        let lines = &self.frequency_hz;
+        (end(lines.first()), end(lines.last()))
+    }
+
+    /// Even lines in the logarithm from `first_hz` to `last_hz`, both positive: so many, or one for each 0.9 %, the
+    /// width of a peak with 0.4 % of damping.
+    pub fn spread(&mut self, first_hz: f64, last_hz: f64, lines: Option<usize>) {
+        let usual = || 1 + (LINES_PER_E_FOLD * (last_hz / first_hz).ln()).round() as usize;
+        let lines = lines.unwrap_or_else(usual);
+        self.frequency_hz = even_in_logarithm(first_hz, last_hz, lines).collect();
     }
 
     /// Standard deviation of the complex coefficient of a sensor at a line, m.
-    fn noise_m(&self, machine: &Machine) -> f64 {
+    fn noise_m(&self, machine: &Machine, line_hz: f64) -> f64 {
         let electronics = &machine.spindle.electronics;
-        let samples = electronics.sample_rate_hz * self.averaging_s;
+        let time_s = self.averaging_s.max(10.0 / line_hz);
+        let samples = electronics.sample_rate_hz * time_s;
         2.0 * electronics.sensor_noise_m / samples.sqrt()
     }
 
@@ -85,14 +105,13 @@ impl Rehearsal {
         name: &str,
     ) -> Result<SweepRecord, SpindleError> {
         let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-        let sd = self.noise_m(machine);
         let mut random = Random::new(self.seed, speed_rpm);
         let shape = (self.frequency_hz.len(), AXES, self.repeats, AXES);
         let zero = c64::new(0.0, 0.0);
         let mut current = Array4::from_elem(shape, zero);
         let mut signal = Array4::from_elem(shape, zero);
         for (line, hz) in self.frequency_hz.iter().enumerate() {
-            let omega = TAU * hz;
+            let (omega, sd) = (TAU * hz, self.noise_m(machine, *hz));
             let g = plant.at(omega).submatrix(0, 0, AXES, AXES).to_owned();
             let k = controller.held_at(omega);
             let loop_gain = return_difference(&k, &g);
@@ -131,14 +150,14 @@ impl Rehearsal {
         speed_rpm: f64,
     ) -> Result<HammerFrf, SpindleError> {
         let plant = Plant::new(machine, speed_rpm * TAU / 60.0, ModelDetail::Full)?;
-        // Of one blow.
-        let one = self.noise_m(machine) / self.hammer_force_n;
         let blows = self.blows.max(1);
         // Another stream than that of the sweep.
         let mut random = Random::new(self.seed.wrapping_add(1 << 32), speed_rpm);
         let (mut compliance, mut coherence) = (vec![], vec![]);
         for hz in &self.frequency_hz {
             let exact = closed_loop_compliance(&plant, controller, TAU * hz, 0);
+            // Of one blow.
+            let one = self.noise_m(machine, *hz) / self.hammer_force_n;
             let (mut sum, mut power) = (c64::new(0.0, 0.0), 0.0);
             for _ in 0..blows {
                 let blow = exact + random.complex(one);
@@ -159,6 +178,9 @@ impl Rehearsal {
         })
     }
 }
+
+/// Lines of a usual sweep for each factor e of frequency: 599 steps from 20 Hz to 4 kHz.
+const LINES_PER_E_FOLD: f64 = 113.056;
 
 /// Normal deviates of one record.
 struct Random(ChaCha8Rng);

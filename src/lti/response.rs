@@ -25,6 +25,16 @@ pub struct FrequencyGrid {
     omega_rad_s: Vec<f64>,
 }
 
+/// Numbers spaced evenly in the logarithm, ends included and exact; one number is the first.
+pub(crate) fn even_in_logarithm(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
+    let last = count.saturating_sub(1).max(1);
+    (0..count).map(move |k| match k {
+        0 => from,
+        _ if k == last => to,
+        _ => from * (to / from).powf(k as f64 / last as f64),
+    })
+}
+
 impl FrequencyGrid {
     /// A grid from any list of frequencies in Hz; sorts, drops what is not positive and finite, removes duplicates.
     pub fn from_hz(frequencies_hz: impl IntoIterator<Item = f64>) -> Self {
@@ -48,14 +58,7 @@ impl FrequencyGrid {
 
     /// `points` frequencies spaced evenly in the logarithm from `from_hz` to `to_hz`, ends included.
     pub fn log_hz(from_hz: f64, to_hz: f64, points: usize) -> Self {
-        let last = points.saturating_sub(1).max(1) as f64;
-        Self::from_hz((0..points).map(|k| {
-            if k + 1 == points && points > 1 {
-                to_hz
-            } else {
-                from_hz * (to_hz / from_hz).powf(k as f64 / last)
-            }
-        }))
+        Self::from_hz(even_in_logarithm(from_hz, to_hz, points))
     }
 
     /// This grid with, for every lightly damped pole (rad/s) within it, points packed round its resonance:

@@ -7,12 +7,11 @@ use crate::controller::scaling::{ScaledRealisation, SignalLimits};
 use crate::controller::{ControlLaw, Controller};
 use crate::predict::recovery::touching_force_n;
 use crate::predict::time::{TimeResponse, TimeSettings};
-use crate::predict::time_cases::{Case, run_case};
+use crate::predict::time_cases::{Case, PUSH_S, run_case};
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
-/// Length of the push and of what is computed of it, s.
-const PUSH_S: f64 = 5e-4;
+/// Length of what is computed of the push, s.
 const SHOWN_S: f64 = 0.1;
 
 /// What the push did.

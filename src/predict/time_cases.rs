@@ -14,6 +14,9 @@ const GRAVITY: f64 = 9.806_65;
 /// Time before zero that lets the rotor come to rest in the backup bearings, s.
 const SETTLING_S: f64 = 0.3;
 
+/// Length of a usual push, s.
+pub(crate) const PUSH_S: f64 = 5e-4;
+
 /// A standard case with its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Case {

@@ -7,6 +7,7 @@
 //! [`super::plant`], or is a spring in one plane, whose port stands open here and is closed there.
 
 use super::SpindleError;
+use super::band::sweep_end_rad_s;
 use super::effective::{Effective, Motion};
 use super::machine::Machine;
 use super::model_detail::ModelDetail;
@@ -43,10 +44,10 @@ pub(crate) enum Port {
 /// Number of named ports.
 const NAMED: usize = 7;
 
-/// Modes below this stay in [`ModelDetail::Full`], Hz; pseudo-modes of the ports stand for the rest. The error grows
-/// with the fourth power of f/f_cut: measured against the FE matrices 1e-6 at 3.4 kHz, 1.2e-5 beside an antiresonance
-/// at 4 kHz.
-const FULL_BELOW_HZ: f64 = 24_000.0;
+/// Modes below this stay in [`ModelDetail::Full`], in ends of a sweep; pseudo-modes of the ports stand for the rest.
+/// The error grows with the fourth power of f/f_cut: measured against the FE matrices, on a machine with a cut at
+/// 24 kHz, 1e-6 at 3.4 kHz, 1.2e-5 beside an antiresonance at 4 kHz.
+const FULL_BELOW: f64 = 6.0;
 /// At least so many flexible modes stay in [`ModelDetail::Full`].
 const FULL_AT_LEAST: usize = 8;
 
@@ -110,8 +111,9 @@ impl Mechanics {
         } = Ports::new(machine, effective, &rotor, &modes)?;
         let (flexible, cut) = match detail {
             ModelDetail::Full => {
-                let low = modes.flexible_hz();
-                let below = low.iter().take_while(|f| **f < FULL_BELOW_HZ).count();
+                let flexible = &modes.omega_rad_s[RIGID..];
+                let cut_rad_s = FULL_BELOW * sweep_end_rad_s(machine, flexible);
+                let below = flexible.iter().take_while(|w| **w < cut_rad_s).count();
                 (below.max(FULL_AT_LEAST), Cut::PseudoModes)
             }
             ModelDetail::Modes {

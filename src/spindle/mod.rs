@@ -1,6 +1,7 @@
 //! The machine round the shaft: bearings, electronics, effects, tool, named ports, the open-loop plant at a speed.
 
 pub mod backup;
+pub(crate) mod band;
 pub mod effective;
 pub mod effects;
 pub mod halved;

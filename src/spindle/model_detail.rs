@@ -3,7 +3,8 @@
 /// How much of the shaft a plant keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelDetail {
-    /// The full FE model: its modes up to 24 kHz, and Ritz vectors of all ports and gyroscopic moments for the rest.
+    /// The full FE model: its modes up to six times the end of a sweep (24 kHz for one to 4 kHz), and Ritz vectors of
+    /// all ports and gyroscopic moments for the rest.
     Full,
     /// Two rigid and so many flexible modes per plane.
     Modes {

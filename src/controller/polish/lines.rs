@@ -3,6 +3,7 @@
 use super::responses::Plants;
 use super::structure::Line;
 use crate::linalg::c64;
+use crate::lti::response::even_in_logarithm;
 use std::f64::consts::{PI, TAU};
 
 /// Last line as a share of the Nyquist frequency.
@@ -23,7 +24,7 @@ pub(crate) fn lines(plants: &Plants, from_hz: f64, poles_rad_s: &[c64], apart: f
     let last = LAST * PI / period_s;
     let steps = |from: f64, to: f64, ratio: f64| {
         let count = ((to / from).ln() / ratio).ceil().max(2.0) as usize;
-        (0..=count).map(move |k| from * (to / from).powf(k as f64 / count as f64))
+        even_in_logarithm(from, to, count + 1)
     };
     let knee = (TAU * 20.0).min(0.25 * last);
     let mut omega: Vec<f64> = steps((TAU * from_hz).min(0.5 * knee), knee, 0.12)

@@ -161,22 +161,26 @@ pub(crate) fn further(without: Overall, with: Overall, numbers: usize) -> bool {
 /// priors than one parameter may add to it explains several parameters that are off together.
 pub(super) fn relieves(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
     let strained = |c: &Candidate| case.model.is_strained(&c.fit.at.p);
-    if strained(longer) {
-        return false;
-    }
-    let prior = |c: &Candidate| case.model.layout.prior(&c.fit.at.p);
-    let further = longer.numbers().saturating_sub(shorter.numbers()).max(1) as f64;
-    strained(shorter) || prior(shorter) - prior(longer) > further * MOST_SD.powi(2)
+    !strained(longer) && (strained(shorter) || takes_over(case, shorter, longer))
 }
 
-/// Whether a longer set explains more than noise and the floor of the gap do with a shorter one.
+/// Whether the further numbers of a longer set take more from the χ² of the priors than as many parameters may add.
+fn takes_over(case: &Case, shorter: &Candidate, longer: &Candidate) -> bool {
+    let prior = |c: &Candidate| case.model.layout.prior(&c.fit.at.p);
+    let further = longer.numbers().saturating_sub(shorter.numbers()).max(1) as f64;
+    prior(shorter) - prior(longer) > further * MOST_SD.powi(2)
+}
+
+/// Whether a longer set explains more than noise and the floor of the gap do with a shorter one. What takes over for
+/// some of the nuisance parameters that are off may be one of two: others then still are.
 pub(super) fn needed(
     case: &Case,
     shorter: &Candidate,
     longer: &Candidate,
 ) -> Result<bool, DiagnoseError> {
     let open = overall(case, &shorter.effects, &shorter.fit.at)?.all > 1.0;
-    Ok(open || relieves(case, shorter, longer) || lowers_the_gap(case, shorter, longer)?)
+    let relieves = relieves(case, shorter, longer) || takes_over(case, shorter, longer);
+    Ok(open || relieves || lowers_the_gap(case, shorter, longer)?)
 }
 
 /// Whether sensors that read the slope of the shaft explain the sweeps better than a sensor offset of the set: then the

@@ -143,24 +143,54 @@ impl Case<'_> {
             .filter(matters)
             .collect();
         self.rank(&mut finalists);
-        let strained = |c: &Candidate| self.model.is_strained(&c.fit.at.p);
-        let unexplained = |best: &Candidate| !explains(best) || strained(best);
-        if !settled(standing) && finalists.first().is_none_or(unexplained) {
-            (self.progress)("strong effects of any size");
-            finalists.extend(self.of_any_size(standing)?);
-            self.rank(&mut finalists);
+        if finalists.first().is_some_and(|c| self.within(c)) {
+            self.move_finalist(&mut finalists)?;
         }
-        self.move_finalist(&mut finalists)?;
         Ok(Round { finalists, others })
     }
 
+    /// Adds strong effects of every size to the finalists of a round that explains nothing, and moves the best.
+    ///
+    /// # Errors
+    /// As [`Self::fit_down`].
+    pub(super) fn add_strong(
+        &self,
+        standing: &Standing,
+        round: &mut Round,
+    ) -> Result<(), DiagnoseError> {
+        let finalists = &mut round.finalists;
+        if settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
+            return Ok(());
+        }
+        (self.progress)("strong effects of any size");
+        finalists.extend(self.of_any_size(standing)?);
+        self.rank(finalists);
+        self.move_finalist(finalists)
+    }
+
+    /// Adds each hypothesis of the catalogue to a standing, and where that explains nothing, strong effects of every
+    /// size.
+    ///
+    /// # Errors
+    /// As [`Self::fit_down`].
+    pub(super) fn full_round(&self, standing: &Standing) -> Result<Round, DiagnoseError> {
+        let mut round = self.round(standing)?;
+        self.add_strong(standing, &mut round)?;
+        Ok(round)
+    }
+
+    /// Whether a candidate explains the data with nuisance parameters that stay within their priors.
+    pub(super) fn within(&self, candidate: &Candidate) -> bool {
+        explains(candidate) && !self.model.is_strained(&candidate.fit.at.p)
+    }
+
     /// Best first. Whoever reaches a lower model error is ahead; at one model error, what explains the data within the
-    /// priors is ahead of what drives nuisance parameters out of them, which is no explanation; then the score counts.
+    /// priors is ahead; then the score counts. What drives nuisance parameters out of their priors is no explanation,
+    /// but may be one of two effects.
     fn rank(&self, finalists: &mut [Candidate]) {
-        let outside = |c: &Candidate| explains(c) && self.model.is_strained(&c.fit.at.p);
         finalists.sort_by(|a, b| {
             (a.model_error.total_cmp(&b.model_error))
-                .then(outside(a).cmp(&outside(b)))
+                .then(self.within(b).cmp(&self.within(a)))
                 .then(a.score().total_cmp(&b.score()))
         });
     }

@@ -2,7 +2,8 @@
 //!
 //! When the best single effect leaves something, pairs are begun with each of the best single effects. Further ones are
 //! added one by one. Each member is then taken out and the catalogue searched again in its place, so that the order
-//! does not matter, and members that are not needed any more go.
+//! does not matter: where the set does not explain the records, until one does; where it does, members that are not
+//! needed any more go.
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Subset;
@@ -14,7 +15,7 @@ use super::super::locate::place::Place;
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails};
 use super::judgement::needed;
 use super::misfit::FAILING_BLOCK_CHI2;
-use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round, explains};
+use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
 
@@ -49,8 +50,8 @@ pub(super) fn choose(
     sole: Option<&Place>,
     most: usize,
 ) -> Result<Chosen, DiagnoseError> {
-    let mut round = case.round(null)?;
-    let within = |c: &Candidate| explains(c) && !case.model.is_strained(&c.fit.at.p);
+    let mut round = case.full_round(null)?;
+    let within = |c: &Candidate| case.within(c);
     // What is in the electronics alone is no effect of the shaft that nuisance parameters could have taken up.
     let inside = sole.is_none_or(Place::mechanical);
     let strained = case.model.is_strained(&null.candidate.fit.at.p);
@@ -60,7 +61,7 @@ pub(super) fn choose(
     };
     if let Some(again) = again {
         (case.progress)("from the machine as it is");
-        let again = case.round(&again)?;
+        let again = case.full_round(&again)?;
         if again.finalists.first().is_some_and(within) {
             round = again;
         }
@@ -171,35 +172,100 @@ fn at_place(
     Ok((standing, rivals))
 }
 
-/// The best set with one more effect than one of `begins`, and all that were compared.
-fn extend(
-    case: &Case,
-    begins: &[Standing],
-) -> Result<Option<(Standing, Vec<Candidate>)>, DiagnoseError> {
-    let (mut best, mut rivals): (Option<Standing>, Vec<Candidate>) = (None, vec![]);
+/// A set, and all that it was compared with.
+type Compared = (Standing, Vec<Candidate>);
+
+/// The best set with one more effect than one of `begins`, and all that were compared. Strong effects of every size
+/// cost most: they are tried where nothing else explains the records, nor with a member of the best set exchanged.
+fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, DiagnoseError> {
+    let mut tried = vec![];
     for begin in begins {
-        let finalists = case.round(begin)?.finalists;
-        let fall = fall(case, begin, &finalists)?;
-        let least = if begin.candidate.effects.is_empty() {
-            FIRST_EFFECT_BIC_GAIN
-        } else {
-            FURTHER_EFFECT_BIC_GAIN
-        };
-        if let Some(longer) = better(case, &finalists, fall, least)? {
-            rivals.extend(finalists);
-            let rank = |s: &Standing| (s.candidate.model_error, s.candidate.score());
-            let ahead = best.as_ref().is_none_or(|b| rank(&longer) < rank(b));
-            if ahead {
-                best = Some(longer);
-            }
+        let round = case.round(begin)?;
+        let longer = longer(case, begin, &round.finalists)?;
+        tried.push((round, longer));
+        if explained(case, &tried)? {
+            return Ok(best_of(tried));
         }
-        if let Some(best) = &best
-            && complete(case, best)?
-        {
+    }
+    if let Some(best) = ahead_of_all(&tried)
+        && let Some(other) = exchanged(case, best)?
+    {
+        return Ok(Some(other));
+    }
+    for (k, begin) in begins.iter().enumerate() {
+        let (round, found) = &mut tried[k];
+        case.add_strong(begin, round)?;
+        *found = longer(case, begin, &round.finalists)?;
+        if explained(case, &tried)? {
             break;
         }
     }
-    Ok(best.map(|best| (best, rivals)))
+    Ok(best_of(tried))
+}
+
+/// The best finalist beside a set as the new standing, if it lowers the score enough.
+fn longer(
+    case: &Case,
+    begin: &Standing,
+    finalists: &[Candidate],
+) -> Result<Option<Standing>, DiagnoseError> {
+    let least = match begin.candidate.effects.is_empty() {
+        true => FIRST_EFFECT_BIC_GAIN,
+        false => FURTHER_EFFECT_BIC_GAIN,
+    };
+    better(case, finalists, fall(case, begin, finalists)?, least)
+}
+
+/// Rounds with the sets that they led to.
+type Tried = [(Round, Option<Standing>)];
+
+/// The best of these sets.
+fn ahead_of_all(tried: &Tried) -> Option<&Standing> {
+    let rank = |s: &Standing| (s.candidate.model_error, s.candidate.score());
+    let found = tried.iter().filter_map(|(_, longer)| longer.as_ref());
+    found.reduce(|best, next| if rank(next) < rank(best) { next } else { best })
+}
+
+/// Whether the best of these sets leaves nothing.
+fn explained(case: &Case, tried: &Tried) -> Result<bool, DiagnoseError> {
+    ahead_of_all(tried).map_or(Ok(false), |best| complete(case, best))
+}
+
+/// The best of these sets, and the finalists of all rounds that led to one.
+fn best_of(tried: Vec<(Round, Option<Standing>)>) -> Option<Compared> {
+    let best = ahead_of_all(&tried)?.clone();
+    let led = tried.into_iter().filter(|(_, longer)| longer.is_some());
+    Some((best, led.flat_map(|(round, _)| round.finalists).collect()))
+}
+
+/// The set without a member, and what the catalogue offers in its place.
+fn in_place_of(
+    case: &Case,
+    standing: &Standing,
+    member: usize,
+) -> Result<(Standing, Round), DiagnoseError> {
+    let mut effects = standing.candidate.effects.clone();
+    let mut at = standing.candidate.fit.at.clone();
+    effects.remove(member);
+    at.theta.remove(member);
+    at.p.fill(0.0);
+    let without = case.fit_down(&effects, &at, Subset::ALL)?;
+    case.round(&without).map(|round| (without, round))
+}
+
+/// The set with one member exchanged that then explains the records, and all that were compared: the first member may
+/// have stood for parts of two effects. The last one was searched beside all others already.
+fn exchanged(case: &Case, standing: &Standing) -> Result<Option<Compared>, DiagnoseError> {
+    for member in 0..standing.candidate.effects.len().saturating_sub(1) {
+        let finalists = in_place_of(case, standing, member)?.1.finalists;
+        if let Some(best) = finalists.first() {
+            let settled = settle(case, best)?;
+            if complete(case, &settled)? {
+                return Ok(Some((settled, finalists)));
+            }
+        }
+    }
+    Ok(None)
 }
 
 /// Were the earlier members the right choice, now that the others are known?
@@ -209,13 +275,9 @@ fn swapped(
     rivals: &mut Vec<Candidate>,
 ) -> Result<Standing, DiagnoseError> {
     for _ in 1..standing.candidate.effects.len() {
-        let mut effects = standing.candidate.effects.clone();
-        let mut at = standing.candidate.fit.at.clone();
-        effects.remove(0);
-        at.theta.remove(0);
-        at.p.fill(0.0);
-        let without = case.fit_down(&effects, &at, Subset::ALL)?;
-        let again = case.round(&without)?.finalists;
+        let (without, mut round) = in_place_of(case, &standing, 0)?;
+        case.add_strong(&without, &mut round)?;
+        let again = round.finalists;
         // One unit of score is a likelihood ratio that means nothing; it keeps equal fits where they are.
         match again.first() {
             Some(other) if other.score() < standing.candidate.score() - 1.0 => {

@@ -177,6 +177,8 @@ impl Case<'_> {
     }
 
     /// Where the best finalist is a tilting stiffness at the final model error: the same at the place that fits best.
+    /// Nuisance parameters that have left their priors fit the place where they are, so that every place is also tried
+    /// with those of the machine as it is.
     ///
     /// # Errors
     /// [`DiagnoseError`] when a model cannot be assembled.
@@ -193,19 +195,32 @@ impl Case<'_> {
         }
         let problem = self.problem(&best.effects, self.thin());
         let places = self.catalogue.par_iter().filter(|o| o.same_name(newest));
-        let ranked = places.filter_map(|place| {
-            let at = best.fit.at.with_newest_at(place)?;
-            problem.fit(&at, &FINAL_STAGES[..1]).ok()
+        let mut starts = vec![best.fit.at.clone()];
+        let (mut kept, mut from_error) = (PLACES[1], FINAL_MODEL_ERROR);
+        if self.model.is_strained(&best.fit.at.p) {
+            let p = self.origin().p;
+            starts.push(Point {
+                p,
+                ..best.fit.at.clone()
+            });
+            // Before its nuisance parameters have settled, the right place may be behind.
+            (kept, from_error) = (RELOCATED, FINAL_STAGES[1].0);
+        }
+        let both = places.flat_map_iter(|place| {
+            let there = |start: &Point| start.with_newest_at(place);
+            starts.iter().filter_map(there).collect::<Vec<Point>>()
         });
+        let ranked = both.filter_map(|at| problem.fit(&at, &FINAL_STAGES[..1]).ok());
         let ranked = lowest(ranked.collect(), |fit: &Fit| fit.chi2, RELOCATED);
         let ends = ranked
             .par_iter()
             .filter_map(|fit| problem.fit(&fit.at, &FINAL_STAGES[1..]).ok());
         let mut ends: Vec<Fit> = ends.collect();
         ends.push(problem.fit(&best.fit.at, &FINAL_STAGES[2..])?);
-        for end in lowest(ends, |fit: &Fit| fit.chi2, PLACES[1]) {
-            let moved = self.finish(&best.effects, &end.at, FINAL_MODEL_ERROR, Subset::ALL)?;
-            if moved.score() < best.score() {
+        for end in lowest(ends, |fit: &Fit| fit.chi2, kept) {
+            let moved = self.finish(&best.effects, &end.at, from_error, Subset::ALL)?;
+            let rank = |c: &Candidate| (self.model.is_strained(&c.fit.at.p), c.score());
+            if rank(&moved) < rank(best) {
                 *best = moved;
             }
         }

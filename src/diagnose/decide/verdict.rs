@@ -7,7 +7,7 @@
 
 use super::super::DiagnoseError;
 use super::super::data::evidence::Evidence;
-use super::super::fit::hypothesis::{self, Hypothesis, POSITION_UNIT_M, Scope, catalogue};
+use super::super::fit::hypothesis::{self, Hypothesis, Scope, catalogue};
 use super::super::fit::model::Model;
 use super::super::fit::problem::Point;
 use super::super::locate::correction::{Correction, correct};
@@ -305,10 +305,16 @@ pub(super) fn hypotheses(
     let records = evidence
         .sweeps
         .iter()
-        .map(|s| (s.speed_rad_s, s.omega_rad_s.last()));
+        .map(|s| (s.speed_rad_s, &s.omega_rad_s));
     let scope = Scope {
         turning: records.clone().any(|(speed, _)| speed != 0.0),
-        top_rad_s: records.filter_map(|(_, w)| w.copied()).fold(0.0, f64::max),
+        first_rad_s: records
+            .clone()
+            .filter_map(|(_, w)| w.first().copied())
+            .fold(f64::INFINITY, f64::min),
+        top_rad_s: records
+            .filter_map(|(_, w)| w.last().copied())
+            .fold(0.0, f64::max),
     };
     let (span_m, modes) = (model.reduced.span_m(), model.reduced.flexible_rad_s());
     catalogue(machine, span_m, modes, scope)
@@ -380,7 +386,7 @@ fn named(candidate: &Candidate) -> Result<Vec<NamedEffect>, DiagnoseError> {
             intervals.push((a.min(b), a.max(b)));
         }
         let placed = effect.location.position_m();
-        let position_sd_m = placed.map(|_| POSITION_UNIT_M * sd(theta.len() - 1));
+        let position_sd_m = placed.map(|_| h.slope(theta.len() - 1, theta) * sd(theta.len() - 1));
         column += theta.len();
         all.push(NamedEffect {
             effect,

@@ -25,8 +25,6 @@ pub struct Hypothesis {
 
 /// Least relative error of one axis that is worth a name: five times the prior of what two axes differ by.
 const LEAST_OF_AN_AXIS: f64 = 0.01;
-/// Fit coordinate of a position: m per unit.
-pub(crate) const POSITION_UNIT_M: f64 = 0.05;
 
 impl Hypothesis {
     fn parameters(&self) -> &'static [Parameter] {
@@ -39,7 +37,7 @@ impl Hypothesis {
         let parameters = self.parameters().iter().enumerate();
         let values = parameters.map(|(i, p)| p.coordinate.value(at(i), &self.scale));
         let values = values.collect();
-        let position_m = POSITION_UNIT_M * theta.last().copied().unwrap_or_default();
+        let position_m = self.scale.position_unit_m() * theta.last().copied().unwrap_or_default();
         let location = self.place.moved_to(position_m);
         Effect {
             kind: self.kind,
@@ -52,7 +50,9 @@ impl Hypothesis {
     pub fn slope(&self, i: usize, theta: &[f64]) -> f64 {
         let at = theta.get(i).copied().unwrap_or_default();
         let own = self.parameters().get(i);
-        own.map_or(POSITION_UNIT_M, |p| p.coordinate.slope(at, &self.scale))
+        own.map_or(self.scale.position_unit_m(), |p| {
+            p.coordinate.slope(at, &self.scale)
+        })
     }
 
     /// Keeps fit coordinates where the effect makes sense.
@@ -62,8 +62,8 @@ impl Hypothesis {
             *t = t.clamp(lo, hi);
         }
         if let (Some(_), Some(z)) = (self.place.position_m(), theta.last_mut()) {
-            let (from, to) = self.span_m;
-            *z = z.clamp(from / POSITION_UNIT_M, to / POSITION_UNIT_M);
+            let ((from, to), unit) = (self.span_m, self.scale.position_unit_m());
+            *z = z.clamp(from / unit, to / unit);
         }
     }
 
@@ -115,14 +115,20 @@ pub fn effects(hypotheses: &[Hypothesis], theta: &[Vec<f64>]) -> Vec<Effect> {
     both.map(|(h, t)| h.effect(t)).collect()
 }
 
-/// What a set of records can show: turning or not, and the highest frequency.
+/// What a set of records can show: turning or not, and the frequencies.
 #[derive(Clone, Copy, Debug)]
 pub struct Scope {
     /// Some record was taken at speed.
     pub turning: bool,
+    /// Lowest line, rad/s.
+    pub first_rad_s: f64,
     /// Highest line, rad/s.
     pub top_rad_s: f64,
 }
+
+/// Part of the first bending frequency at which starts over the band begin, where lines are as low: the basin of the
+/// first reaches further down.
+const LOWEST_START: f64 = 0.05;
 
 /// Places of a hypothesis on the shaft from which its position is fitted.
 const STATIONS: usize = 9;
@@ -162,7 +168,7 @@ pub fn catalogue(
             for start in &starts {
                 let mut start = start.clone();
                 if let Some(z) = place.position_m() {
-                    start.push(z / POSITION_UNIT_M);
+                    start.push(z / scale.position_unit_m());
                 }
                 all.push(Hypothesis {
                     kind,
@@ -223,10 +229,13 @@ fn starts(starts: Starts, scale: &MachineScale, scope: Scope) -> Vec<Vec<f64>> {
         Starts::OverTheBand {
             first,
             damping_ratio,
-        } => std::iter::successors(Some(60.0), |hz| Some(hz * 1.45))
-            .take_while(|hz| *hz < scope.top_rad_s / std::f64::consts::TAU)
-            .map(|hz: f64| vec![first, hz.ln(), damping_ratio.ln()])
-            .collect(),
+        } => {
+            let lowest = scope.first_rad_s.max(LOWEST_START / scale.bending_time_s);
+            std::iter::successors(Some(lowest), |w| Some(w * 1.45))
+                .take_while(|w| *w < scope.top_rad_s)
+                .map(|w| vec![first, (w / std::f64::consts::TAU).ln(), damping_ratio.ln()])
+                .collect()
+        }
     }
 }
 

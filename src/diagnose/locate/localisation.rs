@@ -32,8 +32,12 @@ const ROUNDS: [Round; 3] = [
 const LINES: usize = 50;
 /// Places that pass each round.
 const PASS: [usize; 2] = [20, 8];
-/// Steps by which the best station is moved: stations are a few centimetres apart.
-const STATION_STEPS_M: [f64; 3] = [0.016, 0.008, 0.004];
+/// Shares of the distance between the magnets at which stations stand between them.
+const BETWEEN: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
+/// Steps by which the best station is moved, in distances between the magnets: stations are a fifth apart.
+const STATION_STEPS: [f64; 3] = [0.08, 0.04, 0.02];
+/// Stations of one kind closer than this are one place, in distances between the magnets.
+const ONE_PLACE: f64 = 0.13;
 /// χ² per degree of freedom below which a place explains everything: noise and model error leave 0.6 to 0.8.
 const EXPLAINED: f64 = 1.2;
 /// Lines of a band, and χ² per degree of freedom that noise does not leave over so many.
@@ -41,8 +45,8 @@ const BAND: usize = 10;
 const QUIET: f64 = 2.2;
 /// Ratio to the χ² of every other place from which a place is the only one.
 const FIRST_EFFECT_BIC_GAIN: f64 = 3.0;
-/// A station closer than this to a named one has its name, m.
-const NEAR_M: f64 = 0.006;
+/// A station closer than this to a named one has its name, in distances between the magnets.
+const SAME_NAME: f64 = 0.03;
 /// Nuisance parameters further out than this many standard deviations are tried without their prior, the furthest few.
 const STRAINED: (f64, usize) = (2.5, 5);
 
@@ -141,7 +145,7 @@ fn places(model: &Model, turning: bool) -> Vec<(String, Place)> {
         all.push(("tool joint".into(), Place::Joint));
     }
     let mut stations = vec![from, 0.0, front, rear, to];
-    stations.extend([0.2, 0.4, 0.6, 0.8].map(between));
+    stations.extend(BETWEEN.map(between));
     let mut add = |place: Place| all.push((station_name(model, &place), place));
     stations.into_iter().for_each(|z| add(Place::Station(z)));
     if !turning {
@@ -289,13 +293,14 @@ fn move_best_station(
     stages: &[(f64, usize)],
     usage: Subset,
 ) -> Result<(), DiagnoseError> {
-    for step in STATION_STEPS_M {
+    let span_m = bearing_span_m(case.model);
+    for step in STATION_STEPS {
         let Some((_, place, s)) = field.first() else {
             break;
         };
         let Some(z) = place.position_m() else { break };
         let (from, to) = case.model.reduced.span_m();
-        let beside = [z - step, z + step].map(|z| z.clamp(from, to));
+        let beside = [z - step * span_m, z + step * span_m].map(|z| z.clamp(from, to));
         let tried = beside.into_iter().filter(|b| *b != z).map(|z| {
             let moved = place.moved_to(z);
             (station_name(case.model, &moved), moved, s.p.clone())
@@ -306,13 +311,21 @@ fn move_best_station(
         let kind = field.first().map(|f| f.1.clone());
         let mut first = true;
         field.retain(|f| {
-            let twin = kind.as_ref().is_some_and(|k| k.beside(&f.1));
+            let twin = kind
+                .as_ref()
+                .is_some_and(|k| k.within(ONE_PLACE * span_m, &f.1));
             let keep = first || !twin;
             first = false;
             keep
         });
     }
     Ok(())
+}
+
+/// Distance between the magnets, m.
+fn bearing_span_m(model: &Model) -> f64 {
+    let planes = &model.reduced.machine.spindle.planes;
+    (planes.rear_actuator_m - planes.front_actuator_m).abs()
 }
 
 type Start = (String, Place, Vec<f64>);
@@ -331,7 +344,7 @@ fn station_name(model: &Model, place: &Place) -> String {
     ];
     let name = known
         .into_iter()
-        .find(|(_, at)| (at - z).abs() < NEAR_M)
+        .find(|(_, at)| (at - z).abs() < SAME_NAME * bearing_span_m(model))
         .map_or_else(
             || format!("shaft at {:.0} mm", 1e3 * z),
             |(name, _)| name.to_owned(),

@@ -138,10 +138,10 @@ impl Place {
         }
     }
 
-    /// Whether the other is of the same kind within 25 mm, less than stations are apart.
-    pub fn beside(&self, other: &Self) -> bool {
+    /// Whether the other is of the same kind and no further away than a distance in m.
+    pub fn within(&self, distance_m: f64, other: &Self) -> bool {
         match (self.position_m(), other.position_m()) {
-            (Some(a), Some(b)) => (a - b).abs() < 0.025 && self.moved_to(b) == *other,
+            (Some(a), Some(b)) => (a - b).abs() < distance_m && self.moved_to(b) == *other,
             _ => self == other,
         }
     }

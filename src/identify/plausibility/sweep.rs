@@ -8,6 +8,7 @@ use super::spectrum::{Log, Spectrum};
 use crate::identify::frf::AXES;
 use crate::identify::{IdentifyError, MeasuredFrf};
 use crate::linalg::c64;
+use crate::lti::response::even_in_logarithm;
 use crate::lti::{HeldResponse, Response};
 use crate::spindle::{Machine, ModelDetail, Plant};
 use std::f64::consts::TAU;
@@ -84,9 +85,8 @@ pub(super) fn spread(frequency_hz: &[f64], most: usize) -> Vec<usize> {
     let (Some(from), Some(to)) = (frequency_hz.first(), frequency_hz.last()) else {
         return vec![];
     };
-    let mut lines: Vec<usize> = (0..most)
-        .map(|k| {
-            let wanted = from * (to / from).powf(k as f64 / (most.max(2) - 1) as f64);
+    let mut lines: Vec<usize> = even_in_logarithm(*from, *to, most)
+        .map(|wanted| {
             let above = frequency_hz.partition_point(|f| *f < wanted);
             let above = above.min(frequency_hz.len() - 1);
             let below = above.saturating_sub(1);

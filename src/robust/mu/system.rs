@@ -8,6 +8,7 @@ use crate::augment::Block;
 use crate::linalg::{Mat, c64};
 use crate::lti::norm::seeds;
 use crate::lti::responder::FrequencyResponder;
+use crate::lti::response::even_in_logarithm;
 use crate::lti::{Continuous, StateSpace};
 use crate::robust::structure::{MuError, Scaling, Structure};
 use rayon::prelude::*;
@@ -100,7 +101,7 @@ impl MuSystem {
             let decades = (hi / lo).log10().max(1.0);
             // Ten points a decade, at most 150: wider spans are empty at their ends.
             let count = (10.0 * decades).min(150.0) as usize;
-            list.extend((0..=count).map(|k| lo * (hi / lo).powf(k as f64 / count as f64)));
+            list.extend(even_in_logarithm(lo, hi, count + 1));
         }
         for pole in self.poles.iter().filter(|p| p.im > 0.0) {
             let width = pole.re.abs();

@@ -47,6 +47,11 @@ impl MachineScale {
         0.25 * self.force_per_gap_n_per_m * self.tilting_arm_m2()
     }
 
+    /// Unit of a position on the shaft, m.
+    pub fn position_unit_m(&self) -> f64 {
+        0.25 * self.bearing_span_m
+    }
+
     /// Half the sample rate, Hz.
     pub fn half_sample_rate_hz(&self) -> f64 {
         0.5 / self.sample_period_s

@@ -7,7 +7,6 @@
 //! ports are T b, and s bᵀCTb is added.
 
 use super::assembled::Assembled;
-use super::band::sweep_end_rad_s;
 use super::damping::ModalDamping;
 use super::feedback::{Feedback, Law, PlaneSpring, attached, springs_in_one_plane};
 use super::gyroscopic::Gyroscopic;
@@ -20,6 +19,7 @@ use super::shaft_modes::Modes;
 use super::strain::Strain;
 use crate::linalg::Mat;
 use crate::rotor::modes::RIGID;
+use crate::spindle::band::sweep_end_rad_s;
 use crate::spindle::effective::Motion;
 use crate::spindle::{Effect, EffectKind, Effective, Location, Machine, SpindleError};
 

@@ -11,7 +11,6 @@
 pub(crate) mod adjoint;
 pub(crate) mod assembled;
 pub(crate) mod assembly;
-pub(crate) mod band;
 pub(crate) mod channels;
 pub(crate) mod damping;
 mod derivatives;

@@ -6,7 +6,6 @@
 //! K_g (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes. Limits: valid up
 //! to about the highest kept mode; the end of a sweep lies far below.
 
-use super::band::sweep_end_rad_s;
 use super::mesh_correction;
 use super::ritz_basis::{
     MODES, beside, group_strains, independent_part, joint_rows, jointed, over_coordinates,
@@ -16,6 +15,7 @@ use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::rotor::tilt::Tilt;
 use crate::rotor::{PlanarModes, Rotor};
+use crate::spindle::band::sweep_end_rad_s;
 use crate::spindle::halved::refined;
 use crate::spindle::{Machine, SpindleError};
 use std::ops::Range;

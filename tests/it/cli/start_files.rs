@@ -584,3 +584,46 @@ fn no_measurement_is_rehearsed_with_a_controller_that_does_not_float_the_rotor()
     );
     assert!(!folder.join("o").exists());
 }
+
+/// The lines of a rehearsal: those asked for, ends included, and without a wish a first one below the first bending mode.
+#[test]
+fn the_lines_of_a_rehearsal_can_be_chosen() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let rehearse = |rest: &str| {
+        let all: Vec<&str> = ["rehearse"].into_iter().chain(rest.split(' ')).collect();
+        muspin(&all, folder)
+    };
+    let (code, _, error) = rehearse("--from 50 --to 800 --lines 5 --repeats 1 --out o");
+    assert_eq!(code, 0, "{error}");
+    for (file, rows) in [("o/sweep-0.csv", 4), ("o/hammer-0.csv", 1)] {
+        let text = std::fs::read_to_string(folder.join(file)).unwrap();
+        let data = text
+            .lines()
+            .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()));
+        let hz = |line: &str| line.split(',').next().unwrap().parse::<f64>().unwrap();
+        let mut found: Vec<f64> = data.map(hz).collect();
+        assert_eq!(found.len(), 5 * rows, "{file}");
+        found.dedup();
+        for (found, exact) in found.iter().zip([50.0, 100.0, 200.0, 400.0, 800.0]) {
+            assert!((found / exact - 1.0).abs() < 1e-12, "{found} {exact}");
+        }
+    }
+    for (wrong, says) in [
+        ("--from 900 --to 800", "no frequency range"),
+        ("--to 1e5", "half the sample rate"),
+        ("--lines 1", "2 to"),
+    ] {
+        let (code, _, error) = rehearse(&format!("{wrong} --out p"));
+        assert!(code == 2 && error.contains(says), "{wrong}: {error}");
+    }
+    assert!(!folder.join("p").exists());
+    let slender = root().join("tests/data/spindles/s13-lab-rotor.yaml");
+    let machine = load_machine(slender.to_str().unwrap(), "paper-tool").unwrap();
+    let usual = Rehearsal::usual(&machine).unwrap();
+    let (first, last) = usual.range_hz();
+    // Its first mode is at 17.1 Hz.
+    assert!((first / (17.099 / 50.0) - 1.0).abs() < 1e-3 && last >= 4000.0);
+    let steps = usual.frequency_hz.windows(2).map(|w| w[1] / w[0]);
+    assert!(steps.into_iter().all(|s| s < 1.009));
+}

@@ -72,9 +72,8 @@ fn a_joint_of_a_large_spindle_is_found() {
 }
 
 #[test]
-fn a_heavy_tool_and_the_housing_of_a_large_spindle_are_found() {
+fn a_heavy_tool_in_a_large_spindle_is_found() {
     is_found(2.5, EffectKind::ToolMass, &[0.05], 0.01);
-    is_found(3.0, EffectKind::HousingMode, &[700.0, 400.0, 0.03], 0.05);
 }
 
 /// Every kind but the gyroscopic factor, which needs a rotor that turns.

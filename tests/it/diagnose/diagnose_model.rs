@@ -23,6 +23,7 @@ fn reduced() -> (Machine, Model) {
 fn every(machine: &Machine, model: &Model) -> Vec<Hypothesis> {
     let scope = Scope {
         turning: true,
+        first_rad_s: TAU * 40.0,
         top_rad_s: TAU * 4000.0,
     };
     catalogue(

@@ -49,6 +49,7 @@ fn a_tie_names_the_measurement_that_separates_and_coverage_gives_sizes() {
     let model = Model::new(&folder.machine, &evidence.axis_gain_sd()).expect("model");
     let scope = Scope {
         turning: false,
+        first_rad_s: TAU * 40.0,
         top_rad_s: TAU * 4000.0,
     };
     let all = catalogue(

@@ -1,5 +1,5 @@
 //! Diagnoses of rehearsed measurements on machines that are not the reference spindle: the slender rotor of a test rig
-//! with many modes in the band, and tilting stiffnesses that the shaft feels strongly.
+//! with many modes in the band, tilting stiffnesses that the shaft feels strongly, and two effects that hide each other.
 
 use muspin::controller::verification::verify_at;
 use muspin::controller::{ControlLaw, Controller};
@@ -7,7 +7,7 @@ use muspin::input::{load_machine, read_controller, read_spindle, spindle_yaml};
 use muspin::pid::settings::TuneSettings;
 use muspin::pid::tune::textbook;
 use muspin::spindle::halved::{refined, refined_around_tilting};
-use muspin::spindle::{Effect, EffectKind, Location};
+use muspin::spindle::{Bearings, Effect, EffectKind, Location};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -37,19 +37,20 @@ fn part(folder: &Path, file: &str, key: &str) -> Value {
     serde_json::from_str::<Value>(&text).unwrap()[key].take()
 }
 
-/// A spindle file with a further effect, written to the folder as `truth.yaml`.
-fn hide(effect: Effect, spindle: &Path, folder: &Path) {
+/// A spindle file with further effects, written to the folder as `truth.yaml`.
+fn hide(effects: &[Effect], spindle: &Path, folder: &Path) {
     let text = std::fs::read_to_string(spindle).unwrap();
-    let changed = read_spindle("s.yaml", &text).unwrap().with_effect(effect);
+    let given = read_spindle("s.yaml", &text).unwrap();
+    let add = |machine: muspin::spindle::Spindle, e: &Effect| machine.with_effect(e.clone());
+    let changed = effects.iter().fold(given, add);
     std::fs::write(folder.join("truth.yaml"), spindle_yaml(&changed)).unwrap();
 }
 
-/// What the diagnosis of a rehearsal with a hidden effect says; it names one.
-fn named(spindle: &Path, effect: Effect, rest: &[&str]) -> Value {
+/// What the diagnosis of a rehearsal with hidden effects says; it names all of them and nothing else, in any order.
+fn named(spindle: &Path, effects: &[Effect], rest: &[&str]) -> Value {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
-    let kind = effect.kind.name();
-    hide(effect, spindle, folder);
+    hide(effects, spindle, folder);
     let spindle = spindle.to_str().unwrap();
     let truth = ["--truth", "truth.yaml", "--out", "m"];
     let rehearse = [&["rehearse", "--spindle", spindle], &truth[..], rest].concat();
@@ -57,8 +58,28 @@ fn named(spindle: &Path, effect: Effect, rest: &[&str]) -> Value {
     muspin(&["diagnose", "--measurement", "m", "--out", "d"], folder);
     let found = part(folder, "d", "diagnosis");
     assert_eq!(found["verdict"], "named", "{}", found["sentence"]);
-    assert_eq!(found["effects"][0]["effect"], kind, "{}", found["sentence"]);
+    let mut hidden: Vec<&str> = effects.iter().map(|e| e.kind.name()).collect();
+    let named = found["effects"].as_array().unwrap().iter();
+    let mut names: Vec<&str> = named.map(|e| e["effect"].as_str().unwrap()).collect();
+    hidden.sort_unstable();
+    names.sort_unstable();
+    assert_eq!(names, hidden, "{}", found["sentence"]);
     found
+}
+
+/// The value that a diagnosis gives to a parameter of a kind of effect.
+fn value_of(found: &Value, kind: EffectKind, parameter: &str) -> f64 {
+    let mut effects = found["effects"].as_array().unwrap().iter();
+    let own = effects.find(|e| e["effect"] == kind.name()).unwrap();
+    own["parameters"][parameter].as_f64().unwrap()
+}
+
+fn bearing(kind: EffectKind, bearing: Bearings, value: f64) -> Effect {
+    Effect::new(kind, Location::Bearing(bearing), vec![value]).unwrap()
+}
+
+fn everywhere(kind: EffectKind, value: f64) -> Effect {
+    Effect::new(kind, Location::None, vec![value]).unwrap()
 }
 
 /// Its first mode is at 17 Hz and fourteen lie below 4 kHz; the magnets lower the second by 8.6 Hz.
@@ -88,7 +109,7 @@ fn a_slender_rotor_is_identified_updated_and_diagnosed() {
         let all = found[key].as_array().unwrap();
         all.iter().map(|v| v.as_f64().unwrap()).collect()
     };
-    // The free-free rotor by the dense eigenvalue problem of a finer mesh. The sweep begins above its first mode.
+    // The free-free rotor by the dense eigenvalue problem of a finer mesh. The sweep begins below its first mode.
     let machine = load_machine(spindle_name, "paper-tool").unwrap();
     let rotor = refined(&refined(&machine)).rotor().unwrap();
     let modes = muspin::rotor::PlanarModes::new(&rotor)
@@ -98,9 +119,9 @@ fn a_slender_rotor_is_identified_updated_and_diagnosed() {
         list("resonances_hz"),
         list("resonances_standard_deviation_hz"),
     );
-    assert_eq!(measured.len(), 10);
+    assert_eq!(measured.len(), 11);
     for (k, f) in measured.iter().enumerate() {
-        let exact = modes[k + 1];
+        let exact = modes[k];
         // A thousandth is what the mesh of the rehearsal, every element in two, leaves at 1.8 kHz.
         assert!(
             (f - exact).abs() < 3.0 * sd[k] + 1e-3 * exact,
@@ -108,13 +129,13 @@ fn a_slender_rotor_is_identified_updated_and_diagnosed() {
             sd[k]
         );
     }
-    let shift = found["magnet_shift_removed_hz"]["resonances"][0].as_f64();
+    let shift = found["magnet_shift_removed_hz"]["resonances"][1].as_f64();
     assert!((8.0..9.0).contains(&shift.unwrap()), "{shift:?}");
 
     // Nearly the whole shaft is a quarter stiffer: fourteen modes bend otherwise, and the reduction follows them.
     let region = Location::Region("shaft".to_owned());
     let stiffer = Effect::new(EffectKind::RegionStiffness, region, vec![1.25]).unwrap();
-    hide(stiffer, &spindle, folder);
+    hide(&[stiffer], &spindle, folder);
     let rehearse = [
         "rehearse",
         "--spindle",
@@ -169,7 +190,7 @@ fn a_strong_tilting_stiffness_is_found_wherever_it_acts() {
 fn tilting_is_found(spindle: &Path, rest: &[&str], position_m: f64, stiffness: f64) {
     let place = Location::Position(position_m);
     let hidden = Effect::new(EffectKind::TiltingStiffness, place, vec![stiffness]).unwrap();
-    let found = named(spindle, hidden, rest);
+    let found = named(spindle, &[hidden], rest);
     let effect = &found["effects"][0];
     let at = effect["where"]["position_m"].as_f64().unwrap();
     let value = &effect["parameters"]["stiffness_n_m_per_rad"];
@@ -270,7 +291,7 @@ fn a_soft_joint_is_no_wrong_clock() {
     let spindle = data("spindles/s09-four-modes.yaml");
     let values = vec![2.5157e8, 8412.3, 0.49031];
     let joint = Effect::new(EffectKind::ToolJoint, Location::None, values).unwrap();
-    let found = named(&spindle, joint, &["--tool", "endmill-12-long"]);
+    let found = named(&spindle, &[joint], &["--tool", "endmill-12-long"]);
     let turning = &found["effects"][0]["parameters"]["rotational_n_m_per_rad"];
     let ratio = turning.as_f64().unwrap() / 8412.3;
     assert!((ratio - 1.0).abs() < 0.01, "{turning}");
@@ -281,8 +302,58 @@ fn a_soft_joint_is_no_wrong_clock() {
 fn a_small_mass_at_a_slender_tool_is_found() {
     let spindle = data("spindles/s09-four-modes.yaml");
     let mass = Effect::new(EffectKind::ToolMass, Location::None, vec![0.003]).unwrap();
-    let found = named(&spindle, mass, &["--tool", "drill-8"]);
+    let found = named(&spindle, &[mass], &["--tool", "drill-8"]);
     let mass = &found["effects"][0]["parameters"]["mass_kg"];
     let ratio = mass.as_f64().unwrap() / 0.003;
     assert!((ratio - 1.0).abs() < 0.02, "{mass}");
+}
+
+/// Both are of kinds that are never exactly right: beside one of them, what is never exactly right takes up the other.
+#[test]
+fn two_effects_that_nuisance_parameters_take_up_are_named() {
+    let spindle = data("spindles/s01-short-fast.yaml");
+    let damping = Location::Mode(1);
+    let hidden = [
+        bearing(EffectKind::NegativeStiffness, Bearings::Front, 0.7472),
+        Effect::new(EffectKind::ModalDamping, damping, vec![4.7012]).unwrap(),
+    ];
+    let found = named(&spindle, &hidden, &["--tool", "endmill-6"]);
+    let of = |kind| value_of(&found, kind, "factor");
+    // Priors hold what is never exactly right to a twenty-fifth and a fifth.
+    assert!((of(EffectKind::NegativeStiffness) - 0.7472).abs() < 0.03);
+    assert!((of(EffectKind::ModalDamping) / 4.7012).ln().abs() < 0.2);
+}
+
+/// Alone, the internal damping explains the records with a force constant far outside its prior: it is one of two.
+#[test]
+fn an_effect_beside_which_a_nuisance_parameter_is_far_off_is_one_of_two() {
+    let spindle = data("spindles/s06-strong-ks.yaml");
+    let hidden = [
+        everywhere(EffectKind::InternalDamping, 2.815e-6),
+        bearing(EffectKind::ForceConstant, Bearings::Rear, 0.8363),
+    ];
+    let found = named(&spindle, &hidden, &["--tool", "endmill-12-long"]);
+    let loss = value_of(&found, EffectKind::InternalDamping, "loss_time_s");
+    assert!((loss / 2.815e-6 - 1.0).abs() < 0.1, "{loss}");
+    let factor = value_of(&found, EffectKind::ForceConstant, "factor");
+    assert!((factor - 0.8363).abs() < 0.05, "{factor}");
+}
+
+/// More delay with a faster rear amplifier looks, as far as one effect can, like eddy currents at the front: the first
+/// effect that is found is neither.
+///
+/// A quarter of a minute: `cargo test --release --test it diagnose_rehearsed::the_first -- --ignored`.
+#[test]
+#[ignore = "a quarter of a minute"]
+fn the_first_effect_of_a_pair_is_exchanged() {
+    let spindle = Path::new(env!("CARGO_MANIFEST_DIR")).join("spindles/reference.yaml");
+    let hidden = [
+        bearing(EffectKind::AmplifierBandwidth, Bearings::Rear, 3000.0),
+        everywhere(EffectKind::LoopDelay, 1.494e-5),
+    ];
+    let found = named(&spindle, &hidden, &["--tool", "endmill-20-short"]);
+    let bandwidth = value_of(&found, EffectKind::AmplifierBandwidth, "bandwidth_hz");
+    assert!((bandwidth / 3000.0 - 1.0).abs() < 2e-3, "{bandwidth}");
+    let delay = value_of(&found, EffectKind::LoopDelay, "delay_s");
+    assert!((delay / 1.494e-5 - 1.0).abs() < 1e-2, "{delay}");
 }

@@ -492,6 +492,17 @@ fn export_and_simulate_run_from_the_command_line() {
     assert_eq!(touch["recovers"], met);
     assert_eq!(touch["touches"], true);
     assert!(summary["speed_rpm"] == 50_000.0 && summary["force_n"].as_f64().unwrap() > 1500.0);
+    assert_eq!(summary["push_s"], 5e-4);
+    let push = |length: &str| {
+        let rest = ["--case", "impulse", "--duration", "0.01", "--out", "p"];
+        let begin = ["simulate", "--controller", "pid.json", "--push", length];
+        muspin(&[&begin[..], &rest].concat(), folder.path())
+    };
+    let (code, out, err) = push("0.001");
+    let longer: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(code < 2 && longer["push_s"] == 1e-3, "{err}");
+    let (code, _, err) = push("1e-6");
+    assert!(code == 2 && err.contains("sampling period"), "{err}");
 
     let lift = [
         "simulate",
