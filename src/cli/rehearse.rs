@@ -46,8 +46,8 @@ pub(super) struct Arguments {
     /// First line, Hz; default: a fiftieth of the first bending mode, at most 20
     #[arg(long)]
     from: Option<f64>,
-    /// Last line, Hz; default: a quarter beyond the last mode of the design model, between 4 kHz and a fifth of the
-    /// sample rate
+    /// Last line, Hz; default: a quarter beyond the last mode of the design model, between the end of the stiffness
+    /// band (4 kHz) and a fifth of the sample rate
     #[arg(long)]
     to: Option<f64>,
     /// Number of lines, spaced evenly in the logarithm, ends included; default: one for each 0.9 %

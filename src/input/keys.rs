@@ -292,6 +292,23 @@ pub const SPINDLE: &[Group] = &[
             ),
         ],
     ),
+    group(
+        "stiffness_band",
+        &[
+            open(
+                "from_hz",
+                "Hz",
+                [[0.01, 100.0], [1e-3, 1e5]],
+                "below it the integral part of a controller makes the tool stiff; 1 unless given",
+            ),
+            open(
+                "to_hz",
+                "Hz",
+                [[50.0, 5e4], [1e-2, 1e6]],
+                "that of the cutting forces: tooth passing with its harmonics; 4000 unless given",
+            ),
+        ],
+    ),
     group("effects[]", EFFECT),
 ];
 

@@ -6,6 +6,7 @@ use super::keys;
 use super::shipped::{self, SPINDLES};
 use super::yaml;
 use crate::rotor::{Disc, Material, Section};
+use crate::spindle::machine::STIFFNESS_BAND_HZ;
 use crate::spindle::{BackupBearings, Bearing, Electronics, Planes, Spindle};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -35,6 +36,9 @@ pub(super) struct SpindleFile {
     /// Contact of the rotor with the backup bearings, for time responses.
     #[serde(default)]
     backup_bearings: Option<BackupBearingsFile>,
+    /// Band in which the dynamic stiffness of the tool counts, in designs and predictions.
+    #[serde(default)]
+    stiffness_band: Option<StiffnessBandFile>,
     /// Effects that a diagnosis has added to the model; a list of `{effect: name, its place, its parameters}`.
     #[serde(default)]
     effects: Option<Vec<EffectFile>>,
@@ -195,6 +199,15 @@ pub(super) struct BackupBearingsFile {
     contact_radius_m: Option<f64>,
 }
 
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StiffnessBandFile {
+    /// First frequency; 1 Hz unless given.
+    from_hz: Option<f64>,
+    /// Last frequency; 4000 Hz unless given.
+    to_hz: Option<f64>,
+}
+
 /// A spindle from a path or a shipped name.
 ///
 /// # Errors
@@ -262,6 +275,10 @@ pub fn read_spindle(file: &str, text: &str) -> Result<Spindle, InputError> {
                 friction: b.friction,
                 contact_radius_m: b.contact_radius_m,
             }),
+        stiffness_band_hz: read.stiffness_band.map_or(STIFFNESS_BAND_HZ, |b| {
+            let (from, to) = STIFFNESS_BAND_HZ;
+            (b.from_hz.unwrap_or(from), b.to_hz.unwrap_or(to))
+        }),
         effects: effects.collect::<Result<_, _>>()?,
         name: read.name,
     };

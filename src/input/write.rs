@@ -3,6 +3,7 @@
 
 use crate::rotor::{Disc, Material, Section};
 use crate::spindle::effects::AXIS_NAMES;
+use crate::spindle::machine::STIFFNESS_BAND_HZ;
 use crate::spindle::{Effect, Location, Side, Spindle, Tool};
 
 /// A spindle file (formats.md, section 1). Sections are cylinders, as everywhere in that format.
@@ -72,6 +73,11 @@ pub fn spindle_yaml(spindle: &Spindle) -> String {
             .filter_map(|(k, v)| Some((k, v?)))
             .collect();
         lines.push(format!("backup_bearings: {{{}}}", pairs(&values)));
+    }
+    if spindle.stiffness_band_hz != STIFFNESS_BAND_HZ {
+        let (from, to) = spindle.stiffness_band_hz;
+        let values = pairs(&[("from_hz", from), ("to_hz", to)]);
+        lines.push(format!("stiffness_band: {{{values}}}"));
     }
     if spindle.effects.is_empty() {
         lines.push("effects: []".into());

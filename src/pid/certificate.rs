@@ -30,8 +30,6 @@ use std::f64::consts::TAU;
 pub const ZONE_B_DB: f64 = 12.041_199_826_559_248;
 /// Relative tolerance of a sensitivity peak: 0.0009 dB, twice that by level sets.
 const PEAK_TOLERANCE: f64 = 1e-4;
-/// Band of the dynamic stiffness, Hz.
-pub(super) const BAND_HZ: (f64, f64) = (1.0, 4000.0);
 
 /// A certified sensitivity peak of a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +57,8 @@ pub struct PidCertificate {
     pub sensitivity: [PeakSensitivity; 2],
     /// The same at the largest speed.
     pub sensitivity_at_speed: [PeakSensitivity; 2],
-    /// Smallest dynamic stiffness of the tool at standstill, 1–4000 Hz, N/m; not a number for an unstable loop.
+    /// Smallest dynamic stiffness of the tool at standstill over the stiffness band, N/m; not a number for an unstable
+    /// loop.
     pub stiffness_n_per_m: f64,
     /// Where, Hz.
     pub stiffness_hz: f64,
@@ -356,7 +355,7 @@ fn full_figures(
     Ok(FullFigures {
         sensitivity: [0, 1].map(|j| peaks.get(j).copied().unwrap_or(UNBOUNDED)),
         noise_current_a: noise * machine.spindle.electronics.sensor_noise_m,
-        stiffness: softest(&full.plant, law, poles),
+        stiffness: softest(&full.plant, law, poles, machine.spindle.stiffness_band_hz),
     })
 }
 
@@ -376,9 +375,14 @@ fn peak(found: &HinfNorm) -> PeakSensitivity {
 
 /// Smallest tool stiffness in the band, N/m, and its frequency, Hz: the force at the tool acts continuously, only the
 /// currents go through the hold. The poles of the sampled loop, points of the z plane, say where to look.
-pub fn softest(plant: &Plant, law: &StateSpace<Discrete>, poles: Vec<c64>) -> (f64, f64) {
+pub fn softest(
+    plant: &Plant,
+    law: &StateSpace<Discrete>,
+    poles: Vec<c64>,
+    (from_hz, to_hz): (f64, f64),
+) -> (f64, f64) {
     let poles = law.time.continuous_poles(poles);
-    let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1.min(0.49 / law.time.period_s), 300)
+    let grid = FrequencyGrid::log_hz(from_hz, to_hz.min(0.49 / law.time.period_s), 300)
         .refine_round_poles(&poles, 12);
     let responder = FrequencyResponder::new(law);
     let stiffness = |omega: f64| {

@@ -5,7 +5,7 @@
 //! judged on the full plant ([`crate::pid::certificate`]); where that finds a limit exceeded, the search goes on from
 //! there with the limit lowered by as much.
 
-use super::certificate::{BAND_HZ, Figures, JudgedFigures, TunedPid, ZONE_B_DB, certify};
+use super::certificate::{Figures, JudgedFigures, TunedPid, ZONE_B_DB, certify};
 use super::parameters::{PER_AXIS, PidParameters, textbook_gains};
 use super::search::{PidSearch, search};
 use super::settings::TuneSettings;
@@ -110,7 +110,7 @@ fn searched(
     let mut set_aside: Option<(f64, Figures, usize)> = None;
     let (mut repairs, mut renewals) = (0, 0);
     for attempt in 0.. {
-        let asked = asked(machine, &goal, BAND_HZ)?;
+        let asked = asked(machine, &goal, machine.spindle.stiffness_band_hz)?;
         let found = match search(machine, &asked, &unstable, &given, (&Some, &free)) {
             Ok(found) => found,
             // A repair that fails leaves what was found before it.

@@ -17,8 +17,6 @@ use crate::spindle::{Machine, ModelDetail, Plant};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Band of the tool's dynamic stiffness and of the sensitivity, Hz.
-pub const BAND_HZ: (f64, f64) = (1.0, 4000.0);
 /// Low frequency at which stiffness is compared, Hz.
 pub(crate) const LOW_HZ: f64 = 10.0;
 /// Points of the plain grid over the band; points round the closed-loop poles are added.
@@ -106,13 +104,22 @@ pub fn predict(
     controller: &Controller,
     speed_rpm: f64,
 ) -> Result<Prediction, PipelineError> {
-    let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
+    let LoopAtSpeed { plant, poles, grid } = closed_loop(
+        machine,
+        controller,
+        speed_rpm,
+        machine.spindle.stiffness_band_hz,
+    )?;
     let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
-    // The two frequencies at which stiffness is stated are lines of their own: beside a sharp zero nothing can be
-    // interpolated.
+    // The two frequencies at which stiffness is stated are lines of their own where they lie in the band: beside a
+    // sharp zero nothing can be interpolated.
     let top_speed_hz = machine.spindle.max_rpm / 60.0;
     let stated = [LOW_HZ, top_speed_hz].map(|f| f * TAU);
     let stable = poles.growth_rate_per_s < 0.0;
+    let (from_hz, to_hz) = machine.spindle.stiffness_band_hz;
+    let stated = stated
+        .into_iter()
+        .filter(|w| (from_hz * TAU..=to_hz * TAU).contains(w));
     let lines = grid.omega_rad_s().iter().copied().chain(stated);
     let grid = FrequencyGrid::from_rad_s(lines.filter(|_| stable));
     let at = |hz: f64| match stable {
@@ -189,7 +196,7 @@ pub(crate) fn chatter_limit(
     cut: &Engagement,
 ) -> Result<Option<StabilityLimit>, PipelineError> {
     let LoopAtSpeed { plant, poles, grid } =
-        closed_loop(machine, controller, speed_rpm, CHATTER_BAND_HZ)?;
+        closed_loop(machine, controller, speed_rpm, chatter_band_hz(machine))?;
     if poles.growth_rate_per_s >= 0.0 {
         return Ok(None);
     }
@@ -206,8 +213,12 @@ pub(crate) fn chatter_limit(
     Ok(Some(milling(grid.omega_rad_s(), &tool, material, cut)?))
 }
 
-/// Band in which chatter is looked for, Hz: from the rigid-body modes to beyond the modes of the design.
-const CHATTER_BAND_HZ: (f64, f64) = (20.0, 6000.0);
+/// Band in which chatter is looked for, Hz: from the rigid-body modes to beyond the modes of the design (20 Hz to 6 kHz
+/// where stiffness counts from 1 Hz to 4 kHz).
+fn chatter_band_hz(machine: &Machine) -> (f64, f64) {
+    let (from, to) = machine.spindle.stiffness_band_hz;
+    ((20.0 * from).min(0.5 * to), 1.5 * to)
+}
 
 /// The law in sampled time; a continuous one by Tustin's rule, as the loop would run it.
 ///

@@ -7,8 +7,9 @@ use crate::rotor::Rotor;
 use crate::rotor::modes::PlanarModes;
 use crate::spindle::{Machine, ModelDetail, Plant, SpindleError};
 
-/// Band of the published sweeps, Hz, and lines over it.
-const BAND_HZ: (f64, f64) = (50.0, 4000.0);
+/// Begin of the published sweeps, in begins of the stiffness band (50 Hz where that begins at 1 Hz), and lines to the
+/// end of the band.
+const BEGIN: f64 = 50.0;
 const LINES: usize = 800;
 
 /// The free rotor of a machine with its modes.
@@ -47,7 +48,8 @@ impl OpenLoopCurves {
     /// # Errors
     /// [`PipelineError`] when the plant cannot be built.
     pub fn of(machine: &Machine) -> Result<Self, PipelineError> {
-        let grid = FrequencyGrid::log_hz(BAND_HZ.0, BAND_HZ.1, LINES);
+        let (from_hz, to_hz) = machine.spindle.stiffness_band_hz;
+        let grid = FrequencyGrid::log_hz((BEGIN * from_hz).min(0.5 * to_hz), to_hz, LINES);
         let plant = Plant::new(machine, 0.0, ModelDetail::Full)?;
         let lines: Vec<_> = grid.omega_rad_s().iter().map(|w| plant.at(*w)).collect();
         Ok(Self {

@@ -8,7 +8,6 @@
 
 use super::PipelineError;
 use super::certificates::certified;
-use super::comparison::BAND_HZ;
 use super::delivery::{Candidate, Delivery, KnownMu, Realised};
 use super::judged::Judged;
 use super::loop_stability::growth_rate_at;
@@ -51,8 +50,9 @@ pub(super) fn limits(machine: &Machine, sensitivity: f64) -> Result<LoopLimits, 
         .min(spindle.rear.bias_current_a);
     let noise = spindle.electronics.sensor_noise_m;
     let nyquist_hz = 0.5 * spindle.electronics.sample_rate_hz;
+    let (from_hz, to_hz) = spindle.stiffness_band_hz;
     Ok(LoopLimits {
-        stiffness_band_hz: (BAND_HZ.0, BAND_HZ.1.min(0.98 * nyquist_hz)),
+        stiffness_band_hz: (from_hz, to_hz.min(0.98 * nyquist_hz)),
         sensitivity,
         shifted_sensitivity: SHIFTED_SENSITIVITY,
         weak_sensitivity: WEAK_SENSITIVITY,

@@ -3,7 +3,7 @@
 //! case where a loop of the set is unstable.
 
 use super::PipelineError;
-use super::comparison::{BAND_HZ, LOW_HZ, LoopAtSpeed, below_nyquist, closed_loop, discrete};
+use super::comparison::{LOW_HZ, LoopAtSpeed, below_nyquist, closed_loop, discrete};
 use crate::controller::Controller;
 use crate::controller::verification::growth_rate_of;
 use crate::lti::FrequencyGrid;
@@ -78,7 +78,8 @@ pub(crate) fn worst_prediction(
     (speed_rpm, asked): (f64, bool),
     uncertainty: &ModeUncertainty,
 ) -> Result<WorstPrediction, PipelineError> {
-    let LoopAtSpeed { plant, poles, .. } = closed_loop(machine, controller, speed_rpm, BAND_HZ)?;
+    let band_hz = machine.spindle.stiffness_band_hz;
+    let LoopAtSpeed { plant, poles, .. } = closed_loop(machine, controller, speed_rpm, band_hz)?;
     let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
     let rates: Result<Vec<f64>, PipelineError> = uncertainty
         .corners()
@@ -103,8 +104,8 @@ pub(crate) fn worst_prediction(
             let part = move |k: usize| half * (2.0 * k as f64 / ACROSS_MODE as f64 - 1.0);
             (0..=ACROSS_MODE).map(move |k| omega * (1.0 + part(k)) / TAU)
         });
-    let last = below_nyquist(machine, BAND_HZ.1);
-    let plain = FrequencyGrid::log_hz(BAND_HZ.0, last, GRID_POINTS)
+    let last = below_nyquist(machine, band_hz.1);
+    let plain = FrequencyGrid::log_hz(band_hz.0, last, GRID_POINTS)
         .refine_round_poles(&poles.poles_rad_s, POINTS_A_SIDE);
     let grid = FrequencyGrid::from_hz(
         plain

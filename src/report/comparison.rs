@@ -14,8 +14,10 @@ use serde::Serialize;
 
 /// A resonance that dents the curve by less than this is not seen in a plot over four decades: 1 dB.
 const SEEN: f64 = 1.122;
-/// Rigid-body modes and what a controller makes of them lie in this band, Hz: up to half the first flexible mode.
-const RIGID_BAND_HZ: (f64, f64) = (5.0, 500.0);
+/// Rigid-body modes and what a controller makes of them lie from here on, in first frequencies of the curve.
+const RIGID_FROM: f64 = 5.0;
+/// They lie up to this part of the first flexible mode.
+const RIGID_TO: f64 = 0.45;
 /// A dip within this factor of a natural frequency is that mode's.
 const NEAR: f64 = 1.15;
 
@@ -198,9 +200,11 @@ impl CurveSummary {
             f.last().copied().unwrap_or(f64::NAN),
         );
         let found = dips(f, k, (first, last), SEEN);
+        let bending_hz = flexible_hz.first().copied().unwrap_or(last);
+        let rigid_hz = RIGID_FROM * first..RIGID_TO * bending_hz;
         let rigid = found
             .iter()
-            .filter(|d| (RIGID_BAND_HZ.0..RIGID_BAND_HZ.1).contains(&d.frequency_hz))
+            .filter(|d| rigid_hz.contains(&d.frequency_hz))
             .max_by(|a, b| a.prominence.total_cmp(&b.prominence));
         let deepest = |natural: &f64| {
             let near = |d: &&Dip| {

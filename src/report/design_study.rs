@@ -9,7 +9,6 @@ use super::run_figures::{Measured, predictions, robustness};
 use super::variant_summary::{LimitSummary, TighteningSummary, VariantSummary};
 use super::whole::{Report, ReportError};
 use crate::augment::plane::Route;
-use crate::pipeline::comparison::BAND_HZ;
 use crate::pipeline::study::Study;
 use crate::spindle::Machine;
 
@@ -51,7 +50,7 @@ pub(crate) fn design_report(
     if let Some(limit) = &study.limit {
         let figures = LimitSummary::of(limit, rest.minimum.0);
         report.summary.set("design.stiffness_limit", figures);
-        limits.push(Measured::limit(limit, BAND_HZ));
+        limits.push(Measured::limit(limit, machine.spindle.stiffness_band_hz));
     }
     let top_rpm = machine.spindle.max_rpm;
     let drawn = robustness(found).into_iter();

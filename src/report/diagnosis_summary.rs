@@ -25,6 +25,7 @@ pub(crate) struct DiagnosisSummary {
     pub(crate) all: GapOfAll,
     gap_nearest: Option<f64>,
     strained: Vec<StrainedSummary>,
+    further_off: Vec<FurtherOffSummary>,
     #[serde(flatten)]
     pub(crate) parts: GapsOfParts,
     pub(crate) held_out: String,
@@ -62,6 +63,15 @@ pub(crate) struct GapsOfParts {
 struct StrainedSummary {
     parameter: String,
     prior_standard_deviations: Option<f64>,
+}
+
+/// A number of the machine that is further off than a careful updating leaves.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct FurtherOffSummary {
+    parameter: String,
+    usual_deviations: Option<f64>,
+    relative_change: Option<f64>,
 }
 
 /// The worst block that remains.
@@ -189,6 +199,11 @@ impl From<&Diagnosis> for DiagnosisSummary {
             parameter: name.clone(),
             prior_standard_deviations: finite(*sd),
         });
+        let further_off = d.further_off.iter().map(|f| FurtherOffSummary {
+            parameter: f.parameter.clone(),
+            usual_deviations: finite(f.usual_deviations),
+            relative_change: finite(f.relative_change),
+        });
         let menu = d.menu.iter().map(|m| ProposalSummary {
             measurement: m.text.clone(),
             separation_chi2: finite(m.separation),
@@ -217,6 +232,7 @@ impl From<&Diagnosis> for DiagnosisSummary {
             },
             gap_nearest: finite(d.gap_nearest),
             strained: strained.collect(),
+            further_off: further_off.collect(),
             parts: GapsOfParts::of(used, (d.gap_before_held_out, d.gap_after_held_out)),
             held_out: d.held_out.clone(),
             next_measurement: d.next_measurement.clone(),

@@ -2,6 +2,7 @@
 
 use super::readable::four_digits;
 use crate::diagnose::data::measurement::RecordId;
+use crate::diagnose::fit::model::FurtherOff;
 use crate::diagnose::locate::place::Place;
 use crate::diagnose::{Diagnosis, FoundFault, NamedEffect, Verdict};
 use crate::spindle::effects::AXIS_NAMES;
@@ -17,7 +18,8 @@ pub fn sentence(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::Adequate => format!(
             "The model describes the measurement: no discrepancy is detectable beyond nuisance parameters (force \
-             constants, sensor gains, moduli, damping).{} {gap}",
+             constants, sensor gains, moduli, damping).{}{} {gap}",
+            further_off(d),
             smallest(d)
         ),
         Verdict::Named if d.effects.is_empty() => format!("{}{gap}", faults(d)),
@@ -123,6 +125,24 @@ fn strained(d: &Diagnosis) -> String {
     format!(
         " With it a nuisance parameter ({name}) would be off by {off:.0} times its usual uncertainty, which is no \
          small error: check it first."
+    )
+}
+
+/// That a machine has several numbers that an updating has to move, and which.
+fn further_off(d: &Diagnosis) -> String {
+    let words = |f: &FurtherOff| format!("{} by {:+.0} %", f.parameter, 100.0 * f.relative_change);
+    let named: Vec<String> = d.further_off.iter().take(3).map(words).collect();
+    if named.is_empty() {
+        return String::new();
+    }
+    let more = match d.further_off.len() - named.len() {
+        0 => String::new(),
+        n => format!(", and {n} more"),
+    };
+    format!(
+        " Several of these are further off than a careful updating leaves ({}{more}): update the model before a \
+         design.",
+        named.join("; ")
     )
 }
 

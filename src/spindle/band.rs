@@ -3,20 +3,21 @@
 use crate::spindle::Machine;
 use std::f64::consts::TAU;
 
-/// End of a usual sweep, Hz.
-const USUAL_END_HZ: f64 = 4000.0;
 /// How far beyond the last mode of the design model a sweep goes.
 const BEYOND: f64 = 1.25;
 /// Share of the sample rate beyond which delay and hold leave nothing to control.
 const SHARE: f64 = 0.2;
 
 /// End of the sweeps that a model follows, Hz: a quarter beyond the last mode of the design model, at most a fifth of
-/// the sample rate, at least 4 kHz. `flexible_rad_s` are the modes of the free rotor.
+/// the sample rate, at least the end of the band in which the stiffness of the tool counts (4 kHz unless the file says
+/// otherwise). `flexible_rad_s` are the modes of the free rotor.
 pub(crate) fn sweep_end_hz(machine: &Machine, flexible_rad_s: &[f64]) -> f64 {
     let modes = machine.spindle.flexible_modes.min(flexible_rad_s.len());
     let last = flexible_rad_s[..modes].last().copied().unwrap_or_default();
     let most = SHARE * machine.spindle.electronics.sample_rate_hz;
-    (BEYOND * last / TAU).min(most).max(USUAL_END_HZ)
+    (BEYOND * last / TAU)
+        .min(most)
+        .max(machine.spindle.stiffness_band_hz.1)
 }
 
 /// The same in rad/s.

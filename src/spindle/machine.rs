@@ -85,6 +85,10 @@ impl Electronics {
     }
 }
 
+/// Band in which the stiffness of the tool counts unless a file says otherwise, Hz: to where tooth passing and its
+/// harmonics reach at 50 000 rpm, as the benchmark has it.
+pub(crate) const STIFFNESS_BAND_HZ: (f64, f64) = (1.0, 4000.0);
+
 /// A spindle without its tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spindle {
@@ -114,6 +118,8 @@ pub struct Spindle {
     pub backup_clearance_m: f64,
     /// What the file says of the contact with them.
     pub backup_bearings: BackupBearings,
+    /// Band in which the dynamic stiffness of the tool counts, Hz.
+    pub stiffness_band_hz: (f64, f64),
     /// Effects added to the nominal model.
     pub effects: Vec<Effect>,
 }

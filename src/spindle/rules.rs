@@ -32,6 +32,14 @@ impl Spindle {
                 ),
             )?;
         }
+        let (from, to) = self.stiffness_band_hz;
+        positive("stiffness_band.from_hz", from)?;
+        rule(
+            to > from && to.is_finite(),
+            "stiffness_band.to_hz".into(),
+            to,
+            &format!("must be larger than stiffness_band.from_hz ({from})"),
+        )?;
         self.check_modes(&rotor)?;
         self.check_planes(&rotor)?;
         for (i, effect) in self.effects.iter().enumerate() {

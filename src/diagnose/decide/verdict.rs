@@ -8,7 +8,7 @@
 use super::super::DiagnoseError;
 use super::super::data::evidence::Evidence;
 use super::super::fit::hypothesis::{self, Hypothesis, Scope, catalogue};
-use super::super::fit::model::Model;
+use super::super::fit::model::{FurtherOff, Model};
 use super::super::fit::problem::Point;
 use super::super::locate::correction::{Correction, correct};
 use super::super::locate::localisation::{Localisation, localise};
@@ -67,6 +67,9 @@ pub struct Diagnosis {
     /// Nuisance parameters that the best explanation drives beyond what their priors allow, with how many standard
     /// deviations, the furthest first: what is missing shows in them.
     pub strained: Vec<(String, f64)>,
+    /// Where every number of the machine may be further off than a careful updating leaves, because that explains the
+    /// records better than several effects: those that are, the furthest first.
+    pub further_off: Vec<FurtherOff>,
     /// Members of a tie, the best first; empty otherwise.
     pub tie: Vec<Rival>,
     /// Best explanations at the last case, best first: names with score above the best.
@@ -218,6 +221,7 @@ pub(super) fn conclude(
         gap_nearest: after.all,
         slope_read,
         strained,
+        further_off: model.further_off(&shown.point.p),
         score: match verdict {
             Verdict::Unexplained => f64::INFINITY,
             _ => best.score(),

@@ -11,6 +11,17 @@ use crate::spindle::{Effect, Machine};
 /// in three of a thousand machines: what is beyond is a finding, not a small error.
 pub(crate) const MOST_SD: f64 = 4.0;
 
+/// A number of the machine that is further off than a careful updating leaves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FurtherOff {
+    /// The parameter in words.
+    pub parameter: String,
+    /// How far, in what a careful updating leaves.
+    pub usual_deviations: f64,
+    /// Relative change of the number.
+    pub relative_change: f64,
+}
+
 /// What answers for a hypothesis.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -73,6 +84,23 @@ impl Model {
     pub(crate) fn is_strained(&self, p: &[f64]) -> bool {
         let far = |(k, p): (usize, &f64)| self.layout.deviation(k, *p).0.abs() > MOST_SD;
         p.iter().enumerate().any(far)
+    }
+
+    /// Where priors were widened: parameters that are further off than a careful updating leaves, the furthest first.
+    pub(crate) fn further_off(&self, p: &[f64]) -> Vec<FurtherOff> {
+        let width = self.layout.width;
+        if width == 1.0 {
+            return vec![];
+        }
+        let widened = 0..self.layout.machine.mesh();
+        let off = widened.map(|k| FurtherOff {
+            parameter: self.name_of(k),
+            usual_deviations: width * self.layout.deviation(k, p[k]).0.abs(),
+            relative_change: p[k].exp_m1(),
+        });
+        let mut far: Vec<FurtherOff> = off.filter(|f| f.usual_deviations > MOST_SD).collect();
+        far.sort_by(|a, b| b.usual_deviations.total_cmp(&a.usual_deviations));
+        far
     }
 
     /// A nuisance parameter in words.

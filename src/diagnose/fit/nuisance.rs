@@ -32,6 +32,8 @@ pub struct Layout {
     pub sweeps: usize,
     /// Prior standard deviations.
     pub sd: Vec<f64>,
+    /// Factor on those of the machine; 1 is what a careful updating leaves.
+    pub width: f64,
 }
 
 impl Layout {
@@ -47,7 +49,15 @@ impl Layout {
             machine,
             sweeps: axis_gain_sd.len(),
             sd,
+            width: 1.0,
         }
+    }
+
+    /// Widens the priors of the machine but for the mesh and its reading, and not those of axis gains.
+    pub(crate) fn widen(&mut self, width: f64) {
+        let own = self.machine.mesh();
+        self.sd[..own].iter_mut().for_each(|sd| *sd *= width);
+        self.width *= width;
     }
 
     /// How many prior standard deviations a parameter is off at p, with its sign, and the derivative to p. A damping

@@ -158,8 +158,7 @@ impl<'a> Trial<'a> {
         let mut best: Option<Widened<'a>> = None;
         for width in WIDTHS {
             let mut trial = self.observing(self.evidence.clone());
-            let own_sd = &mut trial.model.layout.sd[..own];
-            own_sd.iter_mut().for_each(|sd| *sd *= width);
+            trial.model.layout.widen(width);
             let (null, complete) = trial.stands(Subset::ALL)?;
             let score = null.candidate.score() + 2.0 * known * width.ln();
             if complete && best.as_ref().is_none_or(|b| score < b.score) {

@@ -357,3 +357,54 @@ fn the_first_effect_of_a_pair_is_exchanged() {
     let delay = value_of(&found, EffectKind::LoopDelay, "delay_s");
     assert!((delay / 1.494e-5 - 1.0).abs() < 1e-2, "{delay}");
 }
+
+/// A machine that was never updated: forces, stiffnesses and gains are all further off than an updating leaves. That is
+/// no effect, and the answer says which numbers are off.
+#[test]
+fn a_machine_that_is_off_everywhere_has_no_effect_but_is_to_be_updated() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let spindle = data("spindles/s06-strong-ks.yaml");
+    let text = std::fs::read_to_string(&spindle).unwrap();
+    let mut truth = read_spindle("s.yaml", &text).unwrap();
+    for (bearing, force, stiffness, gain) in [
+        (&mut truth.front, 1.1, 1.22, 1.04),
+        (&mut truth.rear, 0.91, 0.82, 0.965),
+    ] {
+        bearing.ki_n_per_a *= force;
+        bearing.ks_n_per_m *= stiffness;
+        bearing.sensor_gain *= gain;
+    }
+    std::fs::write(folder.join("truth.yaml"), spindle_yaml(&truth)).unwrap();
+    let spindle = spindle.to_str().unwrap();
+    let machine = ["--spindle", spindle, "--tool", "endmill-10"];
+    let rest = ["--truth", "truth.yaml", "--out", "m"];
+    muspin(&[&["rehearse"], &machine[..], &rest].concat(), folder);
+    muspin(&["diagnose", "--measurement", "m", "--out", "d"], folder);
+    let found = part(folder, "d", "diagnosis");
+    let sentence = found["sentence"].as_str().unwrap();
+    assert_eq!(found["verdict"], "adequate", "{sentence}");
+    assert!(sentence.contains("further off than a careful updating leaves"));
+    assert!(sentence.contains("update the model before a design"));
+    let off = found["further_off"].as_array().unwrap();
+    let change = |name: &str| {
+        let own = off.iter().find(|f| f["parameter"] == name).unwrap();
+        own["relative_change"].as_f64().unwrap()
+    };
+    for (name, exact) in [
+        ("front bearing, force constant", 0.1),
+        ("rear bearing, force constant", -0.09),
+        ("front bearing, negative stiffness", 0.22),
+        ("rear bearing, negative stiffness", -0.18),
+    ] {
+        // Twice what a careful updating leaves of the two.
+        let sd = if f64::abs(exact) > 0.15 { 0.08 } else { 0.04 };
+        assert!(
+            (change(name) - exact).abs() < sd,
+            "{name}: {}",
+            change(name)
+        );
+    }
+    let usual = |f: &Value| f["usual_deviations"].as_f64().unwrap();
+    assert!(off.windows(2).all(|w| usual(&w[0]) >= usual(&w[1])));
+}

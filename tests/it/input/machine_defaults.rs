@@ -151,3 +151,17 @@ fn contact_follows_the_rotor_unless_the_file_says_it() {
     let said = read_spindle("s.yaml", &bad).unwrap_err().to_string();
     assert!(said.contains("backup_bearings.contact_radius_m"), "{said}");
 }
+
+/// The band in which stiffness counts is that of the benchmark unless a file gives it, and is written where it is another.
+#[test]
+fn the_stiffness_band_is_read_and_written() {
+    let machine = load_machine("reference", "paper-tool").unwrap();
+    assert_eq!(machine.spindle.stiffness_band_hz, (1.0, 4000.0));
+    let text = spindle_yaml(&machine.spindle);
+    assert!(!text.contains("stiffness_band"));
+    let given = format!("{text}stiffness_band: {{to_hz: 900}}\n");
+    let read = read_spindle("s.yaml", &given).unwrap();
+    assert_eq!(read.stiffness_band_hz, (1.0, 900.0));
+    let again = read_spindle("s.yaml", &spindle_yaml(&read)).unwrap();
+    assert_eq!(again, read);
+}

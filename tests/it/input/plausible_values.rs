@@ -133,6 +133,11 @@ fn values_that_contradict_each_other_are_refused() {
             "backup_clearance_m: 0.0006 must be smaller than bearings.front.gap_m",
         ),
         (
+            "backup_clearance_m: 2.54e-4",
+            "backup_clearance_m: 2.54e-4\nstiffness_band: {from_hz: 10, to_hz: 5}",
+            "stiffness_band.to_hz: 5 must be larger than stiffness_band.from_hz (10)",
+        ),
+        (
             "delay_s: 7.5e-5",
             "delay_s: 5.0e-3",
             "electronics.delay_s: 0.005 is 100 sample periods",

@@ -155,7 +155,7 @@ fn the_certified_stiffness_is_that_of_the_held_loop_at_two_sample_rates() {
         let law = pid(&machine);
         let plant = Plant::new(&machine, 0.0, ModelDetail::Full).unwrap();
         let closed = close(&plant.sampled().unwrap(), &law).unwrap();
-        let (certified, hz) = softest(&plant, &law, closed.poles().unwrap());
+        let (certified, hz) = softest(&plant, &law, closed.poles().unwrap(), (1.0, 4000.0));
         let there = stiffness_by_hand(&plant, &law, TAU * hz, true);
         assert!(
             (certified / there - 1.0).abs() < 1e-9,
