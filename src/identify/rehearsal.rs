@@ -45,8 +45,8 @@ pub struct Rehearsal {
 impl Rehearsal {
     /// Even lines in the logarithm, from a fiftieth of the first bending mode, at most 20 Hz, to a quarter beyond the
     /// last mode of the design model (at most a fifth of the sample rate, at least the end of the stiffness band, but
-    /// never beyond 0.4 of the sample rate); an injection of a twentieth of the front bias current, half a second or ten
-    /// periods a line, three repeats; blows of 1 N a line, five averages.
+    /// never beyond 0.4 of the sample rate); an injection of a twentieth of the front bias current, half a second or
+    /// ten periods a line, three repeats; blows of 1 N a line, five averages.
     ///
     /// # Errors
     /// [`SpindleError`] when the modes of the rotor cannot be computed.
