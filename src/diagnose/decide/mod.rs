@@ -6,6 +6,7 @@ pub mod detectability;
 pub(crate) mod judgement;
 pub mod misfit;
 pub mod next_measurement;
+mod relatives;
 pub mod residuals;
 pub(crate) mod screening;
 pub(crate) mod selection;

@@ -15,6 +15,7 @@ use super::super::locate::place::Place;
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails};
 use super::judgement::needed;
 use super::misfit::FAILING_BLOCK_CHI2;
+use super::relatives::relatives;
 use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
@@ -301,6 +302,14 @@ fn swapped(
         }
         rivals.extend(again);
     }
+    let related = relatives(case, &standing.candidate)?;
+    let best = related
+        .iter()
+        .min_by(|a, b| a.score().total_cmp(&b.score()));
+    if let Some(other) = best.filter(|b| b.score() < standing.candidate.score() - 1.0) {
+        standing = settle(case, other)?;
+    }
+    rivals.extend(related);
     Ok(standing)
 }
 
