@@ -161,9 +161,7 @@ fn set_lines(
         let rule = format!("--lines {count}: 2 to {MOST_LINES} are computed");
         return Err(Failure::new(rule).with_hint("some hundred a decade resolve every peak"));
     }
-    if (from, to) != (first, last) || lines.is_some() {
-        rehearsal.spread(from, to, lines);
-    }
+    rehearsal.spread(from, to, lines);
     Ok(())
 }
 

@@ -40,9 +40,9 @@ pub(super) struct Arguments {
     /// clearance)
     #[arg(long)]
     force: Option<f64>,
-    /// Length of the half-sine push, s, for impulse and contact
-    #[arg(long, default_value_t = PUSH_S)]
-    push: f64,
+    /// Length of the half-sine push, s, for impulse and contact (0.0005 unless given)
+    #[arg(long)]
+    push: Option<f64>,
     /// Duration, s
     #[arg(long)]
     duration: Option<f64>,
@@ -168,13 +168,15 @@ fn scenario(arguments: &Arguments, machine: &Machine) -> Result<(&'static str, S
         ))
         .with_hint("lift-off, the slowest event, ends within a second"));
     }
-    let length_s = arguments.push;
     let period_s = machine.spindle.electronics.sample_period_s();
-    if !(length_s >= period_s && length_s.is_finite()) {
-        return Err(Failure::new(format!(
-            "--push: {length_s} s must be a time of at least one sampling period, {period_s} s"
-        )));
-    }
+    let length_s = match arguments.push {
+        Some(given) if !(given >= period_s && given.is_finite()) => {
+            return Err(Failure::new(format!(
+                "--push: {given} s must be a time of at least one sampling period, {period_s} s"
+            )));
+        }
+        given => given.unwrap_or(PUSH_S),
+    };
     let grade = positive("grade", Some(arguments.grade))?.unwrap_or(0.4);
     let (case, name, length) = match arguments.case {
         CaseArgument::Impulse => (

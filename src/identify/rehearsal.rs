@@ -32,7 +32,7 @@ pub struct Rehearsal {
     pub repeats: usize,
     /// Amplitude of the current that is injected into one axis after the other, A.
     pub injection_a: f64,
-    /// Time over which a line is averaged, s; longer where that is no ten periods.
+    /// Time over which a line is averaged, s, or ten periods where that is longer.
     pub averaging_s: f64,
     /// Amplitude of the force of a hammer blow at a line, N.
     pub hammer_force_n: f64,

@@ -104,23 +104,17 @@ pub fn predict(
     controller: &Controller,
     speed_rpm: f64,
 ) -> Result<Prediction, PipelineError> {
-    let LoopAtSpeed { plant, poles, grid } = closed_loop(
-        machine,
-        controller,
-        speed_rpm,
-        machine.spindle.stiffness_band_hz,
-    )?;
+    let band_hz = machine.spindle.stiffness_band_hz;
+    let LoopAtSpeed { plant, poles, grid } = closed_loop(machine, controller, speed_rpm, band_hz)?;
     let law = discrete(controller, machine.spindle.electronics.sample_period_s())?;
     // The two frequencies at which stiffness is stated are lines of their own where they lie in the band: beside a
     // sharp zero nothing can be interpolated.
     let top_speed_hz = machine.spindle.max_rpm / 60.0;
-    let stated = [LOW_HZ, top_speed_hz].map(|f| f * TAU);
+    let stated = [LOW_HZ, top_speed_hz].into_iter();
+    let stated = stated.filter(|f| (band_hz.0..=band_hz.1).contains(f));
     let stable = poles.growth_rate_per_s < 0.0;
-    let (from_hz, to_hz) = machine.spindle.stiffness_band_hz;
-    let stated = stated
-        .into_iter()
-        .filter(|w| (from_hz * TAU..=to_hz * TAU).contains(w));
-    let lines = grid.omega_rad_s().iter().copied().chain(stated);
+    let lines = grid.omega_rad_s().iter().copied();
+    let lines = lines.chain(stated.map(|f| f * TAU));
     let grid = FrequencyGrid::from_rad_s(lines.filter(|_| stable));
     let at = |hz: f64| match stable {
         true => stiffness_at(&plant, controller, 0, hz),

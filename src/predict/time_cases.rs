@@ -126,8 +126,7 @@ pub fn run_case(
 fn bearing_shares(machine: &Machine) -> Result<[f64; 2], SpindleError> {
     let centre = machine.rotor()?.mass_properties().centre_of_gravity_m;
     let planes = &machine.spindle.planes;
-    let span = planes.rear_actuator_m - planes.front_actuator_m;
-    let front = (planes.rear_actuator_m - centre) / span;
+    let front = (planes.rear_actuator_m - centre) / planes.bearing_span_m();
     Ok([front, 1.0 - front])
 }
 

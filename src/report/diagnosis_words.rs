@@ -128,7 +128,7 @@ fn strained(d: &Diagnosis) -> String {
     )
 }
 
-/// That a machine has several numbers that an updating has to move, and which.
+/// Which numbers of the machine an updating has to move first.
 fn further_off(d: &Diagnosis) -> String {
     let words = |f: &FurtherOff| format!("{} by {:+.0} %", f.parameter, 100.0 * f.relative_change);
     let named: Vec<String> = d.further_off.iter().take(3).map(words).collect();
@@ -140,7 +140,7 @@ fn further_off(d: &Diagnosis) -> String {
         n => format!(", and {n} more"),
     };
     format!(
-        " Several of these are further off than a careful updating leaves ({}{more}): update the model before a \
+        " Some of these are further off than a careful updating leaves ({}{more}): update the model before a \
          design.",
         named.join("; ")
     )

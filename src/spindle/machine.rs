@@ -63,6 +63,13 @@ pub struct Planes {
     pub rear_sensor_m: f64,
 }
 
+impl Planes {
+    /// Distance between the magnets, m; the rear one lies behind the front one.
+    pub(crate) fn bearing_span_m(&self) -> f64 {
+        self.rear_actuator_m - self.front_actuator_m
+    }
+}
+
 /// Amplifiers, sensors, processor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Electronics {

@@ -50,6 +50,14 @@ impl Candidate {
         self.fit.at.theta.iter().map(Vec::len).sum()
     }
 
+    /// The effects without one, and the point without its numbers.
+    pub(crate) fn without(&self, member: usize) -> (Vec<Hypothesis>, Point) {
+        let (mut effects, mut at) = (self.effects.clone(), self.fit.at.clone());
+        effects.remove(member);
+        at.theta.remove(member);
+        (effects, at)
+    }
+
     /// χ² + d ln N.
     pub fn score(&self) -> f64 {
         self.fit.chi2 + self.numbers() as f64 * (self.fit.residuals.max(2) as f64).ln()
@@ -132,6 +140,21 @@ impl Case<'_> {
             from: before,
             working_error: model_error,
         })
+    }
+
+    /// A set at the final model error with its first effects put last; the columns of the curvature follow their order.
+    ///
+    /// # Errors
+    /// As [`Self::fit_down`].
+    pub(crate) fn rotated(
+        &self,
+        set: &Candidate,
+        first: usize,
+    ) -> Result<Candidate, DiagnoseError> {
+        let (mut effects, mut at) = (set.effects.clone(), set.fit.at.clone());
+        effects.rotate_left(first);
+        at.theta.rotate_left(first);
+        self.finish(&effects, &at, FINAL_MODEL_ERROR, Subset::ALL)
     }
 
     /// Fits at every model error from `top` down to the final one, or until χ² per residual exceeds the limit beyond

@@ -179,8 +179,10 @@ pub(super) fn needed(
     longer: &Candidate,
 ) -> Result<bool, DiagnoseError> {
     let open = overall(case, &shorter.effects, &shorter.fit.at)?.all > 1.0;
-    let relieves = relieves(case, shorter, longer) || takes_over(case, shorter, longer);
-    Ok(open || relieves || lowers_the_gap(case, shorter, longer)?)
+    Ok(open
+        || relieves(case, shorter, longer)
+        || takes_over(case, shorter, longer)
+        || lowers_the_gap(case, shorter, longer)?)
 }
 
 /// Whether sensors that read the slope of the shaft explain the sweeps better than a sensor offset of the set: then the

@@ -39,38 +39,29 @@ pub(super) fn relatives(case: &Case, set: &Candidate) -> Result<Vec<Candidate>, 
         begun.truncate(FITTED);
         for (effects, fit) in begun {
             let found = case.finish(&effects, &fit.at, FINAL_MODEL_ERROR, Subset::ALL)?;
-            all.push(match explains(&found) && matters(&found) {
-                true => placed_again(case, found)?,
-                false => found,
-            });
+            if explains(&found) && matters(&found) {
+                all.push(placed_again(case, found)?);
+            }
         }
     }
-    Ok(all.into_iter().filter(|c| case.within(c)).collect())
+    all.retain(|c| case.within(c));
+    Ok(all)
 }
 
-/// Where nuisance parameters hold a tilting stiffness at a place that was right for the member that is gone: the best
-/// place.
+/// The set with its tilting stiffness at the best place, if it has one: it may stand where it stood in for the member
+/// that is gone, with nuisance parameters outside their priors.
 fn placed_again(case: &Case, mut found: Candidate) -> Result<Candidate, DiagnoseError> {
     let tilts = |h: &Hypothesis| h.kind == EffectKind::TiltingStiffness;
     if let Some(at) = found.effects.iter().position(tilts)
         && !case.within(&found)
     {
-        let by = at + 1;
-        found.effects.rotate_left(by);
-        found.fit.at.theta.rotate_left(by);
-        // The columns of the curvature follow the order of the effects.
-        found = case.finish(
-            &found.effects,
-            &found.fit.at,
-            FINAL_MODEL_ERROR,
-            Subset::ALL,
-        )?;
+        found = case.rotated(&found, at + 1)?;
         case.move_finalist(std::slice::from_mut(&mut found))?;
     }
     Ok(found)
 }
 
-/// Effects of one place that share a site with a member and are not in the set, one start each.
+/// Effects without a fitted position that share a site with a member and are not in the set, one start each.
 fn related<'a>(case: &Case<'a>, set: &[Hypothesis], member: &Hypothesis) -> Vec<&'a Hypothesis> {
     let sites = member.kind.entry().sites;
     let mut found: Vec<&Hypothesis> = vec![];
@@ -88,9 +79,7 @@ fn related<'a>(case: &Case<'a>, set: &[Hypothesis], member: &Hypothesis) -> Vec<
 
 /// The set with member `k` exchanged, the new one last.
 fn exchange(set: &Candidate, k: usize, h: &Hypothesis) -> (Vec<Hypothesis>, Point) {
-    let (mut effects, mut at) = (set.effects.clone(), set.fit.at.clone());
-    effects.remove(k);
-    at.theta.remove(k);
+    let (mut effects, mut at) = set.without(k);
     effects.push(h.clone());
     at.theta.push(h.start.clone());
     (effects, at)

@@ -72,7 +72,8 @@ pub struct Round {
 }
 
 impl Case<'_> {
-    /// Adds each hypothesis of the catalogue to a standing.
+    /// Adds each hypothesis of the catalogue to a standing. Where nothing explains the data, strong effects may follow
+    /// ([`Self::add_strong`]), and only then is the best finalist moved.
     ///
     /// # Errors
     /// As [`Self::fit_down`].
@@ -149,7 +150,8 @@ impl Case<'_> {
         Ok(Round { finalists, others })
     }
 
-    /// Adds strong effects of every size to the finalists of a round that explains nothing, and moves the best.
+    /// Adds strong effects of every size to the finalists of a round that explains nothing, and moves the best; whether
+    /// it did.
     ///
     /// # Errors
     /// As [`Self::fit_down`].
@@ -157,15 +159,16 @@ impl Case<'_> {
         &self,
         standing: &Standing,
         round: &mut Round,
-    ) -> Result<(), DiagnoseError> {
+    ) -> Result<bool, DiagnoseError> {
         let finalists = &mut round.finalists;
         if settled(standing) || finalists.first().is_some_and(|c| self.within(c)) {
-            return Ok(());
+            return Ok(false);
         }
         (self.progress)("strong effects of any size");
         finalists.extend(self.of_any_size(standing)?);
         self.rank(finalists);
-        self.move_finalist(finalists)
+        self.move_finalist(finalists)?;
+        Ok(true)
     }
 
     /// Adds each hypothesis of the catalogue to a standing, and where that explains nothing, strong effects of every

@@ -177,7 +177,8 @@ fn at_place(
 type Compared = (Standing, Vec<Candidate>);
 
 /// The best set with one more effect than one of `begins`, and all that were compared. Strong effects of every size
-/// cost most: they are tried where nothing else explains the records, nor with a member of the best set exchanged.
+/// take longest. They come last: where no other effect explains the records, also with a member of the best set
+/// exchanged.
 fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, DiagnoseError> {
     let mut tried = vec![];
     for begin in begins {
@@ -195,10 +196,11 @@ fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, Diagnose
     }
     for (k, begin) in begins.iter().enumerate() {
         let (round, found) = &mut tried[k];
-        case.add_strong(begin, round)?;
-        *found = longer(case, begin, &round.finalists)?;
-        if explained(case, &tried)? {
-            break;
+        if case.add_strong(begin, round)? {
+            *found = longer(case, begin, &round.finalists)?;
+            if explained(case, &tried)? {
+                break;
+            }
         }
     }
     Ok(best_of(tried))
@@ -245,17 +247,14 @@ fn in_place_of(
     standing: &Standing,
     member: usize,
 ) -> Result<(Standing, Round), DiagnoseError> {
-    let mut effects = standing.candidate.effects.clone();
-    let mut at = standing.candidate.fit.at.clone();
-    effects.remove(member);
-    at.theta.remove(member);
+    let (effects, mut at) = standing.candidate.without(member);
     at.p.fill(0.0);
     let without = case.fit_down(&effects, &at, Subset::ALL)?;
     case.round(&without).map(|round| (without, round))
 }
 
-/// The set with one member exchanged that then explains the records, and all that were compared: the first member may
-/// have stood for parts of two effects. The last one was searched beside all others already.
+/// The set that explains the records once one member is exchanged, and all that were compared: the first member may
+/// have stood for parts of two effects. The last member is left out: it was searched beside all others.
 fn exchanged(case: &Case, standing: &Standing) -> Result<Option<Compared>, DiagnoseError> {
     for member in 0..standing.candidate.effects.len().saturating_sub(1) {
         let finalists = in_place_of(case, standing, member)?.1.finalists;
@@ -286,17 +285,7 @@ fn swapped(
             }
             _ => {
                 // The same member again: it goes to the end, so that the next one is first.
-                let candidate = &mut standing.candidate;
-                candidate.effects.rotate_left(1);
-                candidate.fit.at.theta.rotate_left(1);
-                candidate.fit = case
-                    .finish(
-                        &candidate.effects,
-                        &candidate.fit.at,
-                        FINAL_MODEL_ERROR,
-                        Subset::ALL,
-                    )?
-                    .fit;
+                standing.candidate = case.rotated(&standing.candidate, 1)?;
                 standing.from.theta.rotate_left(1);
             }
         }
@@ -324,10 +313,7 @@ fn thinned(
         && standing.candidate.effects.len() > 1
         && i < standing.candidate.effects.len()
     {
-        let mut effects = standing.candidate.effects.clone();
-        let mut at = standing.candidate.fit.at.clone();
-        effects.remove(i);
-        at.theta.remove(i);
+        let (effects, at) = standing.candidate.without(i);
         let at = elsewhere(case, &effects, at)?;
         let without = case.finish(&effects, &at, 0.01, Subset::ALL)?;
         if without.score() < standing.candidate.score() + FURTHER_EFFECT_BIC_GAIN {

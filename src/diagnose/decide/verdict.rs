@@ -67,8 +67,8 @@ pub struct Diagnosis {
     /// Nuisance parameters that the best explanation drives beyond what their priors allow, with how many standard
     /// deviations, the furthest first: what is missing shows in them.
     pub strained: Vec<(String, f64)>,
-    /// Where every number of the machine may be further off than a careful updating leaves, because that explains the
-    /// records better than several effects: those that are, the furthest first.
+    /// Numbers of the machine that are further off than a careful updating leaves, the furthest first; empty unless
+    /// such a machine explains the records better than several effects.
     pub further_off: Vec<FurtherOff>,
     /// Members of a tie, the best first; empty otherwise.
     pub tie: Vec<Rival>,
@@ -306,19 +306,13 @@ pub(super) fn hypotheses(
     model: &Model,
     evidence: &Evidence,
 ) -> Result<Vec<Hypothesis>, DiagnoseError> {
-    let records = evidence
-        .sweeps
-        .iter()
-        .map(|s| (s.speed_rad_s, &s.omega_rad_s));
+    let sweeps = || evidence.sweeps.iter();
+    let first = sweeps().filter_map(|s| s.omega_rad_s.first().copied());
+    let last = sweeps().filter_map(|s| s.omega_rad_s.last().copied());
     let scope = Scope {
-        turning: records.clone().any(|(speed, _)| speed != 0.0),
-        first_rad_s: records
-            .clone()
-            .filter_map(|(_, w)| w.first().copied())
-            .fold(f64::INFINITY, f64::min),
-        top_rad_s: records
-            .filter_map(|(_, w)| w.last().copied())
-            .fold(0.0, f64::max),
+        turning: sweeps().any(|s| s.speed_rad_s != 0.0),
+        first_rad_s: first.fold(f64::INFINITY, f64::min),
+        top_rad_s: last.fold(0.0, f64::max),
     };
     let (span_m, modes) = (model.reduced.span_m(), model.reduced.flexible_rad_s());
     catalogue(machine, span_m, modes, scope)

@@ -126,8 +126,8 @@ pub struct Scope {
     pub top_rad_s: f64,
 }
 
-/// Part of the first bending frequency at which starts over the band begin, where lines are as low: the basin of the
-/// first reaches further down.
+/// Starts over the band begin at this part of the first bending frequency, or at the lowest line where that is higher:
+/// the basin of a start reaches further down.
 const LOWEST_START: f64 = 0.05;
 
 /// Places of a hypothesis on the shaft from which its position is fitted.
@@ -214,7 +214,7 @@ fn scale_of(machine: &Machine, flexible_rad_s: &[f64]) -> Result<MachineScale, D
         bending_time_s: flexible_rad_s
             .first()
             .map_or(sample_period_s, |w| w.recip()),
-        bearing_span_m: (spindle.planes.rear_actuator_m - spindle.planes.front_actuator_m).abs(),
+        bearing_span_m: spindle.planes.bearing_span_m(),
         negative_stiffness_n_per_m: effective.bearings.iter().map(|b| b.ks_n_per_m.abs()).sum(),
         force_per_gap_n_per_m: bearings.iter().map(|b| b.max_force_n / b.gap_m).sum(),
         nose_n_per_m,

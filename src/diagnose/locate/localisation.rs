@@ -293,7 +293,7 @@ fn move_best_station(
     stages: &[(f64, usize)],
     usage: Subset,
 ) -> Result<(), DiagnoseError> {
-    let span_m = bearing_span_m(case.model);
+    let span_m = case.model.reduced.machine.spindle.planes.bearing_span_m();
     for step in STATION_STEPS {
         let Some((_, place, s)) = field.first() else {
             break;
@@ -322,12 +322,6 @@ fn move_best_station(
     Ok(())
 }
 
-/// Distance between the magnets, m.
-fn bearing_span_m(model: &Model) -> f64 {
-    let planes = &model.reduced.machine.spindle.planes;
-    (planes.rear_actuator_m - planes.front_actuator_m).abs()
-}
-
 type Start = (String, Place, Vec<f64>);
 
 /// A place at a position by what is there, or by its distance from the nose.
@@ -344,7 +338,7 @@ fn station_name(model: &Model, place: &Place) -> String {
     ];
     let name = known
         .into_iter()
-        .find(|(_, at)| (at - z).abs() < SAME_NAME * bearing_span_m(model))
+        .find(|(_, at)| (at - z).abs() < SAME_NAME * planes.bearing_span_m())
         .map_or_else(
             || format!("shaft at {:.0} mm", 1e3 * z),
             |(name, _)| name.to_owned(),

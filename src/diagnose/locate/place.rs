@@ -138,7 +138,7 @@ impl Place {
         }
     }
 
-    /// Whether the other is of the same kind and no further away than a distance in m.
+    /// Whether the other is of the same kind and less than a distance away, m.
     pub fn within(&self, distance_m: f64, other: &Self) -> bool {
         match (self.position_m(), other.position_m()) {
             (Some(a), Some(b)) => (a - b).abs() < distance_m && self.moved_to(b) == *other,

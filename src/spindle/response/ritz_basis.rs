@@ -54,7 +54,7 @@ pub(super) fn port_rows(
         planes.rear_actuator_m,
         planes.rear_sensor_m,
     ];
-    let beside_m = BESIDE * (planes.rear_actuator_m - planes.front_actuator_m).abs();
+    let beside_m = BESIDE * planes.bearing_span_m();
     let beside = own.iter().flat_map(|z| [z - beside_m, z + beside_m]);
     let ports: Vec<f64> = [machine.tool_plane_m(), rotor.from_m()]
         .into_iter()

@@ -585,7 +585,7 @@ fn no_measurement_is_rehearsed_with_a_controller_that_does_not_float_the_rotor()
     assert!(!folder.join("o").exists());
 }
 
-/// The lines of a rehearsal: those asked for, ends included, and without a wish a first one below the first bending mode.
+/// A rehearsal has the lines that were asked for, ends included; else the first one lies below the first bending mode.
 #[test]
 fn the_lines_of_a_rehearsal_can_be_chosen() {
     let temporary = tempfile::tempdir().unwrap();
