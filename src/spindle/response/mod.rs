@@ -12,6 +12,7 @@ pub(crate) mod adjoint;
 pub(crate) mod assembled;
 pub(crate) mod assembly;
 pub(crate) mod channels;
+mod condensation;
 pub(crate) mod damping;
 mod derivatives;
 mod effect_terms;

@@ -117,10 +117,13 @@ impl MovedShaft {
             let [row] = row;
             masses.push((row, mass));
         }
-        Ok(Self {
-            modes: modes(&k, &masses)?,
-            finer,
-        })
+        // A mass would move the fast coordinates.
+        let condensed = match &shaft.condensation {
+            Some(condensation) if masses.is_empty() => condensation.modes(&k)?,
+            _ => None,
+        };
+        let modes = condensed.map_or_else(|| modes(&k, &masses), Ok)?;
+        Ok(Self { modes, finer })
     }
 }
 

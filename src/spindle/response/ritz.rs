@@ -6,11 +6,13 @@
 //! K_g (+ k_t tᵀt + k_r rᵀr of the joint), M = I. The first two coordinates are the exact rigid modes. Limits: valid up
 //! to about the highest kept mode; the end of a sweep lies far below.
 
+use super::condensation::Condensation;
 use super::mesh_correction;
 use super::ritz_basis::{
     MODES, beside, group_strains, independent_part, joint_rows, jointed, over_coordinates,
     port_rows, static_forces, without_rigid,
 };
+use super::shaft_modes::frequency;
 use crate::linalg::{Mat, solve, symmetric_eigen};
 use crate::rotor::modes::RIGID;
 use crate::rotor::tilt::Tilt;
@@ -62,6 +64,8 @@ pub(crate) struct ReducedShaft {
     pub joint: Option<[Vec<f64>; 2]>,
     /// True flexible modes of the nominal shaft, rad/s.
     pub flexible_rad_s: Vec<f64>,
+    /// Which coordinates follow the others, without a movable joint.
+    pub(super) condensation: Option<Condensation>,
 }
 
 /// Largest s(1−s)(1−2s), at s = (3 − √3)/6: √3/18.
@@ -120,7 +124,7 @@ impl ReducedShaft {
         let modal = modes.shapes.submatrix(0, 0, k.nrows(), kept).to_owned();
         let weight = |i: usize| if ports.first(i) { PORT_WEIGHT } else { 1.0 };
         let extra = independent_part(&modal, &statics, m, weight, directions)?;
-        let shapes = beside(&modal, &extra);
+        let (shapes, own_rad_s) = by_frequency(&beside(&modal, &extra), k)?;
         let left_out = left_out(&shifted, &shapes)?;
         let own_strains = group_strains(&rotor, &shapes, group_of_element, count);
         let finer = refined(&machine).rotor()?;
@@ -134,6 +138,11 @@ impl ReducedShaft {
         }
         let (strains, strains_of_group) = strains(&own_strains, &mesh, &stiffness, slow_rad_s)?;
         let groups = own_strains.iter().map(|b| b * b.transpose()).collect();
+        let condensation = match joint {
+            None => Some(Condensation::new(&own_rad_s, slow_rad_s)),
+            // A joint may have any stiffness, which moves fast coordinates far.
+            Some(_) => None,
+        };
         Ok(Self {
             mesh,
             gyroscopic: reduce(&modes.matrices.gyroscopic),
@@ -147,6 +156,7 @@ impl ReducedShaft {
             strains,
             strains_of_group,
             joint,
+            condensation,
         })
     }
 
@@ -297,4 +307,19 @@ fn left_out(matrix: &Mat<f64>, shapes: &Mat<f64>) -> Result<Mat<f64>, SpindleErr
         &shapes.transpose().to_owned(),
     )?;
     Ok(all - shapes * within)
+}
+
+/// Coordinates that span the same as `shapes`, ordered by the frequencies, rad/s, that they have among themselves; the
+/// rigid ones stay as they are.
+fn by_frequency(
+    shapes: &Mat<f64>,
+    stiffness: &Mat<f64>,
+) -> Result<(Mat<f64>, Vec<f64>), SpindleError> {
+    let flexible = shapes.subcols(RIGID, shapes.ncols() - RIGID).to_owned();
+    let among = flexible.transpose() * (stiffness * &flexible);
+    let (squares, turn) = symmetric_eigen(&among)?;
+    let rigid = shapes.subcols(0, RIGID).to_owned();
+    let mut own_rad_s = vec![0.0; RIGID];
+    own_rad_s.extend(squares.iter().map(|square| frequency(*square)));
+    Ok((beside(&rigid, &(flexible * turn)), own_rad_s))
 }

@@ -24,12 +24,10 @@ pub(super) fn modes(
 ) -> Result<Modes, SpindleError> {
     let n = stiffness.nrows();
     let mut omega = vec![0.0; RIGID];
-    // A shaft is stiff: what rounding leaves of a flexible frequency is no less than 1 rad/s.
-    let root = |v: &f64| v.max(1.0).sqrt();
     if masses.is_empty() {
         let flexible = stiffness.submatrix(RIGID, RIGID, n - RIGID, n - RIGID);
         let (values, vectors) = symmetric_eigen(&flexible.to_owned())?;
-        omega.extend(values.iter().map(root));
+        omega.extend(values.iter().map(|v| frequency(*v)));
         let mut shapes = Mat::identity(n, n);
         let mut flexible = shapes.submatrix_mut(RIGID, RIGID, n - RIGID, n - RIGID);
         flexible.copy_from(&vectors);
@@ -55,10 +53,16 @@ pub(super) fn modes(
     rigid[(0, 1)] = -b / (a * second);
     rigid[(1, 1)] = second.recip();
     let flexible = definite_eigen_lifted(stiffness, &mass, &rigid)?;
-    omega.extend(flexible.values.iter().map(root));
+    omega.extend(flexible.values.iter().map(|v| frequency(*v)));
     let shapes = Mat::from_fn(n, n, |i, k| match k < RIGID {
         true => rigid[(i, k)],
         false => flexible.vectors[(i, k - RIGID)],
     });
     Ok(Modes { omega, shapes })
+}
+
+/// Natural frequency of a flexible mode from its square. A shaft is stiff: what rounding leaves of it is no less than
+/// 1 rad/s.
+pub(super) fn frequency(squared: f64) -> f64 {
+    squared.max(1.0).sqrt()
 }
