@@ -15,8 +15,14 @@ use super::screening::{explains, matters};
 use crate::spindle::EffectKind;
 use rayon::prelude::*;
 
-/// First fits, on thinned lines.
-const STAGES: [Stage; 3] = [(0.01, 3), (0.003, 3), (FINAL_MODEL_ERROR, 2)];
+/// First fits, on thinned lines: a relative begins with nothing, which may leave much.
+const STAGES: [Stage; 5] = [
+    (0.1, 3),
+    (0.03, 3),
+    (0.01, 3),
+    (0.003, 3),
+    (FINAL_MODEL_ERROR, 2),
+];
 /// Relatives of a member that are fitted to all lines.
 const FITTED: usize = 2;
 
@@ -50,7 +56,7 @@ pub(super) fn relatives(case: &Case, set: &Candidate) -> Result<Vec<Candidate>, 
 
 /// The set with its tilting stiffness at the best place, if it has one: it may stand where it stood in for the member
 /// that is gone, with nuisance parameters outside their priors.
-fn placed_again(case: &Case, mut found: Candidate) -> Result<Candidate, DiagnoseError> {
+pub(super) fn placed_again(case: &Case, mut found: Candidate) -> Result<Candidate, DiagnoseError> {
     let tilts = |h: &Hypothesis| h.kind == EffectKind::TiltingStiffness;
     if let Some(at) = found.effects.iter().position(tilts)
         && !case.within(&found)

@@ -15,7 +15,7 @@ use super::super::locate::place::Place;
 use super::candidate::{Candidate, MODEL_ERRORS, Standing, fails};
 use super::judgement::needed;
 use super::misfit::FAILING_BLOCK_CHI2;
-use super::relatives::relatives;
+use super::relatives::{placed_again, relatives};
 use super::screening::{FIRST_EFFECT_BIC_GAIN, FURTHER_EFFECT_BIC_GAIN, Round};
 use crate::spindle::{Effect, EffectKind};
 use rayon::prelude::*;
@@ -55,8 +55,7 @@ pub(super) fn choose(
     let within = |c: &Candidate| case.within(c);
     // What is in the electronics alone is no effect of the shaft that nuisance parameters could have taken up.
     let inside = sole.is_none_or(Place::mechanical);
-    let strained = case.model.is_strained(&null.candidate.fit.at.p);
-    let again = match inside && strained && !round.finalists.iter().any(within) {
+    let again = match inside && !round.finalists.iter().any(within) {
         true => as_it_is(case, null),
         false => None,
     };
@@ -92,7 +91,7 @@ pub(super) fn choose(
         let (standing, rivals) = at_place(case, null, place, alone)?;
         // A free law takes up some of what happens elsewhere: an effect that explains nearly all is not the end.
         let far = first.working_error > NEARLY * null.working_error;
-        if far || complete(case, &standing)? {
+        if far && !place.absorbs_others() || complete(case, &standing)? {
             return Ok(chosen(standing, rivals));
         }
     }
@@ -125,13 +124,17 @@ pub(super) fn choose(
 
 /// The same standing with every nuisance parameter at the value of the machine, where any effect may begin: beside
 /// nuisance parameters that have taken up what is missing, and left their priors for that, the right effect has nothing
-/// to explain. None where that is what the standing begins with.
+/// to explain. None where they have not, or where that is what the standing begins with.
 fn as_it_is(case: &Case, standing: &Standing) -> Option<Standing> {
     let [working_error, ..] = MODEL_ERRORS;
+    let fitted = &standing.candidate.fit.at;
     let begun =
         standing.working_error == working_error && standing.from.p.iter().all(|p| *p == 0.0);
-    (!begun).then(|| Standing {
-        from: case.origin(),
+    (case.model.is_strained(&fitted.p) && !begun).then(|| Standing {
+        from: Point {
+            theta: fitted.theta.clone(),
+            ..case.origin()
+        },
         working_error,
         failure: f64::INFINITY,
         ..standing.clone()
@@ -176,12 +179,15 @@ fn at_place(
 /// A set, and all that it was compared with.
 type Compared = (Standing, Vec<Candidate>);
 
-/// The best set with one more effect than one of `begins`, and all that were compared. Strong effects of every size
-/// take longest. They come last: where no other effect explains the records, also with a member of the best set
-/// exchanged.
+/// The best set with one more effect than one of `begins`, and all that were compared. Where nuisance parameters have
+/// left their priors beside the first of them, it is also begun as the machine is. Strong effects of every size take
+/// longest. They come last: where no other effect explains the records, also with a member of the best set exchanged.
+/// What then leaves something may have its tilting stiffness at a place beside its own.
 fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, DiagnoseError> {
     let mut tried = vec![];
-    for begin in begins {
+    let again = begins.first().and_then(|best| as_it_is(case, best));
+    let begins: Vec<Standing> = begins.iter().cloned().chain(again).collect();
+    for begin in &begins {
         let round = case.round(begin)?;
         let longer = longer(case, begin, &round.finalists)?;
         tried.push((round, longer));
@@ -203,7 +209,12 @@ fn extend(case: &Case, begins: &[Standing]) -> Result<Option<Compared>, Diagnose
             }
         }
     }
-    Ok(best_of(tried))
+    let Some((found, rivals)) = best_of(tried) else {
+        return Ok(None);
+    };
+    let placed = settle(case, &placed_again(case, found.candidate.clone())?)?;
+    let explains = complete(case, &placed)?;
+    Ok(Some((if explains { placed } else { found }, rivals)))
 }
 
 /// The best finalist beside a set as the new standing, if it lowers the score enough.

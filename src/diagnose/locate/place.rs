@@ -93,6 +93,12 @@ impl Place {
         )
     }
 
+    /// Whether free laws here may take up an effect anywhere on the shaft: those across the joint are two of the three
+    /// complex numbers by which a reciprocal response of two bearings can change at a line.
+    pub(crate) fn absorbs_others(&self) -> bool {
+        *self == Self::Joint
+    }
+
     /// Whether an effect of this kind may be what is missing here.
     pub(crate) fn hosts(&self, kind: EffectKind, location: &Location) -> bool {
         let entry = kind.entry();

@@ -13,9 +13,9 @@ use crate::linalg::symmetric::DefiniteFactor;
 use crate::linalg::{Mat, NumericError, definite_eigen};
 use crate::rotor::modes::RIGID;
 
-/// Coordinates from this many ends of a sweep on are fast. On six spindles with three tools each, damped by 0.5 %, every
-/// response up to the end of the sweep, antiresonances included, was then off by at most 7e-5 of itself with moduli off
-/// by 3 % each, 1.3e-4 with 10 % and 8e-4 with 30 %; the floor of a final fit is 5e-4.
+/// Coordinates from this many ends of a sweep on are fast. On six spindles with three tools each, damped by 0.5 %,
+/// every response up to the end of the sweep, antiresonances included, was then off by at most 7e-5 of itself with
+/// moduli off by 3 % each, 1.3e-4 with 10 % and 8e-4 with 30 %; the floor of a final fit is 5e-4.
 pub(super) const FAST: f64 = 14.0;
 
 /// Which coordinates of a shaft follow the others.

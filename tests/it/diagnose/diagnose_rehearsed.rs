@@ -380,6 +380,76 @@ fn a_slower_loop_beside_a_tilting_stiffness_is_no_low_pass() {
     assert!((stiffness / -25_395.0 - 1.0).abs() < 0.03, "{stiffness}");
 }
 
+/// Free laws across the joint take up a stiffness elsewhere too: that the joint alone seems to explain everything does
+/// not end the search.
+#[test]
+fn a_stiffness_beside_a_tool_joint_is_found() {
+    let spindle = data("spindles/s06-strong-ks.yaml");
+    let joint = vec![4.091e8, 7.086e4, 0.444];
+    let hidden = [
+        Effect::new(
+            EffectKind::AddedStiffness,
+            Location::Position(0.2303),
+            vec![2.658e6],
+        )
+        .unwrap(),
+        Effect::new(EffectKind::ToolJoint, Location::None, joint).unwrap(),
+    ];
+    let found = named(&spindle, &hidden, &["--tool", "endmill-12-long"]);
+    let stiffness = value_of(&found, EffectKind::AddedStiffness, "stiffness_n_per_m");
+    assert!((stiffness / 2.658e6 - 1.0).abs() < 0.01, "{stiffness}");
+    let turning = value_of(&found, EffectKind::ToolJoint, "rotational_n_m_per_rad");
+    assert!((turning / 7.086e4 - 1.0).abs() < 0.01, "{turning}");
+}
+
+/// A tilting stiffness beside a joint, beside a mass 2 cm away, and beside a stiffness 1.4 cm away. Alone it explains
+/// the records nearly, at a place that is not its own.
+///
+/// Two minutes: `cargo test --release --test it diagnose_rehearsed::a_tilting_stiffness_beside -- --ignored`.
+#[test]
+#[ignore = "two minutes"]
+fn a_tilting_stiffness_beside_another_effect_is_found() {
+    let joint = Effect::new(
+        EffectKind::ToolJoint,
+        Location::None,
+        vec![2.557e9, 3.126e4, 0.288],
+    );
+    let at = |kind, position_m, value| {
+        Effect::new(kind, Location::Position(position_m), vec![value]).unwrap()
+    };
+    let tilting = EffectKind::TiltingStiffness;
+    let cases = [
+        (
+            "s01-short-fast",
+            "endmill-16",
+            at(tilting, 0.077_81, 6575.0),
+            joint.unwrap(),
+        ),
+        (
+            "s04-noncollocated",
+            "drill-8",
+            at(tilting, 0.071_44, 83_643.0),
+            at(EffectKind::AddedMass, 0.091_19, 0.524),
+        ),
+        (
+            "s01-short-fast",
+            "endmill-12-long",
+            at(tilting, 0.054_92, 13_235.0),
+            at(EffectKind::AddedStiffness, 0.069_15, -3.963e5),
+        ),
+    ];
+    for (spindle, tool, strong, other) in cases {
+        let spindle = data(&format!("spindles/{spindle}.yaml"));
+        let want = strong.values[0];
+        let found = named(&spindle, &[strong, other], &["--tool", tool]);
+        let stiffness = value_of(&found, tilting, "stiffness_n_m_per_rad");
+        assert!(
+            (stiffness / want - 1.0).abs() < 0.02,
+            "{stiffness} for {want}"
+        );
+    }
+}
+
 /// A machine that was never updated: forces, stiffnesses and gains are all further off than an updating leaves. That is
 /// no effect, and the answer says which numbers are off.
 #[test]
