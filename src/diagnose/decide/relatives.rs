@@ -54,8 +54,8 @@ pub(super) fn relatives(case: &Case, set: &Candidate) -> Result<Vec<Candidate>, 
     Ok(all)
 }
 
-/// The set with its tilting stiffness at the best place, if it has one: it may stand where it stood in for the member
-/// that is gone, with nuisance parameters outside their priors.
+/// The set with its tilting stiffness at the best place, if it has one: with nuisance parameters outside their priors
+/// it may stand where it stood in for another effect.
 pub(super) fn placed_again(case: &Case, mut found: Candidate) -> Result<Candidate, DiagnoseError> {
     let tilts = |h: &Hypothesis| h.kind == EffectKind::TiltingStiffness;
     if let Some(at) = found.effects.iter().position(tilts)

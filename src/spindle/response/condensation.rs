@@ -16,15 +16,15 @@ use crate::rotor::modes::RIGID;
 /// Coordinates from this many ends of a sweep on are fast. On six spindles with three tools each, damped by 0.5 %,
 /// every response up to the end of the sweep, antiresonances included, was then off by at most 7e-5 of itself with
 /// moduli off by 3 % each, 1.3e-4 with 10 % and 8e-4 with 30 %; the floor of a final fit is 5e-4.
-pub(super) const FAST: f64 = 14.0;
+const FAST: f64 = 14.0;
 
 /// Which coordinates of a shaft follow the others.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Condensation {
     /// Number of slow coordinates, with the rigid ones; the others are fast.
-    pub slow: usize,
-    /// What fast coordinates exceed at least, rad/s: half of what they exceed on the shaft as it is.
-    pub least_rad_s: f64,
+    slow: usize,
+    /// Least frequency of a fast coordinate, rad/s: half of that on the shaft as it is.
+    least_rad_s: f64,
 }
 
 impl Condensation {
@@ -75,7 +75,7 @@ impl Condensation {
                 *x = -y;
             }
         }
-        // Towards the fast modes the correction by their inertia is none any more: it is faded out.
+        // The correction holds for modes far below the fast ones; it fades out towards these.
         let limit = self.least_rad_s.powi(2);
         let lowest = own.values.partition_point(|value| *value < limit);
         let first = first.subcols(0, lowest).to_owned();

@@ -117,7 +117,7 @@ impl MovedShaft {
             let [row] = row;
             masses.push((row, mass));
         }
-        // A mass would move the fast coordinates.
+        // Near an added mass its inertia bends the shaft, which the fast coordinates do not follow.
         let condensed = match &shaft.condensation {
             Some(condensation) if masses.is_empty() => condensation.modes(&k)?,
             _ => None,

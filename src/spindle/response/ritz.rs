@@ -140,7 +140,7 @@ impl ReducedShaft {
         let groups = own_strains.iter().map(|b| b * b.transpose()).collect();
         let condensation = match joint {
             None => Some(Condensation::new(&own_rad_s, slow_rad_s)),
-            // A joint may have any stiffness, which moves fast coordinates far.
+            // With a joint of any stiffness, fast coordinates need not stay fast.
             Some(_) => None,
         };
         Ok(Self {
