@@ -40,7 +40,7 @@ pub struct Candidate {
     pub effects: Vec<Hypothesis>,
     /// The fit, at `model_error`.
     pub fit: Fit,
-    /// Model model error of the fit.
+    /// Relative model error of the fit.
     pub model_error: f64,
 }
 

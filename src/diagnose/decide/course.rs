@@ -44,32 +44,79 @@ pub fn diagnose_with(
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     let (gross, corrected) = without_gross_faults(machine, measurement)?;
-    let as_recorded = gross.is_empty();
-    let found = course(machine, corrected, gross, alternatives, progress)?;
-    if as_recorded || found.verdict != Verdict::Unexplained {
-        return Ok(found);
+    progress("the machine as it is");
+    let corrected = Begun::new(machine, corrected)?;
+    if gross.is_empty() || corrected.complete {
+        return course(corrected, gross, alternatives, progress);
     }
     // What looks like a gross mistake from afar may be a large effect: a soft joint lowers all resonances, as a wrong
     // clock does.
     progress("the records as they are");
-    let again = course(machine, measurement.clone(), vec![], alternatives, progress)?;
-    Ok(match again.verdict {
+    let Ok(recorded) = Begun::new(machine, measurement.clone()) else {
+        // Records with a gross mistake may be none of a machine at all.
+        return course(corrected, gross, alternatives, progress);
+    };
+    let (first, second) = match recorded.one_effect(progress)? {
+        true => ((recorded, vec![]), (corrected, gross)),
+        false => ((corrected, gross), (recorded, vec![])),
+    };
+    let found = course(first.0, first.1, alternatives, progress)?;
+    if found.verdict != Verdict::Unexplained {
+        return Ok(found);
+    }
+    let other = course(second.0, second.1, alternatives, progress)?;
+    Ok(match other.verdict {
         Verdict::Unexplained => found,
-        _ => again,
+        _ => other,
     })
+}
+
+/// A machine with records, fitted without effects.
+struct Begun<'a> {
+    trial: Trial<'a>,
+    null: Standing,
+    /// Whether that leaves nothing significant.
+    complete: bool,
+}
+
+impl<'a> Begun<'a> {
+    fn new(machine: &Machine, measurement: Measurement<'a>) -> Result<Self, DiagnoseError> {
+        let trial = Trial::new(machine, measurement)?;
+        let (null, complete) = trial.stands(Subset::ALL)?;
+        Ok(Self {
+            trial,
+            null,
+            complete,
+        })
+    }
+
+    /// Whether one effect explains the records.
+    fn one_effect(&self, progress: &(dyn Fn(&str) + Sync)) -> Result<bool, DiagnoseError> {
+        let Trial {
+            machine,
+            model,
+            evidence,
+            ..
+        } = &self.trial;
+        let catalogue = hypotheses(machine, model, evidence)?;
+        let case = self.trial.case(&catalogue, progress);
+        let finalists = case.round(&self.null)?.finalists;
+        Ok(finalists.first().is_some_and(|best| case.within(best)))
+    }
 }
 
 /// The course of a diagnosis once gross mistakes are corrected.
 fn course(
-    machine: &Machine,
-    measurement: Measurement,
+    begun: Begun,
     gross: Vec<FoundFault>,
     alternatives: &Alternatives,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let trial = Trial::new(machine, measurement)?;
-    progress("the machine as it is");
-    let (null, explained_by_nothing) = trial.stands(Subset::ALL)?;
+    let Begun {
+        trial,
+        null,
+        complete: explained_by_nothing,
+    } = begun;
     progress("mistakes of the rig");
     let mut faulty = explained(&trial, &null, explained_by_nothing, alternatives)?;
     if let Some(found) = faulty.take_if(|f| f.complete) {
@@ -123,16 +170,15 @@ fn course(
         if rest.sweeps.is_empty() {
             continue;
         }
-        let rest = Trial::new(machine, rest)?;
-        let (null, complete) = rest.stands(Subset::ALL)?;
-        if complete {
+        let rest = Begun::new(&trial.machine, rest)?;
+        if rest.complete {
             let alone = FoundFault {
                 record,
                 fault: RecordFault::Disagrees,
                 name: None,
             };
             let faults = gross.into_iter().chain([alone]).collect();
-            return conclude(&rest, &null, (faults, MOST_EFFECTS), progress);
+            return conclude(&rest.trial, &rest.null, (faults, MOST_EFFECTS), progress);
         }
     }
     Ok(plain)

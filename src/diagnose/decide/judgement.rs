@@ -12,8 +12,8 @@ use super::misfit::{FAILING_BLOCK_CHI2, Misfit};
 use super::screening::TIE_BIC;
 use crate::spindle::EffectKind;
 
-/// Model model error at which a named model must explain the data: what an independent simulation or a good test rig
-/// leaves, relative.
+/// Relative model error at which a named model must explain the data: what an independent simulation or a good test rig
+/// leaves.
 const JUDGE_FLOOR: f64 = 2e-3;
 
 /// Gap on held-out records that noise and a model error of 0.5 % leave to a right explanation: 0.7 to 1.3 in an

@@ -143,6 +143,7 @@ impl Case<'_> {
             .filter_map(|(h, f)| self.finish(&with(h), &f.at, lower, Subset::ALL).ok())
             .filter(matters)
             .collect();
+        self.add_tip(&mut finalists, lower);
         self.rank(&mut finalists);
         if finalists.first().is_some_and(|c| self.within(c)) {
             self.move_finalist(&mut finalists)?;

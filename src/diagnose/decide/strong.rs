@@ -176,6 +176,41 @@ impl Case<'_> {
         Ok(ends.filter(matters).collect())
     }
 
+    /// Adds to finalists of which one has a mass on the tool the same with that mass at the tip, fitted from the model
+    /// error `top`: a step to a mass that the tool feels strongly goes too far where there is no position to move.
+    pub(super) fn add_tip(&self, finalists: &mut Vec<Candidate>, top: f64) {
+        let moved = |c: &Candidate| {
+            let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);
+            // The nose face of the spindle is at zero.
+            let on_tool = h.effect(theta).location.position_m()? < 0.0;
+            let mut tips = self.catalogue.iter();
+            let tip = tips.find(|h| h.kind == EffectKind::ToolMass)?;
+            let taken = c.effects.iter().any(|h| h.same_name(tip));
+            if h.kind != EffectKind::AddedMass || !on_tool || taken {
+                return None;
+            }
+            let mass_kg = h.slope(0, theta) * theta.first()?;
+            let (mut effects, mut at) = (c.effects.clone(), c.fit.at.clone());
+            *effects.last_mut()? = tip.clone();
+            *at.theta.last_mut()? = vec![mass_kg / tip.slope(0, &tip.start)];
+            self.finish(&effects, &at, top, Subset::ALL).ok()
+        };
+        let Some(found) = finalists.iter().find_map(moved).filter(matters) else {
+            return;
+        };
+        let rank = |c: &Candidate| (c.model_error, c.score());
+        let newest = found.effects.last();
+        let same = |c: &&mut Candidate| {
+            let both = c.effects.last().zip(newest);
+            both.is_some_and(|(a, b)| a.same_name(b))
+        };
+        match finalists.iter_mut().find(same) {
+            Some(known) if rank(known) <= rank(&found) => {}
+            Some(known) => *known = found,
+            None => finalists.push(found),
+        }
+    }
+
     /// Where the best finalist is a tilting stiffness at the final model error: the same at the place that fits best.
     /// Nuisance parameters that have left their priors fit the place where they are, so that every place is also tried
     /// with those of the machine as it is.

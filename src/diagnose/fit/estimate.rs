@@ -9,7 +9,7 @@ use crate::linalg::dense::solve_normal;
 use crate::linalg::{Mat, symmetric_eigen};
 use crate::spindle::{Effect, EffectKind, Location};
 
-/// Model model error of final fits: what a fine mesh, modal damping and re-levitation leave, relative.
+/// Relative model error of final fits: what a fine mesh, modal damping and re-levitation leave.
 pub(crate) const FINAL_MODEL_ERROR: f64 = 5e-4;
 
 /// A fitted hypothesis.

@@ -17,7 +17,7 @@ use crate::linalg::c64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Model model error of the comparison: what an independent simulation or a good test rig leaves, relative.
+/// Relative model error of the comparison: what an independent simulation or a good test rig leaves.
 pub(crate) const MODEL_ERROR: f64 = 2e-3;
 /// Floors with steps, and which lines are looked at (every n-th at least), of the three rounds: all places, the better
 /// half, the best few.
