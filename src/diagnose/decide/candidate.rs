@@ -9,6 +9,7 @@ use super::super::fit::case::Case;
 use super::super::fit::estimate::{FINAL_MODEL_ERROR, Fit};
 use super::super::fit::hypothesis::Hypothesis;
 use super::super::fit::problem::Point;
+use crate::spindle::Effect;
 
 /// Relative model errors of successive fits, decreasing.
 pub(crate) const MODEL_ERRORS: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, FINAL_MODEL_ERROR];
@@ -56,6 +57,12 @@ impl Candidate {
         effects.remove(member);
         at.theta.remove(member);
         (effects, at)
+    }
+
+    /// The newest effect.
+    pub(crate) fn newest(&self) -> Option<Effect> {
+        let (h, theta) = (self.effects.last()?, self.fit.at.theta.last()?);
+        Some(h.effect(theta))
     }
 
     /// χ² + d ln N.

@@ -9,17 +9,18 @@ use super::super::data::evidence::Subset;
 use super::super::data::measurement::Measurement;
 use super::super::fit::estimate::FINAL_MODEL_ERROR;
 use super::super::fit::levitated_line::LEVITATED_FROM;
+use super::super::fit::problem::Point;
 use super::super::records::finding::{Alternatives, FoundFault};
 use super::super::records::gross::without_gross_faults;
 use super::super::records::search::{Explained, explained, on_all_lines};
 use super::super::records::trial::Trial;
-use super::candidate::Standing;
+use super::candidate::{Candidate, Standing};
 use super::judgement::Verdict;
 use super::screening::TIE_BIC;
 use super::selection::MOST_EFFECTS;
-use super::verdict::{Diagnosis, Rival, conclude, hypotheses};
+use super::verdict::{Diagnosis, Rival, conclude, conclude_unless, hypotheses};
 use crate::identify::plausibility::RecordFault;
-use crate::spindle::Machine;
+use crate::spindle::{Effect, Machine};
 
 /// Diagnoses a machine; `progress` is told what is being done.
 ///
@@ -57,8 +58,8 @@ pub fn diagnose_with(
         return course(corrected, gross, alternatives, progress);
     };
     let (first, second) = match recorded.one_effect(progress)? {
-        true => ((recorded, vec![]), (corrected, gross)),
-        false => ((corrected, gross), (recorded, vec![])),
+        Some(_) => ((recorded, vec![]), (corrected, gross)),
+        None => ((corrected, gross), (recorded, vec![])),
     };
     let found = course(first.0, first.1, alternatives, progress)?;
     if found.verdict != Verdict::Unexplained {
@@ -90,18 +91,33 @@ impl<'a> Begun<'a> {
         })
     }
 
-    /// Whether one effect explains the records.
-    fn one_effect(&self, progress: &(dyn Fn(&str) + Sync)) -> Result<bool, DiagnoseError> {
-        let Trial {
-            machine,
-            model,
-            evidence,
-            ..
-        } = &self.trial;
-        let catalogue = hypotheses(machine, model, evidence)?;
-        let case = self.trial.case(&catalogue, progress);
+    /// The effect that explains the records alone, if one does.
+    fn one_effect(
+        &self,
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Result<Option<Effect>, DiagnoseError> {
+        let trial = &self.trial;
+        let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
+        let case = trial.case(&catalogue, progress);
         let finalists = case.round(&self.null)?.finalists;
-        Ok(finalists.first().is_some_and(|best| case.within(best)))
+        let best = finalists.first().filter(|best| case.within(best));
+        Ok(best.and_then(Candidate::newest))
+    }
+
+    /// The first of sets of effects that explains the records, fitted to them: its newest effect.
+    fn first_of(&self, sets: &[Candidate]) -> Result<Option<Effect>, DiagnoseError> {
+        let case = self.trial.case(&[], &|_| {});
+        for set in sets {
+            let from = Point {
+                theta: set.fit.at.theta.clone(),
+                ..case.origin()
+            };
+            let stands = case.fit_down(&set.effects, &from, Subset::ALL)?;
+            if case.within(&stands.candidate) {
+                return Ok(stands.candidate.newest());
+            }
+        }
+        Ok(None)
     }
 }
 
@@ -132,12 +148,21 @@ fn course(
     };
     // A machine that is off everywhere has one explanation; three effects and more would not be a simpler one.
     let most = if wide.is_some() { 2 } else { MOST_EFFECTS };
-    let plain = conclude(&trial, &null, (gross.clone(), most), progress)?;
+    let beside = |best: &[Candidate]| match explained_by_nothing || best.is_empty() {
+        true => Ok(None),
+        false => effect_and_fault(&trial, &gross, alternatives, Some(best), progress),
+    };
+    let plain = conclude_unless(&trial, &null, (gross.clone(), most), &beside, progress)?;
     // One effect is simpler than a machine that is off everywhere.
     let many = plain.verdict == Verdict::Unexplained || plain.effects.len() > 1;
     if let Some(wide) = wide.filter(|w| many && w.score < plain.score) {
         progress("a machine that is further off than usual");
         return conclude(&wide.trial, &wide.null, (gross, MOST_EFFECTS), progress);
+    }
+    if plain.verdict == Verdict::Unexplained
+        && let Some(both) = effect_and_fault(&trial, &gross, alternatives, None, progress)?
+    {
+        return Ok(both);
     }
     // A free law at one place of the electronics explains what the catalogue does not: what is there is outside of it.
     let sole = plain.localisation.sole();
@@ -182,6 +207,52 @@ fn course(
         }
     }
     Ok(plain)
+}
+
+/// An effect beside mistakes of the rig, where neither alone explains the records: one effect explains all records but
+/// one, and with it a mistake of the rig explains them all. Of the effects of the catalogue, or of the newest ones of
+/// `best`.
+fn effect_and_fault(
+    trial: &Trial,
+    gross: &[FoundFault],
+    alternatives: &Alternatives,
+    best: Option<&[Candidate]>,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Option<Diagnosis>, DiagnoseError> {
+    for record in trial.measurement.records() {
+        let rest = trial.measurement.without(record);
+        if rest.sweeps.is_empty() {
+            continue;
+        }
+        progress("one effect in all records but one");
+        let rest = Begun::new(&trial.machine, rest)?;
+        let effect = match best {
+            Some(best) => rest.first_of(best)?,
+            None => rest.one_effect(progress)?,
+        };
+        let Some(effect) = effect else {
+            continue;
+        };
+        progress("mistakes of the rig beside it");
+        let with = trial.of_machine(&trial.machine.with_effect(effect))?;
+        let (null, complete) = with.stands(Subset::ALL)?;
+        let found = explained(&with, &null, complete, alternatives)?;
+        let Some(found) = found.filter(|found| found.complete) else {
+            continue;
+        };
+        // The machine of another tool is another machine.
+        if found.faults.iter().any(|f| f.fault == RecordFault::Tool) {
+            continue;
+        }
+        let right = trial.with(found.trial.measurement)?;
+        let (null, _) = right.stands(Subset::ALL)?;
+        let faults = gross.iter().cloned().chain(found.faults).collect();
+        let both = conclude(&right, &null, (faults, MOST_EFFECTS), progress)?;
+        if both.verdict != Verdict::Unexplained {
+            return Ok(Some(both));
+        }
+    }
+    Ok(None)
 }
 
 /// A diagnosis that names mistakes of the rig, or what one effect says in their place: the effect where it explains the

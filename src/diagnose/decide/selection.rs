@@ -41,17 +41,17 @@ pub(super) struct Chosen {
     pub strength: f64,
 }
 
-/// Chooses at most so many effects beyond the machine as it is.
+/// Chooses at most so many effects beyond the machine as it is, of which `round` is what one effect explains.
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
 pub(super) fn choose(
     case: &Case,
     null: &Standing,
+    mut round: Round,
     sole: Option<&Place>,
     most: usize,
 ) -> Result<Chosen, DiagnoseError> {
-    let mut round = case.full_round(null)?;
     let within = |c: &Candidate| case.within(c);
     // What is in the electronics alone is no effect of the shaft that nuisance parameters could have taken up.
     let inside = sole.is_none_or(Place::mechanical);

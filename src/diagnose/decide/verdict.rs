@@ -20,7 +20,7 @@ use super::judgement::{Judgement, Verdict, judge, lowers_the_gap, overall, relie
 use super::misfit::Misfit;
 use super::next_measurement::{Proposal, proposals};
 use super::residuals::{Channel, Fitted, channels, gaps};
-use super::selection::choose;
+use super::selection::{Chosen, choose};
 use super::tie::indistinguishable;
 use crate::diagnose::fit::case::Case;
 use crate::identify::{HammerFrf, SweepRecord};
@@ -133,25 +133,50 @@ pub(super) fn conclude(
     (faults, most): (Vec<FoundFault>, usize),
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let Trial {
-        machine,
-        model,
-        evidence,
-        ..
-    } = trial;
-    let catalogue = hypotheses(machine, model, evidence)?;
+    conclude_unless(trial, null, (faults, most), &|_| Ok(None), progress)
+}
+
+/// What may explain records that no single effect explains, of which the best are given.
+pub(super) type Instead<'a> = &'a dyn Fn(&[Candidate]) -> Result<Option<Diagnosis>, DiagnoseError>;
+
+/// The same, unless one effect does not explain the records and something else does.
+pub(super) fn conclude_unless(
+    trial: &Trial,
+    null: &Standing,
+    (faults, most): (Vec<FoundFault>, usize),
+    instead: Instead,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    let catalogue = hypotheses(&trial.machine, &trial.model, &trial.evidence)?;
     let case = trial.case(&catalogue, progress);
     progress("where it sits");
     let localisation = localise(&case)?;
-    let mut chosen = choose(&case, null, localisation.sole(), most)?;
+    let mut round = case.round(null)?;
+    if !round.finalists.first().is_some_and(|c| case.within(c))
+        && let Some(other) = instead(&round.finalists)?
+    {
+        return Ok(other);
+    }
+    case.add_strong(null, &mut round)?;
+    let chosen = choose(&case, null, round, localisation.sole(), most)?;
+    concluded((trial, &case), null, (localisation, chosen), faults)
+}
+
+/// The diagnosis in which these effects were chosen.
+fn concluded(
+    (trial, case): (&Trial, &Case),
+    null: &Standing,
+    (localisation, mut chosen): (Localisation, Chosen),
+    faults: Vec<FoundFault>,
+) -> Result<Diagnosis, DiagnoseError> {
     let mut best = chosen.standing.candidate.clone();
     let empty = best.effects.is_empty();
-    let relieves = relieves(&case, &null.candidate, &best);
-    if !empty && !relieves && !lowers_the_gap(&case, &null.candidate, &best)? {
+    let relieves = relieves(case, &null.candidate, &best);
+    if !empty && !relieves && !lowers_the_gap(case, &null.candidate, &best)? {
         best = null.candidate.clone();
         chosen.rivals.clear();
     }
-    progress("held-out records");
+    (case.progress)("held-out records");
     let Judgement {
         mut verdict,
         misfit,
@@ -162,12 +187,12 @@ pub(super) fn conclude(
         after,
         strained,
         slope_read,
-    } = judge(&case, &best)?;
+    } = judge(case, &best)?;
     if verdict == Verdict::Adequate && !faults.is_empty() {
         verdict = Verdict::Named;
     }
     let members = match verdict {
-        Verdict::Named => indistinguishable(&case, &best, &chosen.rivals),
+        Verdict::Named => indistinguishable(case, &best, &chosen.rivals),
         _ => vec![&best],
     };
     let tie = match members.len() {
@@ -179,17 +204,17 @@ pub(super) fn conclude(
     }
     let shown = Shown::of(verdict, &best, &trained, null)?;
     let correction = match (verdict, localisation.named()) {
-        (Verdict::Unexplained, Some(port)) => Some(correct(&case, port, held_out.training)?),
+        (Verdict::Unexplained, Some(port)) => Some(correct(case, port, held_out.training)?),
         _ => None,
     };
-    let (correction, shown_channels) = worthwhile(&case, &shown, correction)?;
+    let (correction, shown_channels) = worthwhile(case, &shown, correction)?;
     let menu = match verdict {
-        Verdict::Tie => proposals(&case, &members)?,
+        Verdict::Tie => proposals(case, &members)?,
         _ => vec![],
     };
     let detectable = match verdict {
         Verdict::Unexplained => vec![],
-        _ => detectable(&case, shown.hypotheses, shown.point)?,
+        _ => detectable(case, shown.hypotheses, shown.point)?,
     };
     let corrected = corrected_machine(trial, &shown);
     let taps = trial.measurement.taps.iter();
@@ -198,10 +223,10 @@ pub(super) fn conclude(
         menu,
         detectable,
         gap_before: before.all,
-        gap_after: overall(&case, shown.hypotheses, shown.point)?.all,
+        gap_after: overall(case, shown.hypotheses, shown.point)?.all,
         gap_before_held_out: before.held_out,
         gap_after_held_out: match verdict {
-            Verdict::Unexplained => overall(&case, &[], &null.from)?.held_out,
+            Verdict::Unexplained => overall(case, &[], &null.from)?.held_out,
             _ => predicted.held_out,
         },
         held_out: held_out.name.into(),
@@ -221,7 +246,7 @@ pub(super) fn conclude(
         gap_nearest: after.all,
         slope_read,
         strained,
-        further_off: model.further_off(&shown.point.p),
+        further_off: trial.model.further_off(&shown.point.p),
         score: match verdict {
             Verdict::Unexplained => f64::INFINITY,
             _ => best.score(),
