@@ -54,7 +54,7 @@ pub fn diagnose_with(
     // clock does.
     progress("the records as they are");
     let Ok(recorded) = Begun::new(machine, measurement.clone()) else {
-        // Records with a gross mistake may be none of a machine at all.
+        // With the mistake in them, records need not be usable.
         return course(corrected, gross, alternatives, progress);
     };
     let (first, second) = match recorded.one_effect(progress)? {
@@ -104,7 +104,7 @@ impl<'a> Begun<'a> {
         Ok(best.and_then(Candidate::newest))
     }
 
-    /// The first of sets of effects that explains the records, fitted to them: its newest effect.
+    /// The newest effect of the first of these sets that explains the records.
     fn first_of(&self, sets: &[Candidate]) -> Result<Option<Effect>, DiagnoseError> {
         let case = self.trial.case(&[], &|_| {});
         for set in sets {
@@ -121,7 +121,7 @@ impl<'a> Begun<'a> {
     }
 }
 
-/// The course of a diagnosis once gross mistakes are corrected.
+/// The course of a diagnosis of records of which these gross mistakes are corrected.
 fn course(
     begun: Begun,
     gross: Vec<FoundFault>,
@@ -210,8 +210,8 @@ fn course(
 }
 
 /// An effect beside mistakes of the rig, where neither alone explains the records: one effect explains all records but
-/// one, and with it a mistake of the rig explains them all. Of the effects of the catalogue, or of the newest ones of
-/// `best`.
+/// one, and with it a mistake of the rig explains them all. The effects tried are the newest ones of `best`, or
+/// those of the catalogue.
 fn effect_and_fault(
     trial: &Trial,
     gross: &[FoundFault],

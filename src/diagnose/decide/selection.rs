@@ -41,7 +41,7 @@ pub(super) struct Chosen {
     pub strength: f64,
 }
 
-/// Chooses at most so many effects beyond the machine as it is, of which `round` is what one effect explains.
+/// Chooses at most so many effects beyond the machine as it is, beginning with the round of single effects.
 ///
 /// # Errors
 /// [`DiagnoseError`] when a model cannot be assembled.
@@ -470,10 +470,7 @@ fn ranked(round: &Round) -> Vec<(Effect, f64)> {
     let mut ranking: Vec<(Effect, f64)> = round
         .finalists
         .iter()
-        .filter_map(|c| {
-            let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);
-            Some((h.effect(theta), c.score() - best))
-        })
+        .filter_map(|c| Some((c.newest()?, c.score() - best)))
         .collect();
     let mut others = round.others.clone();
     others.sort_by(|a, b| a.1.total_cmp(&b.1));

@@ -176,8 +176,9 @@ impl Case<'_> {
         Ok(ends.filter(matters).collect())
     }
 
-    /// Adds to finalists of which one has a mass on the tool the same with that mass at the tip, fitted from the model
-    /// error `top`: a step to a mass that the tool feels strongly goes too far where there is no position to move.
+    /// Where the newest effect of a finalist is a mass on the tool: adds the same set with that mass at the tip, fitted
+    /// from the model error `top`. The linear step to a mass at the tip goes too far where that moves a resonance of
+    /// the tool by many widths.
     pub(super) fn add_tip(&self, finalists: &mut Vec<Candidate>, top: f64) {
         let moved = |c: &Candidate| {
             let (h, theta) = (c.effects.last()?, c.fit.at.theta.last()?);

@@ -43,8 +43,14 @@ fn hammer(folder: &Folder) -> HammerFrf {
 
 /// The single fault of a diagnosis without effects.
 fn only_fault(d: &Diagnosis, record: RecordId) -> RecordFault {
+    fault_beside(d, record, &[])
+}
+
+/// The single fault of a diagnosis with effects of these kinds.
+fn fault_beside(d: &Diagnosis, record: RecordId, kinds: &[EffectKind]) -> RecordFault {
     assert_eq!(d.verdict, Verdict::Named, "{:?}", d.nearest);
-    assert!(d.effects.is_empty(), "{:?}", d.effects);
+    let named: Vec<EffectKind> = d.effects.iter().map(|e| e.effect.kind).collect();
+    assert_eq!(named, kinds, "{:?}", d.effects);
     assert!(d.gap_after < 1.0 && d.gap_after_held_out < 1.5);
     match &d.record_faults[..] {
         [one] if one.record == record => one.fault,
@@ -76,18 +82,6 @@ fn a_hammer_with_a_wrong_calibration_is_named() {
     }
 }
 
-/// The single fault of a diagnosis with one effect of this kind.
-fn fault_beside(d: &Diagnosis, record: RecordId, kind: EffectKind) -> RecordFault {
-    assert_eq!(d.verdict, Verdict::Named, "{:?}", d.nearest);
-    let kinds: Vec<EffectKind> = d.effects.iter().map(|e| e.effect.kind).collect();
-    assert_eq!(kinds, [kind]);
-    assert!(d.gap_after < 1.0 && d.gap_after_held_out < 1.5);
-    match &d.record_faults[..] {
-        [one] if one.record == record => one.fault,
-        other => panic!("{other:?}"),
-    }
-}
-
 /// Neither the slower loop nor the calibration explains the records alone; the loop explains the sweep.
 #[test]
 fn a_hammer_with_a_wrong_calibration_beside_an_effect_is_named() {
@@ -96,7 +90,7 @@ fn a_hammer_with_a_wrong_calibration_beside_an_effect_is_named() {
     frf.compliance.iter_mut().for_each(|h| *h *= 1.15);
     let measured = measured(&folder, thinned(&folder), frf);
     let d = diagnose(&folder.machine, &measured, &|_| {}).expect("diagnosis");
-    match fault_beside(&d, RecordId::Hammer(0), EffectKind::LoopDelay) {
+    match fault_beside(&d, RecordId::Hammer(0), &[EffectKind::LoopDelay]) {
         RecordFault::HammerCalibration { factor } => {
             assert!((factor / 1.15 - 1.0).abs() < 0.01, "{factor}");
         }
