@@ -1,4 +1,4 @@
-//! Riccati, norm and synthesis times, one thread: `cargo bench --bench solvers`.
+//! Riccati, norm and synthesis times on one thread, and synthesis on two: `cargo bench --bench solvers`.
 //! Plants: lightly damped rotors on magnetic bearings, built from formulas, so that nothing is read.
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -94,11 +94,16 @@ fn solvers(c: &mut Criterion) {
             bench.iter(|| black_box(hinf_norm(&s, 1e-9)));
         });
     }
+    let two = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+    let two = two.expect("two threads start");
     for (n, channels) in [(6, 1), (14, 2), (28, 4), (36, 4)] {
         let p = plant(n, channels);
         synthesise(&p, &HinfSettings::default()).expect("the plant has a controller");
         c.bench_function(&format!("hinfsyn n={n}"), |bench| {
             bench.iter(|| black_box(synthesise(&p, &HinfSettings::default())));
+        });
+        c.bench_function(&format!("hinfsyn n={n}, two threads"), |bench| {
+            two.install(|| bench.iter(|| black_box(synthesise(&p, &HinfSettings::default()))));
         });
     }
 }

@@ -6,7 +6,7 @@
 
 use super::basis::orthonormal_columns;
 use super::error::NumericError;
-use super::schur::{RealSchur, schur, small_solve};
+use super::schur::{RealSchur, schur, small_sylvester};
 use faer::{Mat, c64};
 
 /// Separates a square matrix into blocks whose coupling solutions P have a Frobenius norm of at most `limit`; zero
@@ -62,14 +62,10 @@ fn coupling(form: &RealSchur, (start, end): (usize, usize), limit: f64) -> Optio
                     .sum();
                 -t[(i + r, j + c)] - below + before
             });
-            let system = Mat::from_fn(h * w, h * w, |r, s| {
-                let ((r1, c1), (r2, c2)) = ((r % h, r / h), (s % h, s / h));
-                let left = if c1 == c2 { t[(i + r1, i + r2)] } else { 0.0 };
-                let right = if r1 == r2 { t[(j + c2, j + c1)] } else { 0.0 };
-                left - right
-            });
-            let rhs: Vec<f64> = (0..h * w).map(|r| rest[(r % h, r / h)]).collect();
-            for (k, value) in small_solve(&system, &rhs).into_iter().enumerate() {
+            let left = |r1: usize, r2: usize| t[(i + r1, i + r2)];
+            let right = |c1: usize, c2: usize| -t[(j + c2, j + c1)];
+            let found = small_sylvester([h, w], left, right, |r, c| rest[(r, c)]);
+            for (k, value) in found.into_iter().enumerate().take(h * w) {
                 p[(i + k % h - start, j + k / h - end)] = value;
                 sum_of_squares += value * value;
             }

@@ -5,22 +5,26 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::hessenberg::{
     HessenbergParams, hessenberg_in_place, hessenberg_in_place_scratch,
 };
+use faer::linalg::householder::{
+    apply_block_householder_sequence_on_the_right_in_place_scratch,
+    apply_block_householder_sequence_on_the_right_in_place_with_conj,
+};
 use faer::traits::ComplexField;
-use faer::{Auto, Mat, Par, Spec};
+use faer::{Auto, Conj, Mat, Par, Spec};
 
-/// The Hessenberg form of a matrix; what is below its subdiagonal is left over from the reflections.
-fn hessenberg_form<T: ComplexField>(mut a: Mat<T>) -> Mat<T> {
+/// The Hessenberg form of a matrix, what is below its subdiagonal left over from the reflections, and their factors.
+fn hessenberg_form<T: ComplexField>(mut a: Mat<T>) -> (Mat<T>, Mat<T>) {
     let n = a.nrows();
+    // One reflection at a time.
+    let mut reflections = Mat::<T>::zeros(1, n.saturating_sub(1));
     if n > 1 {
         let params: Spec<HessenbergParams, T> = Spec::new(<_ as Auto<T>>::auto());
-        // One reflection at a time.
-        let mut reflections = Mat::<T>::zeros(1, n - 1);
         let scratch = hessenberg_in_place_scratch::<T>(n, 1, Par::Seq, params);
         let mut memory = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut memory);
         hessenberg_in_place(a.as_mut(), reflections.as_mut(), Par::Seq, stack, params);
     }
-    a
+    (a, reflections)
 }
 
 /// A number as an iteration keeps it.
@@ -61,8 +65,12 @@ pub(super) struct Hessenberg<S> {
 impl<S: Stored> Hessenberg<S> {
     /// The Hessenberg form of a matrix whose entries are kept as `stored` says.
     pub(super) fn of<T: ComplexField>(a: Mat<T>, stored: impl Fn(&T) -> S) -> Self {
-        let n = a.nrows();
-        let h = hessenberg_form(a);
+        Self::upper_part(&hessenberg_form(a).0, stored)
+    }
+
+    /// A Hessenberg matrix without what is below its subdiagonal.
+    fn upper_part<T>(h: &Mat<T>, stored: impl Fn(&T) -> S) -> Self {
+        let n = h.nrows();
         let entry = |k: usize| match (k % n, k / n) {
             (i, j) if i > j + 1 => S::ZERO,
             at => stored(&h[at]),
@@ -104,6 +112,33 @@ impl<S: Stored> Hessenberg<S> {
             let scale = larger + most;
             least * (most / scale) <= f64::EPSILON * (smaller * (larger / scale))
         }
+    }
+}
+
+impl Hessenberg<f64> {
+    /// The Hessenberg form H of a real matrix, and Q with A = Q H Qᵀ, column by column.
+    pub(super) fn with_basis(a: Mat<f64>) -> (Self, Vec<f64>) {
+        let n = a.nrows();
+        let (h, factors) = hessenberg_form(a);
+        let mut q = Mat::<f64>::identity(n, n);
+        if n > 1 {
+            let scratch = apply_block_householder_sequence_on_the_right_in_place_scratch::<f64>(
+                n - 1,
+                1,
+                n - 1,
+            );
+            let mut memory = MemBuffer::new(scratch);
+            apply_block_householder_sequence_on_the_right_in_place_with_conj(
+                h.submatrix(1, 0, n - 1, n - 1),
+                factors.as_ref(),
+                Conj::No,
+                q.submatrix_mut(1, 1, n - 1, n - 1),
+                Par::Seq,
+                MemStack::new(&mut memory),
+            );
+        }
+        let basis = (0..n * n).map(|k| q[(k % n, k / n)]).collect();
+        (Self::upper_part(&h, |x| *x), basis)
     }
 }
 

@@ -2,9 +2,9 @@
 //! Continuous: AᵀX + XA + Q = 0. Discrete: AᵀXA − X + Q = 0, through the bilinear map.
 //! One kernel, TᵀY + YS = F with T and S quasi upper triangular, serves all of them. Cost O(n³).
 
-use super::dense::solve;
+use super::dense::{balance, solve};
 use super::error::NumericError;
-use super::schur::{RealSchur, quasi_blocks, schur, small_solve};
+use super::schur::{RealSchur, quasi_blocks, schur, small_sylvester};
 use faer::Mat;
 
 /// X with AᵀX + XA + Q = 0 for symmetric Q; A has no two eigenvalues that sum to zero.
@@ -22,6 +22,31 @@ pub(crate) fn lyapunov_with(form: &RealSchur, q: &Mat<f64>) -> Mat<f64> {
     let f = Mat::from_fn(q.nrows(), q.ncols(), |i, j| -rotated[(i, j)]);
     let y = triangular_sylvester(&form.t, &form.t, f);
     symmetric(&(&form.z * y * form.z.transpose()))
+}
+
+/// Equations AᵀX + XA + Q = 0 with one A, whose rows and columns may be far apart in size: its Schur form is that of
+/// D⁻¹AD with rows and columns evened out.
+pub(crate) struct EvenedLyapunov {
+    form: RealSchur,
+    scale: Vec<f64>,
+}
+
+impl EvenedLyapunov {
+    /// # Errors
+    /// [`NumericError`] when the Schur form fails.
+    pub(crate) fn new(a: &Mat<f64>) -> Result<Self, NumericError> {
+        let (evened, scale) = balance(a);
+        let form = schur(&evened)?;
+        Ok(Self { form, scale })
+    }
+
+    /// X for a symmetric Q.
+    pub(crate) fn solve(&self, q: &Mat<f64>) -> Mat<f64> {
+        let (n, d) = (q.nrows(), &self.scale);
+        let scaled = Mat::from_fn(n, n, |i, j| q[(i, j)] * d[i] * d[j]);
+        let x = lyapunov_with(&self.form, &scaled);
+        Mat::from_fn(n, n, |i, j| x[(i, j)] / d[i] / d[j])
+    }
 }
 
 /// X with A X + X B = C; A is n×n, B m×m, C n×m.
@@ -90,15 +115,14 @@ fn triangular_sylvester(t: &Mat<f64>, s: &Mat<f64>, mut f: Mat<f64>) -> Mat<f64>
                 f[(i, j)] /= d;
                 continue;
             }
-            let k = Mat::from_fn(h * w, h * w, |x, y| {
-                let ((r1, c1), (r2, c2)) = ((x % h, x / h), (y % h, y / h));
-                let left = if c1 == c2 { t[(i + r2, i + r1)] } else { 0.0 };
-                let right = if r1 == r2 { s[(j + c2, j + c1)] } else { 0.0 };
-                left + right
-            });
-            let b: Vec<f64> = (0..h * w).map(|x| f[(i + x % h, j + x / h)]).collect();
-            for (x, value) in small_solve(&k, &b).into_iter().enumerate() {
-                f[(i + x % h, j + x / h)] = value;
+            let found = small_sylvester(
+                [h, w],
+                |r1, r2| t[(i + r2, i + r1)],
+                |c1, c2| s[(j + c2, j + c1)],
+                |r, c| f[(i + r, j + c)],
+            );
+            for (x, value) in found[..h * w].iter().enumerate() {
+                f[(i + x % h, j + x / h)] = *value;
             }
         }
     }

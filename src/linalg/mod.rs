@@ -11,6 +11,7 @@ pub(crate) mod equal_planes;
 pub(crate) mod error;
 pub mod exponential;
 pub(crate) mod fixed;
+pub(crate) mod francis;
 pub(crate) mod fused;
 pub(crate) mod gram;
 pub(crate) mod gramian;

@@ -9,7 +9,7 @@ use super::dense::solve;
 use super::doubled::Doubled;
 use super::doubling::doubling;
 use super::error::NumericError;
-use super::lyapunov::{lyapunov_with, symmetric};
+use super::lyapunov::{EvenedLyapunov, symmetric};
 use super::real_eigenvalues::eigenvalues;
 use super::schur::schur;
 use faer::{Mat, c64};
@@ -62,6 +62,14 @@ pub struct CareSolution {
     pub residual: f64,
     /// Largest real part of the eigenvalues of A − GX, negative.
     pub closed_loop_max_real: f64,
+}
+
+impl CareSolution {
+    /// True where Newton's method may begin: from any stabilising start it converges when G ≥ 0 (Kleinman 1968); one
+    /// that is close may look unstable for rounding alone. The result is judged anyway.
+    fn is_start(&self) -> bool {
+        self.closed_loop_max_real < 0.0 || self.residual < USABLE
+    }
 }
 
 /// Which roads to take.
@@ -203,10 +211,8 @@ impl Data {
             failed.push(found);
         }
         // Ill-conditioned, but not hopeless: residuals of f64 are noise here, those of doubled precision are not.
-        let refined = failed
-            .iter()
-            .filter(|c| c.residual < USABLE)
-            .find_map(|c| self.refined(&c.x));
+        let mut starts = failed.iter().filter(|c| c.is_start());
+        let refined = starts.find_map(|c| self.refined(&c.x));
         refined.ok_or_else(|| self.diagnose(&failed))
     }
 
@@ -215,10 +221,10 @@ impl Data {
         let x = &start.x;
         let ax = self.a.transpose() * x;
         let residual = symmetric(&(&ax + ax.transpose() - x * &self.g * x + &self.q));
-        let Ok(form) = schur(&(&self.a - &self.g * x)) else {
+        let Ok(closed) = EvenedLyapunov::new(&(&self.a - &self.g * x)) else {
             return start;
         };
-        let better = self.candidate(symmetric(&(x + lyapunov_with(&form, &residual))));
+        let better = self.candidate(symmetric(&(x + closed.solve(&residual))));
         if better.residual < start.residual && better.closed_loop_max_real < 0.0 {
             better
         } else {
@@ -232,9 +238,7 @@ impl Data {
         for road in 0..4 {
             let Some(x) = self.road(road) else { continue };
             let start = self.candidate(x);
-            // From any stabilising start Newton's method converges when G ≥ 0 (Kleinman 1968); a start that is close
-            // may look unstable for rounding alone, and the result is judged anyway.
-            if (start.closed_loop_max_real < 0.0 || start.residual < USABLE)
+            if start.is_start()
                 && let Some(found) = self.refined(&start.x)
             {
                 return Ok(found);
@@ -264,14 +268,14 @@ impl Data {
             Doubled::from_f64(&self.q),
         );
         let mut x = Doubled::from_f64(start);
-        let mut form = schur(&(&self.a - &self.g * start)).ok()?;
+        let mut closed = EvenedLyapunov::new(&(&self.a - &self.g * start)).ok()?;
         let (mut last, mut settled) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..LIMIT {
             // AᵀX + XA − XGX + Q = XW + (XW)ᵀ + Q with W = A − GX/2.
             let w = a.plus(&g.times(&x).scaled(-0.5));
             let p = x.times(&w);
             let residual = p.plus(&p.transposed()).plus(&q).rounded();
-            let step = lyapunov_with(&form, &residual);
+            let step = closed.solve(&residual);
             let rounded = x.rounded();
             if !step.is_all_finite() {
                 return None;
@@ -290,7 +294,7 @@ impl Data {
                 break;
             }
             if settled > 1e-8 {
-                form = schur(&(&self.a - &self.g * x.rounded())).ok()?;
+                closed = EvenedLyapunov::new(&(&self.a - &self.g * x.rounded())).ok()?;
             } else if settled >= last {
                 break;
             }

@@ -1,16 +1,11 @@
 //! Ordered real Schur form A = Z T Zᵀ with T quasi upper triangular (1×1 and 2×2 diagonal blocks).
-//! faer has no public Schur form; its unblocked QZ on the pencil (A, I) gives one: Q'AZ = S and Q'Z = diag(±1),
-//! so T = diag(±1)·S. The blocked QZ is avoided (slow and inaccurate from order 75).
-//! The matrix is scaled to norm one first, and entries whose squares underflow are set to zero: the QZ makes NaN of
-//! them.
+//! The matrix is scaled to norm one first, and entries whose squares underflow are set to zero.
 //! Reordering: direct swapping of adjacent blocks (Bai and Demmel 1993).
 
 use super::dense::{NEGLIGIBLE, unit_of};
 use super::error::NumericError;
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::evd::ComputeEigenvectors;
-use faer::linalg::gevd::{self, GeneralizedSchurParams};
-use faer::{Auto, Col, Mat, Par, c64};
+use super::francis::Francis;
+use faer::{Mat, c64};
 
 /// Real Schur form A = Z T Zᵀ.
 #[derive(Clone, Debug)]
@@ -41,54 +36,15 @@ pub fn schur(a: &Mat<f64>) -> Result<RealSchur, NumericError> {
         x if x.abs() < NEGLIGIBLE => 0.0,
         x => x,
     });
-    let (mut s, mut p) = (scaled.clone(), Mat::<f64>::identity(n, n));
-    let (mut q, mut z) = (Mat::<f64>::identity(n, n), Mat::<f64>::identity(n, n));
-    let hessenberg: gevd::gen_hessenberg::GeneralizedHessenbergParams = <_ as Auto<f64>>::auto();
-    let mut params: GeneralizedSchurParams = <_ as Auto<f64>>::auto();
-    params.blocking_threshold = 1 << 20;
-    let mut buffer = MemBuffer::new(StackReq::any_of(&[
-        gevd::gen_hessenberg::generalized_hessenberg_scratch::<f64>(n, hessenberg),
-        gevd::qz_real::hessenberg_to_qz_scratch::<f64>(n, Par::Seq, params),
-    ]));
-    let stack = MemStack::new(&mut buffer);
-    gevd::gen_hessenberg::generalized_hessenberg(
-        s.as_mut(),
-        p.as_mut(),
-        Some(q.as_mut()),
-        Some(z.as_mut()),
-        Par::Seq,
-        stack,
-        hessenberg,
-    );
-    let (mut re, mut im) = (Col::<f64>::zeros(n), Col::<f64>::zeros(n));
-    let mut beta = Col::<f64>::zeros(n);
-    gevd::qz_real::hessenberg_to_qz(
-        s.as_mut(),
-        p.as_mut(),
-        Some(q.as_mut()),
-        Some(z.as_mut()),
-        re.as_mut(),
-        im.as_mut(),
-        beta.as_mut(),
-        ComputeEigenvectors::Yes,
-        Par::Seq,
-        params,
-        stack,
-    );
-    let t = Mat::from_fn(n, n, |i, j| {
-        if i > j + 1 {
-            0.0
-        } else {
-            s[(i, j)] * p[(i, i)].signum()
-        }
-    });
+    let [z, t] = Francis::of_schur_form(scaled.clone())
+        .finished()?
+        .basis_and_form();
     let mut form = RealSchur { z, t };
-    form.deflate();
-    let overlap = form.blocks_overlap();
     form.split();
     let defect = (&form.z * &form.t - &scaled * &form.z).norm_l2();
-    // Backward stable QZ stays below 1e-13 up to order 400; a failed sweep leaves a defect of order one.
-    if overlap || defect.is_nan() || defect > 1e-11 * scaled.norm_l2() {
+    // Reflections are backward stable: the defect stays below 1e-13 up to order 400, a failed sweep leaves one of order
+    // one.
+    if defect.is_nan() || defect > 1e-11 * scaled.norm_l2() {
         return Err(NumericError::NoConvergence {
             what: "Schur form",
             iterations: 30 * n,
@@ -150,24 +106,6 @@ impl RealSchur {
         block_eigenvalues(&self.t, i, block_size(&self.t, i)).0
     }
 
-    /// Sets negligible entries below the diagonal of a form of norm one to zero.
-    fn deflate(&mut self) {
-        let norm = self.t.norm_max();
-        for i in 0..self.t.nrows().saturating_sub(1) {
-            let scale = self.t[(i, i)].abs() + self.t[(i + 1, i + 1)].abs();
-            let scale = if scale > 0.0 { scale } else { norm };
-            // Deflation threshold of the QR algorithm.
-            if self.t[(i + 1, i)].abs() <= (f64::EPSILON * scale).max(NEGLIGIBLE) {
-                self.t[(i + 1, i)] = 0.0;
-            }
-        }
-    }
-
-    /// True where a diagonal block is larger than 2×2.
-    fn blocks_overlap(&self) -> bool {
-        (2..self.t.nrows()).any(|i| self.t[(i, i - 1)] != 0.0 && self.t[(i - 1, i - 2)] != 0.0)
-    }
-
     /// Splits 2×2 blocks with real eigenvalues.
     fn split(&mut self) {
         let n = self.t.nrows();
@@ -177,16 +115,16 @@ impl RealSchur {
                 i += 1;
                 continue;
             }
-            let (first, second) = block_eigenvalues(&self.t, i, 2);
-            if first.im == 0.0 {
-                // Eigenvector of the eigenvalue farther from t22: no cancellation.
-                let d = self.t[(i + 1, i + 1)];
-                let value = if (first.re - d).abs() > (second.re - d).abs() {
-                    first.re
-                } else {
-                    second.re
-                };
-                let (x, y) = (value - d, self.t[(i + 1, i)]);
+            let (half, c) = (
+                0.5 * (self.t[(i, i)] - self.t[(i + 1, i + 1)]),
+                self.t[(i + 1, i)],
+            );
+            let [square, product] = [half * half, self.t[(i, i + 1)] * c];
+            // Two equal eigenvalues may look complex for rounding.
+            if square + product >= -4.0 * f64::EPSILON * square {
+                // Eigenvector of the eigenvalue farther from t22, by its distance: no cancellation.
+                let root = (square + product).max(0.0).sqrt();
+                let (x, y) = (half + root.copysign(half), c);
                 let r = x.hypot(y);
                 if r > 0.0 {
                     self.rotate(i, x / r, y / r);
@@ -237,14 +175,9 @@ impl RealSchur {
         };
         let (a, b, c) = (part(0, 0, p, p), part(p, p, q, q), part(0, p, p, q));
         // A X − X B = C; the columns of [−X; I] span the invariant subspace of B.
-        let k = Mat::from_fn(p * q, p * q, |r, s| {
-            let ((r1, c1), (r2, c2)) = ((r % p, r / p), (s % p, s / p));
-            let left = if c1 == c2 { a[(r1, r2)] } else { 0.0 };
-            let right = if r1 == r2 { b[(c2, c1)] } else { 0.0 };
-            left - right
-        });
-        let rhs: Vec<f64> = (0..p * q).map(|r| c[(r % p, r / p)]).collect();
-        let x = small_solve(&k, &rhs);
+        let left = |r: usize, s: usize| a[(r, s)];
+        let right = |r: usize, s: usize| -b[(s, r)];
+        let x = small_sylvester([p, q], left, right, |r, s| c[(r, s)]);
         let basis = Mat::from_fn(p + q, q, |r, s| {
             if r < p {
                 -x[s * p + r]
@@ -300,52 +233,69 @@ fn block_eigenvalues(t: &Mat<f64>, i: usize, size: usize) -> (c64, c64) {
     }
 }
 
-/// Solution of a system of order up to 4 by Gaussian elimination with complete pivoting; a vanishing pivot is
+/// X with L X + X Rᵀ = C, column by column, for L of order p and R of order q up to 2, by their entries.
+pub(super) fn small_sylvester(
+    [p, q]: [usize; 2],
+    left: impl Fn(usize, usize) -> f64,
+    right: impl Fn(usize, usize) -> f64,
+    c: impl Fn(usize, usize) -> f64,
+) -> [f64; 4] {
+    let entry = |row: usize, column: usize| {
+        let ((r1, c1), (r2, c2)) = ((row % p, row / p), (column % p, column / p));
+        let by_left = if c1 == c2 { left(r1, r2) } else { 0.0 };
+        let by_right = if r1 == r2 { right(c1, c2) } else { 0.0 };
+        by_left + by_right
+    };
+    let (mut m, mut rhs) = ([[0.0; 4]; 4], [0.0; 4]);
+    for row in 0..p * q {
+        (0..p * q).for_each(|column| m[row][column] = entry(row, column));
+        rhs[row] = c(row % p, row / p);
+    }
+    small_solve(p * q, m, rhs)
+}
+
+/// Solution of a system of order `n` up to 4 by Gaussian elimination with complete pivoting; a vanishing pivot is
 /// replaced by one at rounding level, which is a backward error of that size.
-pub(super) fn small_solve(a: &Mat<f64>, b: &[f64]) -> Vec<f64> {
-    let n = b.len();
-    let (mut m, mut x) = (a.clone(), b.to_vec());
-    let floor = (f64::EPSILON * a.norm_max()).max(f64::MIN_POSITIVE);
-    let mut order: Vec<usize> = (0..n).collect();
+fn small_solve(n: usize, mut m: [[f64; 4]; 4], mut x: [f64; 4]) -> [f64; 4] {
+    let largest = m[..n].iter().flat_map(|row| &row[..n]);
+    let largest = largest.fold(0.0f64, |most, entry| most.max(entry.abs()));
+    let floor = (f64::EPSILON * largest).max(f64::MIN_POSITIVE);
+    let mut order = [0, 1, 2, 3];
     for k in 0..n {
         let (mut pr, mut pc) = (k, k);
         for i in k..n {
             for j in k..n {
-                if m[(i, j)].abs() > m[(pr, pc)].abs() {
+                if m[i][j].abs() > m[pr][pc].abs() {
                     (pr, pc) = (i, j);
                 }
             }
         }
-        for j in 0..n {
-            let swap = m[(k, j)];
-            m[(k, j)] = m[(pr, j)];
-            m[(pr, j)] = swap;
-        }
+        m.swap(k, pr);
         x.swap(k, pr);
-        for i in 0..n {
-            let swap = m[(i, k)];
-            m[(i, k)] = m[(i, pc)];
-            m[(i, pc)] = swap;
-        }
+        m[..n].iter_mut().for_each(|row| row.swap(k, pc));
         order.swap(k, pc);
-        if m[(k, k)].abs() < floor {
-            m[(k, k)] = if m[(k, k)] < 0.0 { -floor } else { floor };
-        }
+        let pivot_row = {
+            let row = &mut m[k];
+            if row[k].abs() < floor {
+                row[k] = floor.copysign(row[k]);
+            }
+            *row
+        };
         for i in k + 1..n {
-            let f = m[(i, k)] / m[(k, k)];
+            let f = m[i][k] / pivot_row[k];
             for j in k + 1..n {
-                m[(i, j)] -= f * m[(k, j)];
+                m[i][j] -= f * pivot_row[j];
             }
             x[i] -= f * x[k];
         }
     }
     for k in (0..n).rev() {
-        let tail: f64 = (k + 1..n).map(|j| m[(k, j)] * x[j]).sum();
-        x[k] = (x[k] - tail) / m[(k, k)];
+        let tail: f64 = (k + 1..n).map(|j| m[k][j] * x[j]).sum();
+        x[k] = (x[k] - tail) / m[k][k];
     }
-    let mut result = vec![0.0; n];
-    for (k, value) in x.into_iter().enumerate() {
-        result[order[k]] = value;
+    let mut result = [0.0; 4];
+    for k in 0..n {
+        result[order[k]] = x[k];
     }
     result
 }

@@ -12,6 +12,7 @@ use crate::linalg::equal_planes::EqualPlanes;
 use crate::linalg::{
     Mat, NumericError, c64, max_singular_value, max_singular_value_complex, solve,
 };
+use rayon::prelude::*;
 use thiserror::Error;
 
 /// Why a norm could not be computed.
@@ -176,10 +177,17 @@ pub fn seeds(poles: &[c64]) -> Vec<f64> {
 }
 
 /// The frequencies of [`seeds`], zero and infinity, with their values.
-pub(crate) fn places(poles: &[c64], value: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
-    let list = seeds(poles).into_iter().chain([0.0, f64::INFINITY]);
-    list.map(|omega| (omega, value(omega))).collect()
+pub(crate) fn places(poles: &[c64], value: &(dyn Fn(f64) -> f64 + Sync)) -> Vec<(f64, f64)> {
+    let mut list = seeds(poles);
+    list.extend([0.0, f64::INFINITY]);
+    list.into_par_iter()
+        .with_min_len(SIDE_BY_SIDE)
+        .map(|omega| (omega, value(omega)))
+        .collect()
 }
+
+/// Frequencies that one thread takes at least: one of a small system takes as long as handing it on.
+const SIDE_BY_SIDE: usize = 8;
 
 fn linf_norm_with(
     system: &StateSpace<Continuous>,

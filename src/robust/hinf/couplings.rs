@@ -79,10 +79,14 @@ impl Couplings {
         let of = |k: usize| {
             let w = root * vectors.submatrix(0, k, n, 1);
             let v = x * &w * (1.0 / values[k]);
+            let (of_control, of_filter) = rayon::join(
+                || closed_control.slope(x, &w),
+                || closed_filter.slope(y, &(v * values[k].sqrt())),
+            );
             Coupled {
                 ratio: values[k] / (gamma * gamma),
-                of_control: closed_control.slope(x, &w),
-                of_filter: closed_filter.slope(y, &(v * values[k].sqrt())),
+                of_control,
+                of_filter,
             }
         };
         let largest = values.last().copied().unwrap_or(0.0);

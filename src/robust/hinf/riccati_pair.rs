@@ -111,7 +111,8 @@ pub(super) fn coupling(x: &Mat<f64>, y: &Mat<f64>) -> Result<Coupling, NumericEr
             vectors: Mat::zeros(0, 0),
         });
     }
-    let ((xv, xu), (yv, yu)) = (symmetric_eigen(x)?, symmetric_eigen(y)?);
+    let (of_x, of_y) = rayon::join(|| symmetric_eigen(x), || symmetric_eigen(y));
+    let ((xv, xu), (yv, yu)) = (of_x?, of_y?);
     let relative = |v: &[f64]| {
         let size = v[0].abs().max(v[n - 1].abs());
         if size > 0.0 { v[0] / size } else { 0.0 }
