@@ -4,35 +4,43 @@
 //! Quadratic convergence; no ordering of eigenvalues is needed, so identical channels do no harm.
 
 use super::lyapunov::symmetric;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{
+    PartialPivLuParams, lu_in_place, lu_in_place_scratch,
+};
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::{DenseSolveCore, Solve};
-use faer::{Accum, Mat, MatRef, Par, Scale};
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::{Accum, Auto, Mat, MatRef, Par, Scale, Spec};
 
 /// Steps allowed: the closed-loop spectrum contracts by squaring, so 60 cover ratios down to 2⁻⁶⁰.
 const STEPS: usize = 60;
+
+/// Relative change of X below which it is rounding.
+const ROUNDING: f64 = 1e-16;
 
 /// A stabilising solution if the iteration settles, on balanced data. The caller checks the residual.
 pub(crate) fn doubling(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, shift: f64) -> Option<Mat<f64>> {
     let n = a.nrows();
     let one = Mat::<f64>::identity(n, n);
+    let mut pair = PairSolver::new(n);
+    // With A − γI = S and W = Sᵀ + QS⁻¹G: A ← I + 2γW⁻ᵀ, G ← 2γS⁻¹GW⁻¹, H ← 2γW⁻¹QS⁻¹.
     let shifted = a - &one * Scale(shift);
-    let inverse = shifted.partial_piv_lu().inverse();
-    let w = shifted.transpose() + q * &inverse * g;
-    let w = w.partial_piv_lu().inverse();
-    let mut ak = &one + w.transpose() * Scale(2.0 * shift);
-    let mut gk = symmetric(&(&inverse * g * &w * Scale(2.0 * shift)));
-    let mut hk = symmetric(&(&w * q * &inverse * Scale(2.0 * shift)));
+    let [inverse, driven] = pair.solve(&shifted, [&one, g]);
+    let read = q * inverse;
+    let w = shifted.transpose() + &read * g;
+    let driven = driven.to_owned();
+    let [inverse, start] = pair.solve(&w, [&one, &read]);
+    let twice = Scale(2.0 * shift);
+    let mut ak = &one + inverse.transpose() * twice;
+    let mut gk = symmetric(&(driven * inverse * twice));
+    let mut hk = symmetric(&(start * twice));
     // A step of a small matrix takes as long as reserving its memory would.
     let [mut step, mut product] = [(); 2].map(|()| Mat::<f64>::zeros(n, n));
-    let mut solved = Mat::<f64>::zeros(n, 2 * n);
-    let mut last = f64::INFINITY;
+    let mut last = f64::NAN;
     for _ in 0..STEPS {
         product.copy_from(&one);
         add_product(&mut product, &gk, hk.as_ref());
-        solved.subcols_mut(0, n).copy_from(&ak);
-        solved.subcols_mut(n, n).copy_from(&gk);
-        product.partial_piv_lu().solve_in_place(&mut solved);
-        let (left, right) = (solved.subcols(0, n), solved.subcols(n, n));
+        let [left, right] = pair.solve(&product, [&ak, &gk]);
         set_product(&mut product, hk.as_ref(), left);
         set_product(&mut step, ak.transpose(), product.as_ref());
         set_product(&mut product, ak.as_ref(), right);
@@ -47,13 +55,51 @@ pub(crate) fn doubling(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, shift: f64) -> 
         if !change.is_finite() || !ak.is_all_finite() {
             return None;
         }
+        // Changes square, next to an axis eigenvalue they halve: what the next one will be.
+        let next = change * (change / last).powi(2);
         // At rounding level, or stagnating close to it: no further step helps.
-        if change < 1e-16 || (change < 1e-10 && change >= last) {
+        if change.min(next) < ROUNDING || (change < 1e-10 && change >= last) {
             return Some(hk);
         }
         last = change;
     }
     None
+}
+
+/// Solves systems of one order with two square right-hand sides, in memory that it keeps.
+struct PairSolver {
+    /// [M B₁ B₂]: the factors of a wide matrix hold what forward substitution leaves of B.
+    wide: Mat<f64>,
+    rows: [Vec<usize>; 2],
+    memory: MemBuffer,
+    params: Spec<PartialPivLuParams, f64>,
+}
+
+impl PairSolver {
+    fn new(n: usize) -> Self {
+        let params = Spec::new(<_ as Auto<f64>>::auto());
+        let scratch = lu_in_place_scratch::<usize, f64>(n, 3 * n, Par::Seq, params);
+        Self {
+            wide: Mat::zeros(n, 3 * n),
+            rows: [vec![0; n], vec![0; n]],
+            memory: MemBuffer::new(scratch),
+            params,
+        }
+    }
+
+    /// M⁻¹B₁ and M⁻¹B₂ by LU with partial pivoting; not finite where M is singular.
+    fn solve(&mut self, m: &Mat<f64>, [first, second]: [&Mat<f64>; 2]) -> [MatRef<'_, f64>; 2] {
+        let n = m.nrows();
+        for (k, part) in [m, first, second].into_iter().enumerate() {
+            self.wide.subcols_mut(k * n, n).copy_from(part);
+        }
+        let [to, from] = &mut self.rows;
+        let stack = MemStack::new(&mut self.memory);
+        lu_in_place(self.wide.as_mut(), to, from, Par::Seq, stack, self.params);
+        let (factors, mut right) = self.wide.split_at_col_mut(n);
+        solve_upper_triangular_in_place(factors.as_ref(), right.as_mut(), Par::Seq);
+        [self.wide.subcols(n, n), self.wide.subcols(2 * n, n)]
+    }
 }
 
 fn set_product(into: &mut Mat<f64>, a: MatRef<f64>, b: MatRef<f64>) {

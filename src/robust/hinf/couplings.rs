@@ -62,13 +62,23 @@ impl Couplings {
         found: &Solved,
         gamma: f64,
     ) -> Result<Self, SynthesisError> {
-        let (x, y) = (&found.x.x, &found.y.x);
+        let solutions = [&found.x.x, &found.y.x];
+        Self::of_solutions([control, filter], solutions, &found.coupling, gamma)
+    }
+
+    /// The same of both sides, their solutions and what couples them.
+    pub(super) fn of_solutions(
+        [control, filter]: [&Side; 2],
+        [x, y]: [&Mat<f64>; 2],
+        coupling: &Coupling,
+        gamma: f64,
+    ) -> Result<Self, SynthesisError> {
         let Coupling {
             root,
             values,
             vectors,
             ..
-        } = &found.coupling;
+        } = coupling;
         let n = x.nrows();
         let (closed_control, closed_filter) = rayon::join(
             || ClosedSide::new(control, gamma, x),
@@ -109,6 +119,14 @@ impl Couplings {
             slope,
             apart: steps.get(1).map_or(f64::INFINITY, |next| steps[0] - next),
         })
+    }
+
+    /// Where these couplings are those of a level far above: the level at which the largest one binds, per √λ. As a
+    /// function of s = 1/γ² it is about λ/(1 − sλ'/λ), which is infinite at a level, and it binds where that is 1/s.
+    pub(super) fn binding_per_root(&self) -> f64 {
+        // λ' = γ⁴ times the energy.
+        let share = |c: &Coupled| c.energy() / (c.ratio * c.ratio);
+        self.list.first().map_or(1.0, |c| (1.0 + share(c)).sqrt())
     }
 
     /// The levels of the couplings with their derivatives by the matrices of the plant.

@@ -159,26 +159,14 @@ fn attempt(
         };
     }
     let optimum = search.optimum(settings, &pairs)?;
-    let gamma_opt = optimum.gamma;
-    let mut failure = SynthesisError::NoLevel {
-        gamma: gamma_opt,
-        condition: Condition::Unsolved,
-    };
-    let further: &[f64] = match optimum.limit {
-        Limit::Rounding => &DECADES_ABOVE,
-        _ => &LADDER,
-    };
-    let further = further.iter().copied().filter(|s| *s > settings.slack);
-    for slack in std::iter::once(settings.slack).chain(further) {
-        let gamma = gamma_opt * (1.0 + slack);
-        match search.deliver(plant, Some(optimum), gamma, &pairs) {
-            // Rounding in a nearly singular problem can leave the loop above its level: the level is then the norm.
-            Ok(found) if found.gamma <= gamma_opt * (1.0 + slack.max(CLOSE)) => return Ok(found),
-            Ok(found) => failure = refuted(gamma, &found),
-            Err(error) => failure = error,
+    match search.deliver_near(plant, optimum, settings, &pairs) {
+        // Near the end of what f64 can hold the coupling may have a root below the level of a side.
+        Err(SynthesisError::Infeasible { .. }) if optimum.limit == Limit::Coupling => {
+            let optimum = search.above_bounds(settings, &pairs)?;
+            search.deliver_near(plant, optimum, settings, &pairs)
         }
+        found => found,
     }
-    Err(failure)
 }
 
 /// Distances from the optimum at which a controller is formed; a larger one is taken only when the smaller ones fail
@@ -200,6 +188,38 @@ fn refuted(gamma: f64, found: &HinfSolution) -> SynthesisError {
 }
 
 impl Search {
+    /// The controller as near above an optimum as one passes its check.
+    fn deliver_near(
+        &self,
+        plant: &GeneralizedPlant,
+        optimum: Optimum,
+        settings: &HinfSettings,
+        pairs: &Cell<usize>,
+    ) -> Result<HinfSolution, SynthesisError> {
+        let gamma_opt = optimum.gamma;
+        let mut failure = SynthesisError::NoLevel {
+            gamma: gamma_opt,
+            condition: Condition::Unsolved,
+        };
+        let further: &[f64] = match optimum.limit {
+            Limit::Rounding => &DECADES_ABOVE,
+            _ => &LADDER,
+        };
+        let further = further.iter().copied().filter(|s| *s > settings.slack);
+        for slack in std::iter::once(settings.slack).chain(further) {
+            let gamma = gamma_opt * (1.0 + slack);
+            match self.deliver(plant, Some(optimum), gamma, pairs) {
+                // Rounding in a nearly singular problem can leave the loop above its level: the level is then the norm.
+                Ok(found) if found.gamma <= gamma_opt * (1.0 + slack.max(CLOSE)) => {
+                    return Ok(found);
+                }
+                Ok(found) => failure = refuted(gamma, &found),
+                Err(error) => failure = error,
+            }
+        }
+        Err(failure)
+    }
+
     fn deliver(
         &self,
         plant: &GeneralizedPlant,

@@ -1,16 +1,17 @@
 //! Search of the smallest feasible level of an H∞ problem.
-//! √ρ(X₂Y₂) of the γ = ∞ solutions is a lower bound, since X and Y fall with γ. From there the root of ρ(XY) = γ² is
-//! sought by derivatives (`coupling_root`). Where that leads nowhere, a side binds, or nearly: the peaks of both sides
-//! over frequency (`side`) are further lower bounds. If the rest holds just above the largest one, that is the
-//! optimum; otherwise the root of the measure of `riccati_pair` is bracketed and interpolated: about eight pairs of
-//! Riccati equations to 1e-7.
+//! √ρ(X₂Y₂) of the γ = ∞ solutions is a lower bound, since X and Y fall with γ. From the level that their derivatives
+//! point to the root of ρ(XY) = γ² is sought (`coupling_root`). Where that leads nowhere, a side binds, or nearly: the
+//! peaks of both sides over frequency (`side`) are further lower bounds. If the rest holds just above the largest one,
+//! that is the optimum; otherwise the root of the measure of `riccati_pair` is bracketed and interpolated: about eight
+//! pairs of Riccati equations to 1e-7.
 
 use super::assumptions::explain;
 use super::coupling_root::{Asked, SHARE, coupling_root};
+use super::couplings::Couplings;
 use super::level_bracket::{Test, Tested, bracket, narrow};
 use super::limit::{Limit, Optimum};
 use super::normal::NormalForm;
-use super::riccati_pair::{DEFINITE, Pair, Solved, coupling, solved};
+use super::riccati_pair::{Coupling, DEFINITE, Pair, Solved, coupling, solved};
 use super::settings::HinfSettings;
 use super::side::{Regulator, Side, control_side, filter_side};
 use crate::augment::GeneralizedPlant;
@@ -28,6 +29,8 @@ pub(super) const LEVEL_TOL: f64 = 1e-9;
 const LEAST_TOL: f64 = 1e-9;
 /// Factor on the lower bound from which the root of the coupling is sought where it is above.
 const BEYOND: f64 = 1.25;
+/// So far above all levels X and Y are those of γ = ∞ to half the digits of f64.
+const FAR: f64 = 1e4;
 /// So many decades below the size of the data there is nothing but rounding.
 const DECADES: i32 = 15;
 
@@ -41,10 +44,8 @@ pub(super) struct Search {
     pub filter_regulator: Regulator,
     /// Smallest level of each side, once asked for.
     levels: OnceLock<Result<[Peak; 2], NumericError>>,
-    /// √ρ(X₂Y₂).
-    coupling_level: f64,
-    /// Largest eigenvalues of X₂ and Y₂, the scale of X and Y far from their singularities.
-    sizes: [f64; 2],
+    /// That of X₂ and Y₂; their largest eigenvalues are the scale of X and Y far from their singularities.
+    regulators: Coupling,
 }
 
 impl Search {
@@ -69,8 +70,7 @@ impl Search {
         let regulators = coupling(&k.x, &f.x)?;
         Ok(Self {
             levels: OnceLock::new(),
-            coupling_level: regulators.ratio.max(0.0).sqrt(),
-            sizes: regulators.extremes,
+            regulators,
             control_regulator: k,
             filter_regulator: f,
             normal,
@@ -145,7 +145,7 @@ impl Search {
             });
         };
         let ratio = c.ratio / gamma / gamma;
-        let (measure, nearest) = c.measure(gamma, self.sizes);
+        let (measure, nearest) = c.measure(gamma, self.regulators.extremes);
         let failed = if c.x_min < -DEFINITE {
             Some(Condition::ControlIndefinite)
         } else if c.y_min < -DEFINITE {
@@ -175,11 +175,34 @@ impl Search {
         settings: &HinfSettings,
         pairs: &Cell<usize>,
     ) -> Result<Optimum, SynthesisError> {
-        let start = settings.hint.unwrap_or(self.coupling_level);
+        let start = match settings.hint {
+            Some(hint) => hint,
+            None => self.start()?,
+        };
         match self.coupled_from(start, settings, pairs)? {
             Some(found) => Ok(found),
             None => self.above_bounds(settings, pairs),
         }
+    }
+
+    /// √ρ(X₂Y₂), a lower bound.
+    fn coupling_level(&self) -> f64 {
+        self.regulators.ratio.max(0.0).sqrt()
+    }
+
+    /// The level at which the coupling binds, as far as X₂, Y₂ and their derivatives by 1/γ² tell.
+    fn start(&self) -> Result<f64, SynthesisError> {
+        let lowest = self.coupling_level();
+        let sides = [&self.control, &self.filter];
+        let far = sides.map(Side::level_at_infinity).into_iter();
+        let far = FAR * far.fold(lowest, f64::max);
+        if !(lowest > 0.0 && far.is_finite()) {
+            return Ok(lowest);
+        }
+        let solutions = [&self.control_regulator.x, &self.filter_regulator.x];
+        let couplings = Couplings::of_solutions(sides, solutions, &self.regulators, far)?;
+        let start = lowest * couplings.binding_per_root();
+        Ok(if start.is_finite() { start } else { lowest })
     }
 
     /// The root of ρ(XY) = γ² from a level.
@@ -273,7 +296,7 @@ impl Search {
             ),
         ];
         let first = Optimum {
-            gamma: self.coupling_level,
+            gamma: self.coupling_level(),
             limit: Limit::Coupling,
         };
         Ok(sides.into_iter().fold(first, |largest, (gamma, limit)| {
