@@ -65,17 +65,6 @@ fn is_found(s: f64, kind: EffectKind, values: &[f64], share: f64) {
     is_found_at(s, kind, Location::None, values, share);
 }
 
-#[test]
-fn a_joint_of_a_large_spindle_is_found() {
-    // A tenth is what the damping is known to.
-    is_found(3.0, EffectKind::ToolJoint, &[2e9, 1e6, 4.0], 0.2);
-}
-
-#[test]
-fn a_heavy_tool_in_a_large_spindle_is_found() {
-    is_found(2.5, EffectKind::ToolMass, &[0.05], 0.01);
-}
-
 /// Every kind but the gyroscopic factor, which needs a rotor that turns.
 ///
 /// Three minutes: `cargo test --release --test it diagnose_alike::effects_of_every_kind -- --ignored`.
@@ -153,5 +142,23 @@ fn natural_frequencies_of_machines_that_are_alike_fall_with_their_length() {
     let (own, other) = (own.unwrap().flexible_hz(), other.unwrap().flexible_hz());
     for (a, b) in own.iter().zip(&other).take(8) {
         assert!((3.0 * b / a - 1.0).abs() < 1e-8, "{a} {b}");
+    }
+}
+
+/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn a_joint_of_a_large_spindle_is_found() {
+        // A tenth is what the damping is known to.
+        is_found(3.0, EffectKind::ToolJoint, &[2e9, 1e6, 4.0], 0.2);
+    }
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn a_heavy_tool_in_a_large_spindle_is_found() {
+        is_found(2.5, EffectKind::ToolMass, &[0.05], 0.01);
     }
 }

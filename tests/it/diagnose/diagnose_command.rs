@@ -47,45 +47,51 @@ fn a_hammer_test_under_an_unknown_controller_is_left_out() {
     assert_eq!(diagnosis["held_out"], "rear sensors from front currents");
 }
 
-/// Folders of a second simulator with its own mesh: a thrust disc of −3e5 N m/rad at 0.2325 m, and a sweep at 30 000 rpm
-/// whose record says 15 000.
-#[test]
-fn what_another_simulator_hides_is_named_with_its_numbers() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis");
-    let out = tempfile::tempdir().unwrap();
-    let diagnosis = |name: &str| {
-        let folder = root.join(name);
-        let run = Command::new(env!("CARGO_BIN_EXE_muspin"))
-            .args(["diagnose", "--measurement"])
-            .arg(&folder)
-            .arg("--spindle")
-            .arg(folder.join("spindle.yaml"))
-            .arg("--tool")
-            .arg(folder.join("tool.yaml"))
-            .arg("--out")
-            .arg(out.path().join(name))
-            .output()
+/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    /// Folders of a second simulator with its own mesh: a thrust disc of −3e5 N m/rad at 0.2325 m, and a sweep at 30 000 rpm
+    /// whose record says 15 000.
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn what_another_simulator_hides_is_named_with_its_numbers() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/diagnosis");
+        let out = tempfile::tempdir().unwrap();
+        let diagnosis = |name: &str| {
+            let folder = root.join(name);
+            let run = Command::new(env!("CARGO_BIN_EXE_muspin"))
+                .args(["diagnose", "--measurement"])
+                .arg(&folder)
+                .arg("--spindle")
+                .arg(folder.join("spindle.yaml"))
+                .arg("--tool")
+                .arg(folder.join("tool.yaml"))
+                .arg("--out")
+                .arg(out.path().join(name))
+                .output()
+                .unwrap();
+            assert_eq!(run.status.code(), Some(0), "{run:?}");
+            let text = std::fs::read_to_string(out.path().join(name).join("summary.json")).unwrap();
+            serde_json::from_str::<Value>(&text).unwrap()["diagnosis"].clone()
+        };
+        let disc = diagnosis("c19");
+        assert_eq!(disc["verdict"], "named");
+        assert_eq!(disc["effects"].as_array().unwrap().len(), 1);
+        let effect = &disc["effects"][0];
+        assert_eq!(effect["effect"], "tilting_stiffness");
+        let stiffness = effect["parameters"]["stiffness_n_m_per_rad"]
+            .as_f64()
             .unwrap();
-        assert_eq!(run.status.code(), Some(0), "{run:?}");
-        let text = std::fs::read_to_string(out.path().join(name).join("summary.json")).unwrap();
-        serde_json::from_str::<Value>(&text).unwrap()["diagnosis"].clone()
-    };
-    let disc = diagnosis("c19");
-    assert_eq!(disc["verdict"], "named");
-    assert_eq!(disc["effects"].as_array().unwrap().len(), 1);
-    let effect = &disc["effects"][0];
-    assert_eq!(effect["effect"], "tilting_stiffness");
-    let stiffness = effect["parameters"]["stiffness_n_m_per_rad"]
-        .as_f64()
-        .unwrap();
-    assert!((stiffness / -3e5 - 1.0).abs() < 0.02, "{stiffness}");
-    let position_m = effect["where"]["position_m"].as_f64().unwrap();
-    assert!((position_m - 0.2325).abs() < 2e-3, "{position_m}");
-    let label = diagnosis("c15");
-    assert_eq!(label["verdict"], "named");
-    assert!(label["effects"].as_array().unwrap().is_empty());
-    let fault = &label["record_faults"][0];
-    assert_eq!(fault["fault"], "speed_label");
-    let speed_rpm = fault["speed_rpm"].as_f64().unwrap();
-    assert!((speed_rpm / 30_000.0 - 1.0).abs() < 1e-3, "{speed_rpm}");
+        assert!((stiffness / -3e5 - 1.0).abs() < 0.02, "{stiffness}");
+        let position_m = effect["where"]["position_m"].as_f64().unwrap();
+        assert!((position_m - 0.2325).abs() < 2e-3, "{position_m}");
+        let label = diagnosis("c15");
+        assert_eq!(label["verdict"], "named");
+        assert!(label["effects"].as_array().unwrap().is_empty());
+        let fault = &label["record_faults"][0];
+        assert_eq!(fault["fault"], "speed_label");
+        let speed_rpm = fault["speed_rpm"].as_f64().unwrap();
+        assert!((speed_rpm / 30_000.0 - 1.0).abs() < 1e-3, "{speed_rpm}");
+    }
 }

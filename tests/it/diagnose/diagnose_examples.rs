@@ -114,51 +114,6 @@ fn housing_mode_is_named() {
 }
 
 #[test]
-fn a_notch_in_the_rear_sensor_stays_unexplained() {
-    let d = run("c05");
-    assert_eq!(d.verdict, Verdict::Unexplained);
-    assert!(d.effects.is_empty());
-    let best = &d.localisation.ports[0];
-    assert_eq!(best.port, "rear sensors");
-    // A second-order notch at 1400 Hz, found without a hypothesis.
-    assert!(
-        matches!(best.laws[0].shape, Shape::Resonance(hz, zeta, _) if (hz - 1400.0).abs() < 5.0 && (zeta - 0.3).abs() < 0.01),
-        "{:?}",
-        best.laws[0].shape
-    );
-    // The law recovered from the sweeps predicts the hammer test.
-    let ((used_before, used), (held_before, held)) = (d.gaps(false), d.gaps(true));
-    assert!(
-        used < 1.0 && used < 0.05 * used_before,
-        "{used_before} -> {used}"
-    );
-    assert!(
-        held < 1.0 && held < 0.05 * held_before,
-        "{held_before} -> {held}"
-    );
-    let mut folder = ResultsFolder::new();
-    stage(&mut folder, &d).expect("report");
-    let names: Vec<&str> = folder.files().map(|(path, _)| path).collect();
-    for stem in [
-        "localisation",
-        "localisation_places",
-        "impedance",
-        "ranking",
-        "residual",
-        "hammer-x",
-        "channel-rear_x-from-rear_x",
-    ] {
-        for end in ["svg", "csv"] {
-            let path = format!("plots/{stem}.{end}");
-            assert!(names.contains(&path.as_str()), "{path} of {names:?}");
-        }
-    }
-    for file in ["gap.csv", "correction.csv", "corrected-frf.csv"] {
-        assert!(names.contains(&file), "{file}");
-    }
-}
-
-#[test]
 fn turned_sensor_axes_are_named() {
     let place = Location::Bearing(Bearings::Front);
     names(
@@ -168,4 +123,55 @@ fn turned_sensor_axes_are_named() {
         &[3.0],
         0.1,
     );
+}
+
+/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn a_notch_in_the_rear_sensor_stays_unexplained() {
+        let d = run("c05");
+        assert_eq!(d.verdict, Verdict::Unexplained);
+        assert!(d.effects.is_empty());
+        let best = &d.localisation.ports[0];
+        assert_eq!(best.port, "rear sensors");
+        // A second-order notch at 1400 Hz, found without a hypothesis.
+        assert!(
+            matches!(best.laws[0].shape, Shape::Resonance(hz, zeta, _) if (hz - 1400.0).abs() < 5.0 && (zeta - 0.3).abs() < 0.01),
+            "{:?}",
+            best.laws[0].shape
+        );
+        // The law recovered from the sweeps predicts the hammer test.
+        let ((used_before, used), (held_before, held)) = (d.gaps(false), d.gaps(true));
+        assert!(
+            used < 1.0 && used < 0.05 * used_before,
+            "{used_before} -> {used}"
+        );
+        assert!(
+            held < 1.0 && held < 0.05 * held_before,
+            "{held_before} -> {held}"
+        );
+        let mut folder = ResultsFolder::new();
+        stage(&mut folder, &d).expect("report");
+        let names: Vec<&str> = folder.files().map(|(path, _)| path).collect();
+        for stem in [
+            "localisation",
+            "localisation_places",
+            "impedance",
+            "ranking",
+            "residual",
+            "hammer-x",
+            "channel-rear_x-from-rear_x",
+        ] {
+            for end in ["svg", "csv"] {
+                let path = format!("plots/{stem}.{end}");
+                assert!(names.contains(&path.as_str()), "{path} of {names:?}");
+            }
+        }
+        for file in ["gap.csv", "correction.csv", "corrected-frf.csv"] {
+            assert!(names.contains(&file), "{file}");
+        }
+    }
 }

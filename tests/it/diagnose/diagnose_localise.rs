@@ -108,106 +108,112 @@ fn examples_are_located() {
     }
 }
 
-#[test]
-fn drawn_cases_are_located() {
-    use EffectKind as K;
-    let front = || Location::Bearing(Bearings::Front);
-    let rear = || Location::Bearing(Bearings::Rear);
-    let cases: Vec<(&str, Vec<Effect>, Option<Outside>, f64)> = vec![
-        (
-            "tool",
-            single(K::ToolMass, Location::None, &[0.005]),
-            None,
-            0.0,
-        ),
-        (
-            "shaft at 370 mm",
-            single(K::AddedMass, Location::Position(0.37), &[0.1]),
-            None,
-            0.0,
-        ),
-        (
-            "front bearing, negative stiffness",
-            single(K::NegativeStiffness, front(), &[1.35]),
-            None,
-            0.0,
-        ),
-        (
-            "rear sensors",
-            single(K::SensorLowpass, rear(), &[8e3]),
-            None,
-            0.0,
-        ),
-        (
-            "rear currents",
-            single(K::AmplifierBandwidth, rear(), &[1500.0]),
-            None,
-            0.0,
-        ),
-        (
-            "front currents, x to y",
-            single(K::BearingCoupling, front(), &[0.03]),
-            None,
-            0.0,
-        ),
-        (
-            "front sensor plane",
-            single(K::SensorOffset, front(), &[3e-3]),
-            None,
-            0.0,
-        ),
-        (
-            "rear actuator plane",
-            single(K::ActuatorOffset, rear(), &[3e-3]),
-            None,
-            0.0,
-        ),
-        (
-            "shaft at 200 mm, x to y",
-            single(K::CrossCoupling, Location::Position(0.2), &[1e5]),
-            None,
-            0.0,
-        ),
-        (
-            "housing",
-            single(K::HousingMode, Location::None, &[120.0, 400.0, 0.03]),
-            None,
-            20_000.0,
-        ),
-        (
-            "front bearing, x and y apart",
-            vec![one_axis_pulls(&read("c03").machine, 1.3)],
-            None,
-            0.0,
-        ),
-        (
-            "front currents into the rear bearing",
-            vec![],
-            Some(Outside::CrossTalk(0.02)),
-            0.0,
-        ),
-        (
-            "shaft at 200 mm",
-            vec![],
-            Some(Outside::Absorber(0.2, 0.3, 900.0, 0.03)),
-            0.0,
-        ),
-    ];
-    let mut wrong = vec![];
-    for (i, (place, effects, outside, rpm)) in cases.into_iter().enumerate() {
-        let found = drawn(place, &effects, outside, rpm, 40 + i as u64);
-        // A station is found to a few millimetres.
-        let best = &found.ports[0];
-        let near = |z: f64| {
-            let named = place
-                .strip_prefix("shaft at ")
-                .and_then(|r| r.split(' ').next());
-            named.is_some_and(|mm| (1e3 * z - mm.parse::<f64>().expect("mm")).abs() < 12.0)
-                && place.ends_with("x to y") == best.port.ends_with("x to y")
-        };
-        if best.port != place && !best.place.position_m().is_some_and(near) {
-            wrong.push((place, found.ports[0].port.clone()));
+/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn drawn_cases_are_located() {
+        use EffectKind as K;
+        let front = || Location::Bearing(Bearings::Front);
+        let rear = || Location::Bearing(Bearings::Rear);
+        let cases: Vec<(&str, Vec<Effect>, Option<Outside>, f64)> = vec![
+            (
+                "tool",
+                single(K::ToolMass, Location::None, &[0.005]),
+                None,
+                0.0,
+            ),
+            (
+                "shaft at 370 mm",
+                single(K::AddedMass, Location::Position(0.37), &[0.1]),
+                None,
+                0.0,
+            ),
+            (
+                "front bearing, negative stiffness",
+                single(K::NegativeStiffness, front(), &[1.35]),
+                None,
+                0.0,
+            ),
+            (
+                "rear sensors",
+                single(K::SensorLowpass, rear(), &[8e3]),
+                None,
+                0.0,
+            ),
+            (
+                "rear currents",
+                single(K::AmplifierBandwidth, rear(), &[1500.0]),
+                None,
+                0.0,
+            ),
+            (
+                "front currents, x to y",
+                single(K::BearingCoupling, front(), &[0.03]),
+                None,
+                0.0,
+            ),
+            (
+                "front sensor plane",
+                single(K::SensorOffset, front(), &[3e-3]),
+                None,
+                0.0,
+            ),
+            (
+                "rear actuator plane",
+                single(K::ActuatorOffset, rear(), &[3e-3]),
+                None,
+                0.0,
+            ),
+            (
+                "shaft at 200 mm, x to y",
+                single(K::CrossCoupling, Location::Position(0.2), &[1e5]),
+                None,
+                0.0,
+            ),
+            (
+                "housing",
+                single(K::HousingMode, Location::None, &[120.0, 400.0, 0.03]),
+                None,
+                20_000.0,
+            ),
+            (
+                "front bearing, x and y apart",
+                vec![one_axis_pulls(&read("c03").machine, 1.3)],
+                None,
+                0.0,
+            ),
+            (
+                "front currents into the rear bearing",
+                vec![],
+                Some(Outside::CrossTalk(0.02)),
+                0.0,
+            ),
+            (
+                "shaft at 200 mm",
+                vec![],
+                Some(Outside::Absorber(0.2, 0.3, 900.0, 0.03)),
+                0.0,
+            ),
+        ];
+        let mut wrong = vec![];
+        for (i, (place, effects, outside, rpm)) in cases.into_iter().enumerate() {
+            let found = drawn(place, &effects, outside, rpm, 40 + i as u64);
+            // A station is found to a few millimetres.
+            let best = &found.ports[0];
+            let near = |z: f64| {
+                let named = place
+                    .strip_prefix("shaft at ")
+                    .and_then(|r| r.split(' ').next());
+                named.is_some_and(|mm| (1e3 * z - mm.parse::<f64>().expect("mm")).abs() < 12.0)
+                    && place.ends_with("x to y") == best.port.ends_with("x to y")
+            };
+            if best.port != place && !best.place.position_m().is_some_and(near) {
+                wrong.push((place, found.ports[0].port.clone()));
+            }
         }
+        assert!(wrong.is_empty(), "{wrong:?}");
     }
-    assert!(wrong.is_empty(), "{wrong:?}");
 }
