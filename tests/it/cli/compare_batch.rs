@@ -240,43 +240,49 @@ fn batch_of_one_tool_fills_table_picture_and_folder() {
     }
 }
 
-#[test]
-fn tools_of_a_batch_that_run_side_by_side_have_the_bytes_of_one_after_another() {
-    let temporary = tempfile::tempdir().unwrap();
-    let batch = |name: &str, options: &[&str]| {
-        let out = temporary.path().join(name);
-        let tools = "endmill-16,paper-tool";
-        let command = ["batch", "--tools", tools, "--quick", "--no-polish"];
-        let run = muspin()
-            .args(command)
-            .args(options)
-            .arg("--out")
-            .arg(&out)
-            .output()
-            .unwrap();
-        let errors = String::from_utf8(run.stderr).unwrap();
-        (tree(&out), String::from_utf8(run.stdout).unwrap(), errors)
-    };
-    let (files, table, errors) = batch("three", &["--threads", "3"]);
-    assert_eq!(errors, "");
-    // The rows are in the order of the tools.
-    let tools: Vec<&str> = table
-        .lines()
-        .map(|l| l.split(',').next().unwrap())
-        .collect();
-    assert_eq!(tools, ["tool", "endmill-16", "paper-tool"]);
-    let (timed, timed_table, timings) = batch("timed", &["--timings", "--threads", "1"]);
-    assert_eq!(table, timed_table);
-    assert_eq!(
-        files.keys().collect::<Vec<_>>(),
-        timed.keys().collect::<Vec<_>>()
-    );
-    for (name, bytes) in &files {
-        assert!(bytes == &timed[name], "{name} differs");
-    }
-    // One after another, the stages of both tools are told apart.
-    for stage in ["D-K iteration", "worst cases", "report", "in all"] {
-        let lines = timings.lines().filter(|l| l.starts_with(stage));
-        assert_eq!(lines.count(), 1, "{stage}: {timings}");
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn tools_of_a_batch_that_run_side_by_side_have_the_bytes_of_one_after_another() {
+        let temporary = tempfile::tempdir().unwrap();
+        let batch = |name: &str, options: &[&str]| {
+            let out = temporary.path().join(name);
+            let tools = "endmill-16,paper-tool";
+            let command = ["batch", "--tools", tools, "--quick", "--no-polish"];
+            let run = muspin()
+                .args(command)
+                .args(options)
+                .arg("--out")
+                .arg(&out)
+                .output()
+                .unwrap();
+            let errors = String::from_utf8(run.stderr).unwrap();
+            (tree(&out), String::from_utf8(run.stdout).unwrap(), errors)
+        };
+        let (files, table, errors) = batch("three", &["--threads", "3"]);
+        assert_eq!(errors, "");
+        // The rows are in the order of the tools.
+        let tools: Vec<&str> = table
+            .lines()
+            .map(|l| l.split(',').next().unwrap())
+            .collect();
+        assert_eq!(tools, ["tool", "endmill-16", "paper-tool"]);
+        let (timed, timed_table, timings) = batch("timed", &["--timings", "--threads", "1"]);
+        assert_eq!(table, timed_table);
+        assert_eq!(
+            files.keys().collect::<Vec<_>>(),
+            timed.keys().collect::<Vec<_>>()
+        );
+        for (name, bytes) in &files {
+            assert!(bytes == &timed[name], "{name} differs");
+        }
+        // One after another, the stages of both tools are told apart.
+        for stage in ["D-K iteration", "worst cases", "report", "in all"] {
+            let lines = timings.lines().filter(|l| l.starts_with(stage));
+            assert_eq!(lines.count(), 1, "{stage}: {timings}");
+        }
     }
 }

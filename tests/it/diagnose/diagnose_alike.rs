@@ -145,7 +145,7 @@ fn natural_frequencies_of_machines_that_are_alike_fall_with_their_length() {
     }
 }
 
-/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
 

@@ -47,7 +47,7 @@ fn a_hammer_test_under_an_unknown_controller_is_left_out() {
     assert_eq!(diagnosis["held_out"], "rear sensors from front currents");
 }
 
-/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
 

@@ -737,7 +737,7 @@ fn report_half() {
     std::fs::write(folder.join("confusion.csv"), confusion).expect("table");
 }
 
-/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
 

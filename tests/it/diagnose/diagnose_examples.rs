@@ -125,7 +125,7 @@ fn turned_sensor_axes_are_named() {
     );
 }
 
-/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
 

@@ -108,7 +108,7 @@ fn examples_are_located() {
     }
 }
 
-/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
 

@@ -377,29 +377,35 @@ fn full() {
     }
 }
 
-#[test]
-fn seeded_subset_is_judged_rightly() {
-    let machine = read("c03").machine;
-    let mut draw = Draw::new(2);
-    let single = Case {
-        label: "added_mass".into(),
-        effects: vec![drawn(EffectKind::AddedMass, &machine, &mut draw)],
-        outside: None,
-        speed_rpm: 0.0,
-        at_rest_too: false,
-        seed: 2,
-    };
-    let null = Case {
-        label: "null".into(),
-        effects: vec![],
-        outside: None,
-        speed_rpm: 0.0,
-        at_rest_too: false,
-        seed: 1,
-    };
-    let (_, results) = report(&[single, null], 300);
-    assert!(
-        results.iter().all(|r| matches!(*r, "right" | "tie")),
-        "{results:?}"
-    );
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn seeded_subset_is_judged_rightly() {
+        let machine = read("c03").machine;
+        let mut draw = Draw::new(2);
+        let single = Case {
+            label: "added_mass".into(),
+            effects: vec![drawn(EffectKind::AddedMass, &machine, &mut draw)],
+            outside: None,
+            speed_rpm: 0.0,
+            at_rest_too: false,
+            seed: 2,
+        };
+        let null = Case {
+            label: "null".into(),
+            effects: vec![],
+            outside: None,
+            speed_rpm: 0.0,
+            at_rest_too: false,
+            seed: 1,
+        };
+        let (_, results) = report(&[single, null], 300);
+        assert!(
+            results.iter().all(|r| matches!(*r, "right" | "tie")),
+            "{results:?}"
+        );
+    }
 }

@@ -287,7 +287,7 @@ fn the_gain_of_one_axis_is_named_as_such() {
     assert!(d.record_faults.is_empty());
 }
 
-/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
 

@@ -293,7 +293,7 @@ fn a_tilting_stiffness_beside_another_effect_is_found() {
     }
 }
 
-/// Whole diagnoses of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
 

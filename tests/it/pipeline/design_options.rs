@@ -178,54 +178,6 @@ fn designed(weights: &Weights, settings: &DesignSettings) -> Design {
 }
 
 #[test]
-fn an_earlier_design_that_misses_a_goal_is_one_start_beside_the_others() {
-    let results = below_root("results/reference");
-    let machine = results.join("spindle.yaml");
-    let machine = load_machine(machine.to_str().unwrap(), "paper-tool").unwrap();
-    let weights = load_weights("benchmark").unwrap();
-    let law = results.join("controller/discrete.json");
-    let ControlLaw::Discrete(law) = load_controller(law.to_str().unwrap()).unwrap().law else {
-        panic!("not sampled");
-    };
-    let plane = x_plane(&law);
-    // A thousandth of its gains does not levitate the machine.
-    let mut faint = plane.clone();
-    for m in [&mut faint.c, &mut faint.d] {
-        *m = &*m * 1e-3;
-    }
-    let from = |plane: StateSpace<Discrete>, suffices: bool| {
-        let earlier = EarlierDesign {
-            plane,
-            scales: vec![],
-            suffices,
-        };
-        let effort = PolishEffort {
-            rounds: 1,
-            steps: 20,
-            ..PolishEffort::default()
-        };
-        let settings = DesignSettings {
-            polish: Some(effort),
-            earlier: Some(earlier),
-            ..DesignSettings::default()
-        };
-        design(&machine, &weights, &settings, &mut |_| {}).unwrap()
-    };
-    let starts = |found: &Design| -> Vec<&str> {
-        let attempts = &found.polish.as_ref().unwrap().attempts;
-        attempts.iter().map(|a| a.start).collect()
-    };
-    let enough = from(plane.clone(), true);
-    assert_eq!(starts(&enough), ["earlier design"]);
-    assert!(enough.dk.is_none() && enough.meets_targets());
-    for (plane, suffices) in [(faint, true), (plane, false)] {
-        let found = from(plane, suffices);
-        assert_eq!(starts(&found), ["earlier design", "D-K iteration"]);
-        assert!(found.dk.is_some() && found.meets_targets());
-    }
-}
-
-#[test]
 fn an_unstable_controller_gives_way_to_a_stable_one_that_costs_little() {
     // Table 2 without a bound on T: the optimal controller has poles in the right half plane.
     let (_, written) = reference();
@@ -381,4 +333,58 @@ fn a_machine_that_cannot_meet_its_goals_gets_a_certified_peak() {
     let full = found.dk.as_ref().unwrap().full;
     let (lower, upper) = (full.covered.lower, full.covered.upper);
     assert!(lower > 1.1 && lower <= upper && upper <= lower * 1.002);
+}
+
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn an_earlier_design_that_misses_a_goal_is_one_start_beside_the_others() {
+        let results = below_root("results/reference");
+        let machine = results.join("spindle.yaml");
+        let machine = load_machine(machine.to_str().unwrap(), "paper-tool").unwrap();
+        let weights = load_weights("benchmark").unwrap();
+        let law = results.join("controller/discrete.json");
+        let ControlLaw::Discrete(law) = load_controller(law.to_str().unwrap()).unwrap().law else {
+            panic!("not sampled");
+        };
+        let plane = x_plane(&law);
+        // A thousandth of its gains does not levitate the machine.
+        let mut faint = plane.clone();
+        for m in [&mut faint.c, &mut faint.d] {
+            *m = &*m * 1e-3;
+        }
+        let from = |plane: StateSpace<Discrete>, suffices: bool| {
+            let earlier = EarlierDesign {
+                plane,
+                scales: vec![],
+                suffices,
+            };
+            let effort = PolishEffort {
+                rounds: 1,
+                steps: 20,
+                ..PolishEffort::default()
+            };
+            let settings = DesignSettings {
+                polish: Some(effort),
+                earlier: Some(earlier),
+                ..DesignSettings::default()
+            };
+            design(&machine, &weights, &settings, &mut |_| {}).unwrap()
+        };
+        let starts = |found: &Design| -> Vec<&str> {
+            let attempts = &found.polish.as_ref().unwrap().attempts;
+            attempts.iter().map(|a| a.start).collect()
+        };
+        let enough = from(plane.clone(), true);
+        assert_eq!(starts(&enough), ["earlier design"]);
+        assert!(enough.dk.is_none() && enough.meets_targets());
+        for (plane, suffices) in [(faint, true), (plane, false)] {
+            let found = from(plane, suffices);
+            assert_eq!(starts(&found), ["earlier design", "D-K iteration"]);
+            assert!(found.dk.is_some() && found.meets_targets());
+        }
+    }
 }
