@@ -193,53 +193,6 @@ fn batch_reads_every_tool_before_it_designs_and_writes_nothing_on_error() {
     assert!(!out.exists());
 }
 
-#[test]
-#[ignore = "a design takes half a minute; run with: cargo test --release --test it batch -- --ignored"]
-fn batch_of_one_tool_fills_table_picture_and_folder() {
-    let temporary = tempfile::tempdir().unwrap();
-    let out = temporary.path().join("batch");
-    let output = muspin()
-        .args(["batch", "--tools", "endmill-16", "--spindle"])
-        .arg(reference("spindle.yaml"))
-        .arg("--out")
-        .arg(&out)
-        .output()
-        .unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{errors}");
-    let mut table = csv::Reader::from_reader(output.stdout.as_slice());
-    let header = table.headers().unwrap().clone();
-    let row = table.records().next().unwrap().unwrap();
-    let cell = |name: &str| {
-        let place = header.iter().position(|h| h == name).unwrap();
-        row.get(place).unwrap().to_owned()
-    };
-    let number = |name: &str| cell(name).parse::<f64>().unwrap();
-    assert_eq!(cell("tool"), "endmill-16");
-    assert_eq!(cell("meets_specification"), "true");
-    assert!(number("mu_as_specified") <= 1.0);
-    for name in ["mu", "pid"] {
-        let nominal = number(&format!("minimum_stiffness_{name}_n_per_m"));
-        let worst = number(&format!("worst_stiffness_{name}_n_per_m"));
-        assert!(
-            worst > 0.0 && worst < nominal * 1.001,
-            "{name}: {worst} {nominal}"
-        );
-    }
-    // A tool that meets the specification is asked for its slack only on demand.
-    assert_eq!(cell("largest_tool_tightening"), "");
-    for file in [
-        "tools.csv",
-        "report.html",
-        "plots/tools.svg",
-        "plots/tools_stiffness.svg",
-        "endmill-16/controller.c",
-        "endmill-16/pid.json",
-    ] {
-        assert!(out.join(file).is_file(), "{file}");
-    }
-}
-
 /// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
@@ -283,6 +236,53 @@ mod long {
         for stage in ["D-K iteration", "worst cases", "report", "in all"] {
             let lines = timings.lines().filter(|l| l.starts_with(stage));
             assert_eq!(lines.count(), 1, "{stage}: {timings}");
+        }
+    }
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn batch_of_one_tool_fills_table_picture_and_folder() {
+        let temporary = tempfile::tempdir().unwrap();
+        let out = temporary.path().join("batch");
+        let output = muspin()
+            .args(["batch", "--tools", "endmill-16", "--spindle"])
+            .arg(reference("spindle.yaml"))
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap();
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{errors}");
+        let mut table = csv::Reader::from_reader(output.stdout.as_slice());
+        let header = table.headers().unwrap().clone();
+        let row = table.records().next().unwrap().unwrap();
+        let cell = |name: &str| {
+            let place = header.iter().position(|h| h == name).unwrap();
+            row.get(place).unwrap().to_owned()
+        };
+        let number = |name: &str| cell(name).parse::<f64>().unwrap();
+        assert_eq!(cell("tool"), "endmill-16");
+        assert_eq!(cell("meets_specification"), "true");
+        assert!(number("mu_as_specified") <= 1.0);
+        for name in ["mu", "pid"] {
+            let nominal = number(&format!("minimum_stiffness_{name}_n_per_m"));
+            let worst = number(&format!("worst_stiffness_{name}_n_per_m"));
+            assert!(
+                worst > 0.0 && worst < nominal * 1.001,
+                "{name}: {worst} {nominal}"
+            );
+        }
+        // A tool that meets the specification is asked for its slack only on demand.
+        assert_eq!(cell("largest_tool_tightening"), "");
+        for file in [
+            "tools.csv",
+            "report.html",
+            "plots/tools.svg",
+            "plots/tools_stiffness.svg",
+            "endmill-16/controller.c",
+            "endmill-16/pid.json",
+        ] {
+            assert!(out.join(file).is_file(), "{file}");
         }
     }
 }

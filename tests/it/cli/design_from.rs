@@ -103,29 +103,35 @@ fn an_earlier_design_that_meets_every_goal_is_polished_and_delivered_without_an_
     assert!(scales["left"]["A"].as_array().unwrap().is_empty());
 }
 
-#[test]
-#[ignore = "several designs: minutes; run with: cargo test --release --test it design_from -- --ignored"]
-fn the_lowest_order_keeps_what_the_curve_says() {
-    let temporary = tempfile::tempdir().unwrap();
-    let (code, found) = designed(&["--lowest-order"], &temporary.path().join("out"));
-    assert_eq!(code, Some(0));
-    let design = &found["design"];
-    let curve = &design["order_curve"];
-    let points = curve["points"].as_array().unwrap();
-    assert!(points.len() > 2);
-    let order = |p: &Value| p["order"].as_u64().unwrap();
-    assert!(points.windows(2).all(|w| order(&w[1]) < order(&w[0])));
-    // What is delivered is the lowest order that keeps, and the figures of the closed loop agree with its row.
-    assert_eq!(design["controller_order"], curve["lowest_order"]);
-    let row = points
-        .iter()
-        .find(|p| p["order"] == curve["lowest_order"])
-        .unwrap();
-    assert_eq!(row["keeps"], true);
-    let [kept, full] = [row, &points[0]].map(|p| p["minimum_n_per_m_at_rest"].as_f64().unwrap());
-    assert!(kept >= 0.95 * full, "{kept} of {full}");
-    let delivered = found["stiffness"]["mu"]["minimum_n_per_m"]
-        .as_f64()
-        .unwrap();
-    assert!((delivered / kept - 1.0).abs() < 1e-6, "{delivered} {kept}");
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn the_lowest_order_keeps_what_the_curve_says() {
+        let temporary = tempfile::tempdir().unwrap();
+        let (code, found) = designed(&["--lowest-order"], &temporary.path().join("out"));
+        assert_eq!(code, Some(0));
+        let design = &found["design"];
+        let curve = &design["order_curve"];
+        let points = curve["points"].as_array().unwrap();
+        assert!(points.len() > 2);
+        let order = |p: &Value| p["order"].as_u64().unwrap();
+        assert!(points.windows(2).all(|w| order(&w[1]) < order(&w[0])));
+        // What is delivered is the lowest order that keeps, and the figures of the closed loop agree with its row.
+        assert_eq!(design["controller_order"], curve["lowest_order"]);
+        let row = points
+            .iter()
+            .find(|p| p["order"] == curve["lowest_order"])
+            .unwrap();
+        assert_eq!(row["keeps"], true);
+        let [kept, full] =
+            [row, &points[0]].map(|p| p["minimum_n_per_m_at_rest"].as_f64().unwrap());
+        assert!(kept >= 0.95 * full, "{kept} of {full}");
+        let delivered = found["stiffness"]["mu"]["minimum_n_per_m"]
+            .as_f64()
+            .unwrap();
+        assert!((delivered / kept - 1.0).abs() < 1e-6, "{delivered} {kept}");
+    }
 }

@@ -486,13 +486,6 @@ fn the_commands_of_the_guide_to_solvers_run() {
 }
 
 #[test]
-#[ignore = "designs and worst cases: minutes"]
-fn the_slow_commands_of_the_guides_run() {
-    run_guide("start", true);
-    run_guide("comparison", true);
-}
-
-#[test]
 fn init_keeps_what_a_user_has_changed() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
@@ -626,4 +619,16 @@ fn the_lines_of_a_rehearsal_can_be_chosen() {
     assert!((first / (17.099 / 50.0) - 1.0).abs() < 1e-3 && last >= 4000.0);
     let steps = usual.frequency_hz.windows(2).map(|w| w[1] / w[0]);
     assert!(steps.into_iter().all(|s| s < 1.009));
+}
+
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn the_slow_commands_of_the_guides_run() {
+        run_guide("start", true);
+        run_guide("comparison", true);
+    }
 }

@@ -90,25 +90,6 @@ fn everywhere(kind: EffectKind, value: f64) -> Effect {
     Effect::new(kind, Location::None, vec![value]).unwrap()
 }
 
-/// The same on a spindle of 30 kg, at three places.
-///
-/// Half a minute: `cargo test --release --test it diagnose_rehearsed::a_strong_tilting -- --ignored`.
-#[test]
-#[ignore = "half a minute"]
-fn a_strong_tilting_stiffness_is_found_wherever_it_acts() {
-    let folder = data("diagnosis/c19");
-    let [tool, controller] = ["tool.yaml", "k.json"].map(|f| folder.join(f));
-    let rest = [
-        "--tool",
-        tool.to_str().unwrap(),
-        "--controller",
-        controller.to_str().unwrap(),
-    ];
-    for (position_m, stiffness) in [(0.15, 3e5), (0.1, 3e5), (0.2325, -3e5)] {
-        tilting_is_found(&folder.join("spindle.yaml"), &rest, position_m, stiffness);
-    }
-}
-
 fn tilting_is_found(spindle: &Path, rest: &[&str], position_m: f64, stiffness: f64) {
     let place = Location::Position(position_m);
     let hidden = Effect::new(EffectKind::TiltingStiffness, place, vec![stiffness]).unwrap();
@@ -202,47 +183,6 @@ fn a_finer_mesh_keeps_the_element_of_a_tilting_stiffness() {
                 .contains(&machine.spindle.sections[5])
         );
     }
-}
-
-/// More delay with a faster rear amplifier looks, as far as one effect can, like eddy currents at the front: the first
-/// effect that is found is neither.
-///
-/// A quarter of a minute: `cargo test --release --test it diagnose_rehearsed::the_first -- --ignored`.
-#[test]
-#[ignore = "a quarter of a minute"]
-fn the_first_effect_of_a_pair_is_exchanged() {
-    let spindle = Path::new(env!("CARGO_MANIFEST_DIR")).join("spindles/reference.yaml");
-    let hidden = [
-        bearing(EffectKind::AmplifierBandwidth, Bearings::Rear, 3000.0),
-        everywhere(EffectKind::LoopDelay, 1.494e-5),
-    ];
-    let found = named(&spindle, &hidden, &["--tool", "endmill-20-short"]);
-    let bandwidth = value_of(&found, EffectKind::AmplifierBandwidth, "bandwidth_hz");
-    assert!((bandwidth / 3000.0 - 1.0).abs() < 2e-3, "{bandwidth}");
-    let delay = value_of(&found, EffectKind::LoopDelay, "delay_s");
-    assert!((delay / 1.494e-5 - 1.0).abs() < 1e-2, "{delay}");
-}
-
-/// Beside a tilting stiffness a low-pass of all sensors stood in for a slower loop, with the stiffness at a place beside
-/// its own.
-///
-/// Half a minute: `cargo test --release --test it diagnose_rehearsed::a_slower_loop -- --ignored`.
-#[test]
-#[ignore = "half a minute"]
-fn a_slower_loop_beside_a_tilting_stiffness_is_no_low_pass() {
-    let spindle = Path::new(env!("CARGO_MANIFEST_DIR")).join("spindles/reference.yaml");
-    let place = Location::Position(0.176_194_978_793_040_2);
-    let tilting = EffectKind::TiltingStiffness;
-    let hidden = [
-        Effect::new(tilting, place, vec![-25_395.481_430_270_14]).unwrap(),
-        everywhere(EffectKind::LoopDelay, 2.222_590_720_025_578_6e-5),
-    ];
-    let rest = ["--tool", "endmill-12-long", "--seed", "5200"];
-    let found = named(&spindle, &hidden, &rest);
-    let delay = value_of(&found, EffectKind::LoopDelay, "delay_s");
-    assert!((delay / 2.2226e-5 - 1.0).abs() < 5e-3, "{delay}");
-    let stiffness = value_of(&found, tilting, "stiffness_n_m_per_rad");
-    assert!((stiffness / -25_395.0 - 1.0).abs() < 0.03, "{stiffness}");
 }
 
 /// A tilting stiffness beside a joint, beside a mass 2 cm away, and beside a stiffness 1.4 cm away. Alone it explains
@@ -534,5 +474,59 @@ mod long {
         let mass = &found["effects"][0]["parameters"]["mass_kg"];
         let ratio = mass.as_f64().unwrap() / 0.0104;
         assert!((ratio - 1.0).abs() < 0.01, "{mass}");
+    }
+
+    /// On a spindle of 30 kg, at three places.
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn a_strong_tilting_stiffness_is_found_wherever_it_acts() {
+        let folder = data("diagnosis/c19");
+        let [tool, controller] = ["tool.yaml", "k.json"].map(|f| folder.join(f));
+        let rest = [
+            "--tool",
+            tool.to_str().unwrap(),
+            "--controller",
+            controller.to_str().unwrap(),
+        ];
+        for (position_m, stiffness) in [(0.15, 3e5), (0.1, 3e5), (0.2325, -3e5)] {
+            tilting_is_found(&folder.join("spindle.yaml"), &rest, position_m, stiffness);
+        }
+    }
+
+    /// More delay with a faster rear amplifier looks, as far as one effect can, like eddy currents at the front: the first
+    /// effect that is found is neither.
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn the_first_effect_of_a_pair_is_exchanged() {
+        let spindle = Path::new(env!("CARGO_MANIFEST_DIR")).join("spindles/reference.yaml");
+        let hidden = [
+            bearing(EffectKind::AmplifierBandwidth, Bearings::Rear, 3000.0),
+            everywhere(EffectKind::LoopDelay, 1.494e-5),
+        ];
+        let found = named(&spindle, &hidden, &["--tool", "endmill-20-short"]);
+        let bandwidth = value_of(&found, EffectKind::AmplifierBandwidth, "bandwidth_hz");
+        assert!((bandwidth / 3000.0 - 1.0).abs() < 2e-3, "{bandwidth}");
+        let delay = value_of(&found, EffectKind::LoopDelay, "delay_s");
+        assert!((delay / 1.494e-5 - 1.0).abs() < 1e-2, "{delay}");
+    }
+
+    /// Beside a tilting stiffness a low-pass of all sensors stood in for a slower loop, with the stiffness at a place beside
+    /// its own.
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn a_slower_loop_beside_a_tilting_stiffness_is_no_low_pass() {
+        let spindle = Path::new(env!("CARGO_MANIFEST_DIR")).join("spindles/reference.yaml");
+        let place = Location::Position(0.176_194_978_793_040_2);
+        let tilting = EffectKind::TiltingStiffness;
+        let hidden = [
+            Effect::new(tilting, place, vec![-25_395.481_430_270_14]).unwrap(),
+            everywhere(EffectKind::LoopDelay, 2.222_590_720_025_578_6e-5),
+        ];
+        let rest = ["--tool", "endmill-12-long", "--seed", "5200"];
+        let found = named(&spindle, &hidden, &rest);
+        let delay = value_of(&found, EffectKind::LoopDelay, "delay_s");
+        assert!((delay / 2.2226e-5 - 1.0).abs() < 5e-3, "{delay}");
+        let stiffness = value_of(&found, tilting, "stiffness_n_m_per_rad");
+        assert!((stiffness / -25_395.0 - 1.0).abs() < 0.03, "{stiffness}");
     }
 }

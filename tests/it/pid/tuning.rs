@@ -345,29 +345,6 @@ fn of_several_searches_the_best_is_taken() {
 }
 
 #[test]
-#[ignore = "a minute; run with: cargo test --release --test it pid -- --ignored --nocapture"]
-fn thorough_tuning_meets_its_limits_whatever_the_seed() {
-    let folder = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/results/reference/spindle.yaml"
-    );
-    for (machine, seed) in [
-        (reference(), 1),
-        (load_machine(folder, "paper-tool").unwrap(), 1),
-        (load_machine(folder, "paper-tool").unwrap(), 2),
-    ] {
-        let clock = std::time::Instant::now();
-        let settings = TuneSettings {
-            seed,
-            ..TuneSettings::thorough()
-        };
-        let tuned = tune(&machine, &settings, &mut |_, _| {}).unwrap();
-        show(&tuned.certificate, clock);
-        assert!(tuned.certificate.meets(&settings));
-    }
-}
-
-#[test]
 fn a_search_is_not_judged_on_the_lines_that_it_descended_on() {
     // A long descent lets peaks grow between its lines; judged there, this search ended at a PID that does not levitate.
     let spindle = format!(
@@ -441,4 +418,32 @@ fn the_textbook_pid_levitates() {
     let front = tuned.parameters.front.gain_a_per_m * machine.spindle.front.ki_n_per_a;
     assert!((front / (2.0 * machine.spindle.front.ks_n_per_m) - 1.0).abs() < 1e-12);
     assert!(tuned.certificate.nominal.speeds[0].growth_rate_per_s < 0.0);
+}
+
+/// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn thorough_tuning_meets_its_limits_whatever_the_seed() {
+        let folder = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/results/reference/spindle.yaml"
+        );
+        for (machine, seed) in [
+            (reference(), 1),
+            (load_machine(folder, "paper-tool").unwrap(), 1),
+            (load_machine(folder, "paper-tool").unwrap(), 2),
+        ] {
+            let clock = std::time::Instant::now();
+            let settings = TuneSettings {
+                seed,
+                ..TuneSettings::thorough()
+            };
+            let tuned = tune(&machine, &settings, &mut |_, _| {}).unwrap();
+            show(&tuned.certificate, clock);
+            assert!(tuned.certificate.meets(&settings));
+        }
+    }
 }

@@ -309,32 +309,6 @@ fn limits_out_of_reach_are_widened_no_further_than_needed() {
     assert!(problems.widening.is_none() && gamma > settings.gamma_target);
 }
 
-#[test]
-#[ignore = "a design takes half a minute; run with: cargo test --release --test it brought_up_to_speed -- --ignored"]
-fn a_start_that_is_unstable_at_speed_is_brought_up_to_speed() {
-    let (machine, weights) = of_tests("s04-noncollocated", "endmill-20-short");
-    let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
-    let polish = found.polish.as_ref().unwrap();
-    let dk = polish.dk.as_ref().unwrap();
-    assert!(dk.stiffness_n_per_m[1].is_nan());
-    assert!(found.is_stable() && found.delivery.speed_proof.is_complete());
-    assert!(found.largest_mu() <= 1.0);
-    let delivered = polish.attempts[polish.delivered.unwrap()].judged.as_ref();
-    let stiffness = delivered.unwrap().stiffness_n_per_m;
-    assert!(stiffness[0] > dk.stiffness_n_per_m[0] && stiffness[1] > 0.0);
-}
-
-#[test]
-#[ignore = "a design takes half a minute; run with: cargo test --release --test it that_cannot_meet_its_goals -- --ignored"]
-fn a_machine_that_cannot_meet_its_goals_gets_a_certified_peak() {
-    let (machine, weights) = of_tests("s13-lab-rotor-thin", "endmill-12-long");
-    // The certificate of the full order lost the crossings of low frequencies to rounding.
-    let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
-    let full = found.dk.as_ref().unwrap().full;
-    let (lower, upper) = (full.covered.lower, full.covered.upper);
-    assert!(lower > 1.1 && lower <= upper && upper <= lower * 1.002);
-}
-
 /// Tests of several seconds each: `cargo test --release --test it long:: -- --ignored`.
 mod long {
     use super::*;
@@ -386,5 +360,31 @@ mod long {
             assert_eq!(starts(&found), ["earlier design", "D-K iteration"]);
             assert!(found.dk.is_some() && found.meets_targets());
         }
+    }
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn a_start_that_is_unstable_at_speed_is_brought_up_to_speed() {
+        let (machine, weights) = of_tests("s04-noncollocated", "endmill-20-short");
+        let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
+        let polish = found.polish.as_ref().unwrap();
+        let dk = polish.dk.as_ref().unwrap();
+        assert!(dk.stiffness_n_per_m[1].is_nan());
+        assert!(found.is_stable() && found.delivery.speed_proof.is_complete());
+        assert!(found.largest_mu() <= 1.0);
+        let delivered = polish.attempts[polish.delivered.unwrap()].judged.as_ref();
+        let stiffness = delivered.unwrap().stiffness_n_per_m;
+        assert!(stiffness[0] > dk.stiffness_n_per_m[0] && stiffness[1] > 0.0);
+    }
+
+    #[test]
+    #[ignore = "long: see the command of the module"]
+    fn a_machine_that_cannot_meet_its_goals_gets_a_certified_peak() {
+        let (machine, weights) = of_tests("s13-lab-rotor-thin", "endmill-12-long");
+        // The certificate of the full order lost the crossings of low frequencies to rounding.
+        let found = design(&machine, &weights, &DesignSettings::polished(), &mut |_| {}).unwrap();
+        let full = found.dk.as_ref().unwrap().full;
+        let (lower, upper) = (full.covered.lower, full.covered.upper);
+        assert!(lower > 1.1 && lower <= upper && upper <= lower * 1.002);
     }
 }
