@@ -39,6 +39,7 @@ mod tests {
     use crate::lti::connect::append;
     use crate::lti::norm::hinf_norm;
     use crate::lti::{Continuous, StateSpace};
+    use crate::robust::hinf::search::Search;
     use crate::robust::hinf::settings::HinfSettings;
     use crate::robust::hinf::{is_feasible, optimal_level, optimal_level_with_slopes};
     use rand::{Rng, SeedableRng};
@@ -133,6 +134,23 @@ mod tests {
     #[test]
     fn the_slope_of_a_coupling_is_that_of_the_searched_level() -> Result<(), SynthesisError> {
         slopes_hold(6, false)
+    }
+
+    #[test]
+    fn a_search_begins_nearer_to_the_level_than_its_lower_bound() -> Result<(), SynthesisError> {
+        let mut halved = 0;
+        for seed in 0..12 {
+            let plant = plant(seed, false);
+            let search = Search::new(&plant)?;
+            let level = optimal_level(&plant, &HinfSettings::default())?;
+            let [start, bound] = [search.start()?, search.coupling_level()];
+            let apart = |from: f64| (from / level).ln().abs();
+            assert!(bound <= level && start >= bound, "{seed}: {bound} {start}");
+            assert!(apart(start) < apart(bound), "{seed}: {start} to {level}");
+            halved += usize::from(apart(start) < 0.5 * apart(bound));
+        }
+        assert!(halved >= 8, "{halved}");
+        Ok(())
     }
 
     #[test]

@@ -186,12 +186,12 @@ impl Search {
     }
 
     /// √ρ(X₂Y₂), a lower bound.
-    fn coupling_level(&self) -> f64 {
+    pub(super) fn coupling_level(&self) -> f64 {
         self.regulators.ratio.max(0.0).sqrt()
     }
 
     /// The level at which the coupling binds, as far as X₂, Y₂ and their derivatives by 1/γ² tell.
-    fn start(&self) -> Result<f64, SynthesisError> {
+    pub(super) fn start(&self) -> Result<f64, SynthesisError> {
         let lowest = self.coupling_level();
         let sides = [&self.control, &self.filter];
         let far = sides.map(Side::level_at_infinity).into_iter();
