@@ -1,7 +1,7 @@
 //! Figures of a PID on the full plant, sampled with true delay, by which its tuning is judged.
 //!
 //! Stability: eigenvalues of the sampled loop, nominal at every speed checked, and with shifted modes
-//! ([`super::shifted_loops`]). Sensitivity and noise: [`crate::controller::full_loop`], which cannot miss a peak
+//! ([`super::shifted_loops`]). Sensitivity and noise: `controller::full_loop`, which cannot miss a peak
 //! between lines. Stiffness: on lines that are dense round every closed-loop pole, refined at the lowest minimum; the
 //! force at the tool is continuous, without a hold.
 

@@ -5,7 +5,7 @@
 //! frequency within ±r_k, the same κ_k in both planes. With the modal ports of the plant and u = K y closed,
 //!   f(κ) = N₂₂ + N₂₁ D(κ) (I − N₁₁ D(κ))⁻¹ N₁₂,   D(κ) = diag(κ_k I₂),
 //! for the compliance at the tool and the sensitivity of every axis; max |f| over the box by branch and bound
-//! ([`Search`]).
+//! (`worst_search`).
 //! Limits: dampers 2ζω of the modes keep their values; bounds hold at the frequencies asked, not between them.
 
 use super::closed_loop::AXES;

@@ -73,7 +73,7 @@ pub struct Round {
 
 impl Case<'_> {
     /// Adds each hypothesis of the catalogue to a standing. Where nothing explains the data, strong effects may follow
-    /// ([`Self::add_strong`]), and only then is the best finalist moved.
+    /// (`add_strong`), and only then is the best finalist moved.
     ///
     /// # Errors
     /// As [`Self::fit_down`].
