@@ -34,7 +34,7 @@ pub(crate) fn doubling(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, shift: f64) -> 
     let mut ak = &one + inverse.transpose() * twice;
     let mut gk = symmetric(&(driven * inverse * twice));
     let mut hk = symmetric(&(start * twice));
-    // A step of a small matrix takes as long as reserving its memory would.
+    // Memory of the steps is allocated once: for small matrices that takes as long as the products.
     let [mut step, mut product] = [(); 2].map(|()| Mat::<f64>::zeros(n, n));
     let mut last = f64::NAN;
     for _ in 0..STEPS {
@@ -55,7 +55,7 @@ pub(crate) fn doubling(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>, shift: f64) -> 
         if !change.is_finite() || !ak.is_all_finite() {
             return None;
         }
-        // Changes square, next to an axis eigenvalue they halve: what the next one will be.
+        // Estimate of the next change: successive changes square, or halve where an eigenvalue is on the axis.
         let next = change * (change / last).powi(2);
         // At rounding level, or stagnating close to it: no further step helps.
         if change.min(next) < ROUNDING || (change < 1e-10 && change >= last) {

@@ -99,21 +99,17 @@ impl Francis {
             let n = form.order;
             let values_alone = self.basis.is_empty();
             let part = if values_alone { start..end } else { 0..n };
-            let rows = part.start..(k + 4).min(end);
+            let columns = |entries: &mut [f64], rows| match three {
+                true => reflection.reflect_three_columns(entries, (n, k), rows),
+                false => reflection.reflect_two_columns(entries, (n, k), rows),
+            };
             match three {
-                true => {
-                    form.reflect_three_rows(&reflection, k, part.end);
-                    reflection.reflect_three_columns(&mut form.entries, (n, k), rows);
-                }
-                false => {
-                    form.reflect_two_rows(&reflection, k, part.end);
-                    reflection.reflect_two_columns(&mut form.entries, (n, k), rows);
-                }
+                true => form.reflect_three_rows(&reflection, k, part.end),
+                false => form.reflect_two_rows(&reflection, k, part.end),
             }
-            match three {
-                _ if values_alone => {}
-                true => reflection.reflect_three_columns(&mut self.basis, (n, k), 0..n),
-                false => reflection.reflect_two_columns(&mut self.basis, (n, k), 0..n),
+            columns(&mut form.entries, part.start..(k + 4).min(end));
+            if !values_alone {
+                columns(&mut self.basis, 0..n);
             }
         }
     }

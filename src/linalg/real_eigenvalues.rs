@@ -1,6 +1,5 @@
 //! Eigenvalues of real matrices: balanced, brought to Hessenberg form, then QR steps on the part that is not yet
-//! deflated. Without eigenvectors nothing outside that part is kept up to date: three fifths of the time of a Schur
-//! form.
+//! deflated. Nothing outside that part is kept up to date, as no Schur form is asked.
 
 use super::dense::{balance, sorted, unit_of};
 use super::error::NumericError;

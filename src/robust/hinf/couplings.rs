@@ -121,8 +121,9 @@ impl Couplings {
         })
     }
 
-    /// Where these couplings are those of a level far above: the level at which the largest one binds, per √λ. As a
-    /// function of s = 1/γ² it is about λ/(1 − sλ'/λ), which is infinite at a level, and it binds where that is 1/s.
+    /// An estimate of the level at which the largest coupling λ binds, divided by √λ, from its value and derivative λ'
+    /// by s = 1/γ² at a level far above. λ(s) is taken as λ/(1 − sλ'/λ), with a pole like that of X and Y; it binds
+    /// where it is 1/s.
     pub(super) fn binding_per_root(&self) -> f64 {
         // λ' = γ⁴ times the energy.
         let share = |c: &Coupled| c.energy() / (c.ratio * c.ratio);

@@ -1,6 +1,6 @@
 //! Search of the smallest feasible level of an H∞ problem.
-//! √ρ(X₂Y₂) of the γ = ∞ solutions is a lower bound, since X and Y fall with γ. From the level that their derivatives
-//! point to the root of ρ(XY) = γ² is sought (`coupling_root`). Where that leads nowhere, a side binds, or nearly: the
+//! √ρ(X₂Y₂) of the γ = ∞ solutions is a lower bound, since X and Y fall with γ. The root of ρ(XY) = γ² is sought from
+//! the level that their derivatives predict (`coupling_root`). Where that leads nowhere, a side binds, or nearly: the
 //! peaks of both sides over frequency (`side`) are further lower bounds. If the rest holds just above the largest one,
 //! that is the optimum; otherwise the root of the measure of `riccati_pair` is bracketed and interpolated: about eight
 //! pairs of Riccati equations to 1e-7.
@@ -29,7 +29,7 @@ pub(super) const LEVEL_TOL: f64 = 1e-9;
 const LEAST_TOL: f64 = 1e-9;
 /// Factor on the lower bound from which the root of the coupling is sought where it is above.
 const BEYOND: f64 = 1.25;
-/// So far above all levels X and Y are those of γ = ∞ to half the digits of f64.
+/// At so many times the lower bounds X and Y are those of γ = ∞ to half the digits of f64.
 const FAR: f64 = 1e4;
 /// So many decades below the size of the data there is nothing but rounding.
 const DECADES: i32 = 15;
