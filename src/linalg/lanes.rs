@@ -1,10 +1,13 @@
 //! Complex columns of a few entries in groups of four, real and imaginary parts apart.
 //!
-//! A group fills a register of a processor with 256 bits. The number of entries in it is known to the compiler, which
-//! therefore unrolls what a column of any length would need a loop for; rows that fill up a group are zero.
+//! A group fills a register of a processor with 256 bits, which the type of its parts says: of arrays the compiler
+//! leaves some operations to four single ones. The number of entries in it is known to the compiler, which therefore
+//! unrolls what a column of any length would need a loop for; rows that fill up a group are zero.
 
 use super::c64;
-use super::fused::fused;
+
+/// Four real numbers, one for each entry of a group.
+pub(crate) type Reals = wide::f64x4;
 
 /// Entries in a group.
 pub(crate) const WIDTH: usize = 4;
@@ -12,8 +15,8 @@ pub(crate) const WIDTH: usize = 4;
 /// Four complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lanes {
-    re: [f64; WIDTH],
-    im: [f64; WIDTH],
+    re: Reals,
+    im: Reals,
 }
 
 /// Groups that `n` entries need.
@@ -27,21 +30,34 @@ pub(crate) fn place(i: usize) -> (usize, usize) {
     (i / WIDTH, i % WIDTH)
 }
 
+/// Four real numbers by their places.
+#[inline]
+pub(crate) fn reals(at: impl Fn(usize) -> f64) -> Reals {
+    Reals::new(std::array::from_fn(at))
+}
+
 /// Group `g` of a list of real numbers.
 #[inline]
-pub(crate) fn real_group(g: usize, at: impl Fn(usize) -> f64) -> [f64; WIDTH] {
-    std::array::from_fn(|l| at(WIDTH * g + l))
+pub(crate) fn real_group(g: usize, at: impl Fn(usize) -> f64) -> Reals {
+    reals(|l| at(WIDTH * g + l))
+}
+
+/// The sum of four numbers, in pairs.
+#[inline]
+pub(crate) fn sum_of(four: Reals) -> f64 {
+    let four = four.as_array();
+    (four[0] + four[1]) + (four[2] + four[3])
 }
 
 impl Lanes {
     pub(crate) const ZERO: Self = Self {
-        re: [0.0; WIDTH],
-        im: [0.0; WIDTH],
+        re: Reals::splat(0.0),
+        im: Reals::splat(0.0),
     };
 
     pub(crate) const ONE: Self = Self {
-        re: [1.0; WIDTH],
-        im: [0.0; WIDTH],
+        re: Reals::splat(1.0),
+        im: Reals::splat(0.0),
     };
 
     /// Columns of `n` entries each, one after the other.
@@ -62,14 +78,14 @@ impl Lanes {
     pub(crate) fn from_fn(at: impl Fn(usize) -> c64) -> Self {
         let four: [c64; WIDTH] = std::array::from_fn(at);
         Self {
-            re: four.map(|z| z.re),
-            im: four.map(|z| z.im),
+            re: reals(|l| four[l].re),
+            im: reals(|l| four[l].im),
         }
     }
 
     /// Four numbers by their real and imaginary parts.
     #[inline]
-    pub(crate) fn of_parts(re: [f64; WIDTH], im: [f64; WIDTH]) -> Self {
+    pub(crate) fn of_parts(re: Reals, im: Reals) -> Self {
         Self { re, im }
     }
 
@@ -80,14 +96,21 @@ impl Lanes {
 
     /// Real and imaginary parts.
     #[inline]
+    pub(crate) fn reals(&self) -> (Reals, Reals) {
+        (self.re, self.im)
+    }
+
+    /// The same as lists.
+    #[inline]
     pub(crate) fn parts(&self) -> (&[f64; WIDTH], &[f64; WIDTH]) {
-        (&self.re, &self.im)
+        (self.re.as_array(), self.im.as_array())
     }
 
     /// One of the four.
     #[inline]
     pub(crate) fn lane(&self, l: usize) -> c64 {
-        c64::new(self.re[l], self.im[l])
+        let (re, im) = self.parts();
+        c64::new(re[l], im[l])
     }
 
     /// Entry of a column.
@@ -99,15 +122,26 @@ impl Lanes {
     /// Sets an entry of a column.
     pub(crate) fn set(column: &mut [Self], i: usize, value: c64) {
         let (g, l) = place(i);
-        (column[g].re[l], column[g].im[l]) = (value.re, value.im);
+        column[g].re.as_mut_array()[l] = value.re;
+        column[g].im.as_mut_array()[l] = value.im;
     }
 
     /// x + a y.
     #[inline]
     pub(crate) fn plus(&self, a: c64, y: &Self) -> Self {
+        let (re, im) = (Reals::splat(a.re), Reals::splat(a.im));
         Self {
-            re: std::array::from_fn(|l| fused(a.re, y.re[l], fused(-a.im, y.im[l], self.re[l]))),
-            im: std::array::from_fn(|l| fused(a.re, y.im[l], fused(a.im, y.re[l], self.im[l]))),
+            re: re.mul_add(y.re, (-im).mul_add(y.im, self.re)),
+            im: re.mul_add(y.im, im.mul_add(y.re, self.im)),
+        }
+    }
+
+    /// x + y.
+    #[inline]
+    pub(crate) fn sum(&self, y: &Self) -> Self {
+        Self {
+            re: self.re + y.re,
+            im: self.im + y.im,
         }
     }
 
@@ -115,8 +149,8 @@ impl Lanes {
     #[inline]
     pub(crate) fn product(&self, y: &Self) -> Self {
         Self {
-            re: std::array::from_fn(|l| fused(self.re[l], y.re[l], -(self.im[l] * y.im[l]))),
-            im: std::array::from_fn(|l| fused(self.re[l], y.im[l], self.im[l] * y.re[l])),
+            re: self.re.mul_sub(y.re, self.im * y.im),
+            im: self.re.mul_add(y.im, self.im * y.re),
         }
     }
 
@@ -124,8 +158,8 @@ impl Lanes {
     #[inline]
     pub(crate) fn minus(&self, y: &Self) -> Self {
         Self {
-            re: std::array::from_fn(|l| self.re[l] - y.re[l]),
-            im: std::array::from_fn(|l| self.im[l] - y.im[l]),
+            re: self.re - y.re,
+            im: self.im - y.im,
         }
     }
 
@@ -134,55 +168,51 @@ impl Lanes {
     pub(crate) fn reciprocal(&self) -> Self {
         let squares = self.squares();
         Self {
-            re: std::array::from_fn(|l| self.re[l] / squares[l]),
-            im: std::array::from_fn(|l| -self.im[l] / squares[l]),
+            re: self.re / squares,
+            im: -self.im / squares,
         }
     }
 
     /// The conjugate of each entry.
     #[inline]
     pub(crate) fn conjugate(&self) -> Self {
-        Self::of_parts(self.re, self.im.map(|im| -im))
+        Self::of_parts(self.re, -self.im)
     }
 
     /// Each entry times a real number of its own.
     #[inline]
-    pub(crate) fn times(&self, factors: &[f64; WIDTH]) -> Self {
+    pub(crate) fn times(&self, factors: Reals) -> Self {
         Self {
-            re: std::array::from_fn(|l| self.re[l] * factors[l]),
-            im: std::array::from_fn(|l| self.im[l] * factors[l]),
+            re: self.re * factors,
+            im: self.im * factors,
         }
     }
 
     /// |entry|².
     #[inline]
-    pub(crate) fn squares(&self) -> [f64; WIDTH] {
-        std::array::from_fn(|l| fused(self.re[l], self.re[l], self.im[l] * self.im[l]))
+    pub(crate) fn squares(&self) -> Reals {
+        self.re.mul_add(self.re, self.im * self.im)
     }
 
     /// Σ|entry|² of a column, or of several together.
     #[inline]
     pub(crate) fn sum_of_squares(columns: &[Self]) -> f64 {
-        let mut sums = [0.0; WIDTH];
+        let mut sums = Reals::splat(0.0);
         for group in columns {
-            let squares = group.squares();
-            sums = std::array::from_fn(|l| sums[l] + squares[l]);
+            sums += group.squares();
         }
-        (sums[0] + sums[1]) + (sums[2] + sums[3])
+        sum_of(sums)
     }
 
     /// xᴴy of two columns. Products are rounded before they are added, so that xᴴx is real.
     #[inline]
     pub(crate) fn inner(x: &[Self], y: &[Self]) -> c64 {
-        let (mut re, mut im) = ([0.0; WIDTH], [0.0; WIDTH]);
+        let (mut re, mut im) = (Reals::splat(0.0), Reals::splat(0.0));
         for (x, y) in x.iter().zip(y) {
-            re = std::array::from_fn(|l| re[l] + (x.re[l] * y.re[l] + x.im[l] * y.im[l]));
-            im = std::array::from_fn(|l| im[l] + (x.re[l] * y.im[l] - x.im[l] * y.re[l]));
+            re += x.re * y.re + x.im * y.im;
+            im += x.re * y.im - x.im * y.re;
         }
-        c64::new(
-            (re[0] + re[1]) + (re[2] + re[3]),
-            (im[0] + im[1]) + (im[2] + im[3]),
-        )
+        c64::new(sum_of(re), sum_of(im))
     }
 }
 
@@ -251,7 +281,7 @@ impl HermitianLanes {
                 for k in 0..self.n {
                     sum = sum.plus(Lanes::at(own, k) * inverse, &self.columns[k * width + g]);
                 }
-                columns.push(sum.times(&[inverse; WIDTH]));
+                columns.push(sum.times(Reals::splat(inverse)));
             }
         }
         Self { n: self.n, columns }
@@ -286,7 +316,7 @@ impl HermitianLanes {
             v = power.times(&v);
             let inverse = Lanes::sum_of_squares(&v).sqrt().recip();
             for group in &mut v {
-                *group = group.times(&[inverse; WIDTH]);
+                *group = group.times(Reals::splat(inverse));
             }
         }
         Largest::Value(Lanes::inner(&v, &self.times(&v)).re, v)

@@ -11,7 +11,7 @@ use crate::linalg::c64;
 pub(super) struct PidLaw {
     /// All 26 logarithms; those that are held keep these.
     pub base: Vec<f64>,
-    /// Indices of the parameters that move.
+    /// Indices of the parameters that move, in ascending order.
     pub free: Vec<usize>,
     /// Nyquist frequency, rad/s.
     pub nyquist_rad_s: f64,
@@ -108,11 +108,19 @@ impl Fixed for FixedPid<'_> {
             }
             slopes
         });
+        // Of the free parameters, real and imaginary parts apart; those of the front axis come first.
+        let (mut re, mut im) = ([0.0; 2 * PER_AXIS], [0.0; 2 * PER_AXIS]);
+        for ((re, im), k) in re.iter_mut().zip(&mut im).zip(self.free) {
+            let slope = &slopes[k / PER_AXIS][k % PER_AXIS];
+            (*re, *im) = (slope.re, slope.im);
+        }
+        let front = self.free.partition_point(|k| *k < PER_AXIS);
         for (q, out) in parts {
-            for (out, k) in out.iter_mut().zip(self.free) {
-                let axis = k / PER_AXIS;
-                let (q, slope) = (&q[axis][axis], &slopes[axis][k % PER_AXIS]);
-                *out += q.re * slope.re - q.im * slope.im;
+            for (axis, own) in [0..front, front..out.len()].into_iter().enumerate() {
+                let (q, slopes) = (&q[axis][axis], re[own.clone()].iter().zip(&im[own.clone()]));
+                for (out, (re, im)) in out[own].iter_mut().zip(slopes) {
+                    *out += q.re * re - q.im * im;
+                }
             }
         }
     }

@@ -6,8 +6,7 @@
 //! T_d = 2ζ√(K m_e)/(k_i kp) with m_e the mass that a rigid rotor shows at the actuator.
 
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
-use crate::linalg::fused::fused;
-use crate::linalg::lanes::{Lanes, WIDTH};
+use crate::linalg::lanes::{Lanes, Reals};
 use crate::linalg::{Mat, c64};
 use crate::lti::connect::{append, series};
 use crate::lti::sample::tustin;
@@ -82,27 +81,25 @@ impl AxisParameters {
 
     /// C(jv), as [`Self::response`], with fewer operations.
     pub(super) fn response_on_axis(&self, v: f64) -> c64 {
-        self.responses_on_axis([v; WIDTH]).lane(0)
+        self.responses_on_axis(Reals::splat(v)).lane(0)
     }
 
     /// That at four frequencies.
     #[inline]
-    pub(super) fn responses_on_axis(&self, v: [f64; WIDTH]) -> Lanes {
+    pub(super) fn responses_on_axis(&self, v: Reals) -> Lanes {
+        let one = Reals::splat(1.0);
         let second = |w: f64, zeta: f64| {
-            let (inverse, damping) = (1.0 / w, 2.0 * zeta);
-            let p = v.map(|v| v * inverse);
-            Lanes::of_parts(p.map(|p| fused(-p, p, 1.0)), p.map(|p| damping * p))
+            let p = v * (1.0 / w);
+            Lanes::of_parts((-p).mul_add(p, one), p * (2.0 * zeta))
         };
         let by_corner = 1.0 / self.derivative_corner_rad_s;
-        let corner = v.map(|v| v * by_corner);
+        let corner = v * by_corner;
         // As there over jv: (wᵢ/(jv) + 1)(1 + jv/w_d) + jv T_d over 1 + jv/w_d.
         let pid = Lanes::of_parts(
-            [1.0 + self.integral_rad_s * by_corner; WIDTH],
-            std::array::from_fn(|l| {
-                corner[l] - self.integral_rad_s / v[l] + v[l] * self.derivative_s
-            }),
+            Reals::splat(1.0 + self.integral_rad_s * by_corner),
+            corner - Reals::splat(self.integral_rad_s) / v + v * self.derivative_s,
         );
-        let below = Lanes::of_parts([1.0; WIDTH], corner);
+        let below = Lanes::of_parts(one, corner);
         let below = below.product(&second(self.lowpass_rad_s, LOWPASS_DAMPING));
         let (above, below) = self.biquads.iter().fold((pid, below), |(above, below), b| {
             (
@@ -110,8 +107,8 @@ impl AxisParameters {
                 below.product(&second(b.pole_rad_s, b.pole_damping)),
             )
         });
-        let scale = below.squares().map(|square| self.gain_a_per_m / square);
-        above.product(&below.conjugate()).times(&scale)
+        let scale = Reals::splat(self.gain_a_per_m) / below.squares();
+        above.product(&below.conjugate()).times(scale)
     }
 
     /// Logarithms of the thirteen numbers, for search.

@@ -6,11 +6,11 @@
 //! rest and at top speed.
 
 use super::parameters::{AxisParameters, Biquad, PidParameters};
-use crate::controller::polish::line_state::{gathered_phases, turns_of};
+use crate::controller::polish::phase_count::{PhaseCount, turns_of};
 use crate::controller::polish::responses::{LoopResponse, Rotor};
 use crate::controller::polish::structure::Line;
 use crate::linalg::c64;
-use crate::linalg::lanes::{Lanes, WIDTH};
+use crate::linalg::lanes::{Lanes, Reals, WIDTH, reals};
 use crate::spindle::{Machine, Side, SpindleError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -188,7 +188,7 @@ impl<'a> Screen<'a> {
     fn gains(&self, parameters: &PidParameters) -> Vec<[c64; 2]> {
         let mut gains = Vec::with_capacity(self.lines.len());
         for four in self.lines.chunks(WIDTH) {
-            let v = std::array::from_fn(|l| four[l.min(four.len() - 1)].s.im);
+            let v = reals(|l| four[l.min(four.len() - 1)].s.im);
             let axes = [&parameters.front, &parameters.rear].map(|a| a.responses_on_axis(v));
             let gain = |l: usize| axes.map(|axis| -axis.lane(l));
             gains.extend((0..four.len()).map(gain));
@@ -200,17 +200,20 @@ impl<'a> Screen<'a> {
     pub(super) fn start(&self, parameters: PidParameters) -> Start {
         let (front, rear) = (&parameters.front, &parameters.rear);
         let gains = self.gains(&parameters);
+        let determinant = |(line, (loops, k)): (&Line, (&ScreenedLoops, &[c64; 2]))| {
+            // The product of both axes without integrators over that with them, but for its size.
+            let corners = (line.s + front.integral_rad_s) * (line.s + rear.integral_rad_s);
+            Lanes::ZERO.plus(-corners.conj(), &loops.closed(k).1)
+        };
         let mut phases = Vec::with_capacity(WIDTH * self.packs.len());
-        let mut determinants = Vec::with_capacity(self.lines.len());
         for pack in &self.packs {
-            determinants.clear();
-            let loops = self.lines.iter().zip(pack).zip(&gains);
-            determinants.extend(loops.map(|((line, loops), k)| {
-                // The product of both axes without integrators over that with them, but for its size.
-                let corners = (line.s + front.integral_rad_s) * (line.s + rear.integral_rad_s);
-                Lanes::ZERO.plus(-corners.conj(), &loops.closed(k).1)
-            }));
-            phases.extend(gathered_phases(determinants.iter()));
+            let loops = self.lines.iter().zip(pack.iter().zip(&gains));
+            let mut determinants = loops.map(determinant);
+            let mut count = determinants.next().as_ref().map(PhaseCount::new);
+            if let Some(count) = &mut count {
+                determinants.for_each(|next| count.add(&next));
+            }
+            phases.extend(PhaseCount::phases(count.iter()));
         }
         let mut unstable = 0;
         for sides in &self.sides {
@@ -236,18 +239,17 @@ impl<'a> Screen<'a> {
 
     /// Largest |S_jj| of the loops with a diagonal K; what fills up a pack has one.
     fn largest_sensitivity(&self, gains: &[[c64; 2]]) -> f64 {
-        let mut largest = 0.0f64;
+        let mut largest = Reals::splat(0.0);
         for pack in &self.packs {
             for (loops, k) in pack.iter().zip(gains) {
                 let (open, determinant) = loops.closed(k);
                 let square = determinant.squares();
                 for own in open {
-                    let own = own.squares();
-                    largest = (0..WIDTH).fold(largest, |all, l| all.max(own[l] / square[l]));
+                    largest = largest.max(own.squares() / square);
                 }
             }
         }
-        largest.sqrt()
+        largest.to_array().into_iter().fold(0.0, f64::max).sqrt()
     }
 }
 

@@ -42,9 +42,13 @@ impl Loss {
             for own in &counted {
                 let (group, l) = own.place;
                 let largest = &part.largest[group];
-                add(own.group, largest.sensitivity[l] * own.sensitivity);
+                add(
+                    own.group,
+                    largest.sensitivity.as_array()[l] * own.sensitivity,
+                );
                 if own.compliance > 0.0 {
-                    add(Group::Compliance, largest.compliance[l] * own.compliance);
+                    let square = largest.compliance.as_array()[l] * own.compliance;
+                    add(Group::Compliance, square);
                 }
             }
         }
@@ -137,9 +141,12 @@ impl Loss {
     ) {
         let (group, l) = own.place;
         let largest = &part.largest[group];
-        let is_soft =
-            own.compliance > 0.0 && is_kept(largest.compliance[l] * own.compliance, softest);
-        let is_high = is_kept(largest.sensitivity[l] * own.sensitivity, highest);
+        let (soft, high) = (
+            largest.compliance.as_array(),
+            largest.sensitivity.as_array(),
+        );
+        let is_soft = own.compliance > 0.0 && is_kept(soft[l] * own.compliance, softest);
+        let is_high = is_kept(high[l] * own.sensitivity, highest);
         if !is_soft && !is_high {
             return;
         }
@@ -147,13 +154,13 @@ impl Loss {
         let squares = part.squares.iter().skip(group);
         let squares = squares.step_by(self.groups.list.len());
         for (line, squares) in (part.first..).zip(squares) {
-            let square = squares.compliance[l] * own.compliance;
+            let square = squares.compliance.as_array()[l] * own.compliance;
             if is_soft && is_kept(square, softest) && band.contains(&self.lines[line].omega_rad_s) {
                 let at = (own.rotor, line, (0, 0));
                 values.push(Value::of_square(Group::Compliance, square, at));
             }
             for (j, four) in squares.sensitivity.iter().enumerate() {
-                let square = four[l] * own.sensitivity;
+                let square = four.as_array()[l] * own.sensitivity;
                 if is_high && is_kept(square, highest) {
                     let at = (own.rotor, line, (j, j));
                     values.push(Value::of_square(own.group, square, at));
@@ -196,7 +203,9 @@ fn noise(lines: &ClosedLines, counted: &[Counted]) -> Vec<(usize, usize, f64)> {
     both.map(|(own, i)| {
         let (group, l) = own.place;
         let parts = lines.parts().iter();
-        let sum: f64 = parts.map(|part| part.largest[group].noise[i][l]).sum();
+        let sum: f64 = parts
+            .map(|part| part.largest[group].noise[i].as_array()[l])
+            .sum();
         (own.rotor, i, sum * own.noise)
     })
     .collect()

@@ -8,7 +8,7 @@
 use super::matrix2::{Matrix2, ZERO, product};
 use super::responses::SpecificationLine;
 use crate::linalg::c64;
-use crate::linalg::lanes::{Lanes, groups, real_group};
+use crate::linalg::lanes::{Lanes, Reals, groups, real_group};
 
 /// Scales of the modal channels at a line, for a bound of its specification.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ impl LineScales {
         let height = groups(line.rows);
         let scaled = |k: usize| -> Vec<Lanes> {
             let list = line.drive[k].iter().enumerate();
-            list.map(|(g, group)| group.times(&scales.group(g)))
+            list.map(|(g, group)| group.times(scales.group(g)))
                 .collect()
         };
         let drive = [scaled(0), scaled(1)];
@@ -52,7 +52,7 @@ impl LineScales {
             let a: Vec<Lanes> = column
                 .iter()
                 .enumerate()
-                .map(|(g, group)| group.times(&scales.group(g).map(|d| d / own)))
+                .map(|(g, group)| group.times(scales.group(g) / own))
                 .collect();
             let c = line.read[j].map(|c| c / own);
             direct += Lanes::sum_of_squares(&a);
@@ -85,7 +85,7 @@ impl LineScales {
     }
 
     /// Scales of the rows in a group.
-    pub(super) fn group(&self, g: usize) -> [f64; 4] {
+    pub(super) fn group(&self, g: usize) -> Reals {
         real_group(g, |i| self.of(i))
     }
 

@@ -9,11 +9,12 @@
 
 use super::limits::LoopLimits;
 use super::line_scales::LineScales;
-use super::line_state::{ClosedLines, DirectionSums, LinePart, turns_of};
+use super::line_state::{ClosedLines, DirectionSums, LinePart};
 use super::lines::beside_peaks;
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, adjoint, hermitian_eigen, outer, squared, times};
 use super::packed_loops::{PackedLoops, PackedNominal};
+use super::phase_count::turns_of;
 use super::responses::{LoopResponse, Rotor, SpecificationLine};
 use super::rotor_groups::RotorGroups;
 use super::specification_bound::{Bound, best_scales, bound};
@@ -62,8 +63,10 @@ pub(crate) struct Loss {
     pub rotors: Vec<Rotor>,
     /// Rotors whose loops are closed together.
     pub(super) groups: RotorGroups,
-    /// All loops at each line, in packs.
-    loops: Vec<Vec<PackedLoops>>,
+    /// All loops in packs, those of a line after those of the line before.
+    loops: Vec<PackedLoops>,
+    /// Packs of a line.
+    packs: usize,
     specification: Option<Specification>,
     /// Pack and place in it of each loop of the specification.
     specified: Vec<(usize, usize)>,
@@ -121,9 +124,11 @@ impl Loss {
             &rotors,
             sides.iter().map(|side| side + 1).max().unwrap_or(0),
         );
-        let pack = |k: usize| groups.pack(&rotors, k);
+        let loops = (0..lines.len()).into_par_iter();
+        let loops: Vec<Vec<PackedLoops>> = loops.map(|k| groups.pack(&rotors, k)).collect();
         Self {
-            loops: (0..lines.len()).into_par_iter().map(pack).collect(),
+            loops: loops.concat(),
+            packs: groups.packs(),
             specified: sides
                 .iter()
                 .filter_map(|side| groups.place(*side))
@@ -196,8 +201,7 @@ impl Loss {
     /// The loops of all rotors at every line; bounds of the specification are exact above `floor`.
     fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> ClosedLines {
         let fixed = law.with(x);
-        let packs = self.loops.first().map_or(0, Vec::len);
-        let sizes = (self.groups.list.len(), packs);
+        let sizes = (self.groups.list.len(), self.packs);
         ClosedLines::collect(self.lines.len(), sizes, |part, k| {
             self.close(part, &*fixed, (k, floor));
         })
@@ -220,16 +224,17 @@ impl Loss {
         let gain = law.gain(&self.lines[k]);
         let free = law.without_integrators(&self.lines[k]);
         let (omega, band) = (self.lines[k].omega_rad_s, self.stiffness_band_rad_s());
-        let loops = &self.loops[k];
+        let loops = &self.loops[k * self.packs..(k + 1) * self.packs];
         let mut nominal: Vec<PackedNominal> = Vec::with_capacity(self.specified.len());
-        for (group, largest) in self.groups.list.iter().zip(&mut part.largest) {
+        for (place, group) in self.groups.list.iter().enumerate() {
             let mut sums = DirectionSums::ZERO;
-            for pack in &loops[group.packs.clone()] {
+            for number in group.packs.clone() {
+                let pack = &loops[number];
                 let state = match group.is_nominal {
                     true => {
                         let whole = pack.closed_nominal(&gain, free);
                         let share = self.share[k] / group.packs.len() as f64;
-                        largest.add_noise(share, &whole.currents());
+                        part.largest[place].add_noise(share, whole.currents());
                         if !self.specified.is_empty() {
                             nominal.push(whole);
                         }
@@ -237,11 +242,11 @@ impl Loss {
                     }
                     false => pack.closed(&gain, free),
                 };
-                part.determinants.push(state.determinant);
+                part.add_determinant(number, &state.determinant);
                 sums = sums.with(&state);
             }
             let squares = sums.mean_squares(group.packs.len());
-            largest.add(&squares, band.contains(&omega));
+            part.largest[place].add(&squares, band.contains(&omega));
             part.squares.push(squares);
         }
         let specification = self.specification.iter().flat_map(|s| &s.loops);

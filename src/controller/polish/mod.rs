@@ -22,6 +22,7 @@ mod loss_gradient;
 pub(crate) mod matrix2;
 pub(crate) mod modal_law;
 mod packed_loops;
+pub(crate) mod phase_count;
 mod problem;
 pub(crate) mod responses;
 mod rotor_groups;

@@ -2,10 +2,10 @@
 //! only the nominal ones are asked.
 
 use super::loop_state::LoopState;
-use super::matrix2::{Matrix2, ONE};
+use super::matrix2::Matrix2;
 use super::responses::LoopResponse;
 use crate::linalg::c64;
-use crate::linalg::lanes::{Lanes, WIDTH};
+use crate::linalg::lanes::{Lanes, Reals};
 
 /// Responses of four loops at a line.
 #[derive(Clone, Debug)]
@@ -54,11 +54,9 @@ impl PackedNominal {
 
     /// Σ_j |R_ij|² for both currents i, (A/m)².
     #[inline]
-    pub(super) fn currents(&self) -> [[f64; WIDTH]; 2] {
-        [0, 1].map(|i| {
-            let [first, second] = self.r[i].map(|r| r.squares());
-            std::array::from_fn(|l| first[l] + second[l])
-        })
+    pub(super) fn currents(&self) -> [Reals; 2] {
+        self.r
+            .map(|[first, second]| first.squares() + second.squares())
     }
 }
 
@@ -124,7 +122,7 @@ impl PackedLoops {
         let state = PackedState {
             determinant: Lanes::ZERO.plus(free, &determinant),
             sensitivity: [d.product(&inverse), a.product(&inverse)],
-            compliance: self.tool.plus(ONE, &through(0)).plus(ONE, &through(1)),
+            compliance: self.tool.sum(&through(0)).sum(&through(1)),
         };
         (state, [b, c], inverse)
     }
@@ -176,7 +174,7 @@ mod tests {
                 }
                 for (i, found) in all.currents().into_iter().enumerate() {
                     let exact = exact.r[i].iter().map(c64::norm_sqr).sum::<f64>();
-                    assert!((found[l] / exact - 1.0).abs() < 1e-13);
+                    assert!((found.as_array()[l] / exact - 1.0).abs() < 1e-13);
                 }
             }
         }

@@ -65,6 +65,11 @@ impl RotorGroups {
         self.sides[rotor].clone()
     }
 
+    /// Packs of a line.
+    pub(super) fn packs(&self) -> usize {
+        self.list.last().map_or(0, |group| group.packs.end)
+    }
+
     /// The loops of these rotors at a line.
     pub(super) fn pack(&self, rotors: &[Rotor], line: usize) -> Vec<PackedLoops> {
         let packs = self.list.iter().flat_map(|group| {

@@ -83,10 +83,9 @@ pub(super) fn bound(
     let mut m = Vec::with_capacity(columns * height);
     for j in 0..columns {
         let (currents, own) = (currents(line, &state.r, j), scales.of(j));
-        m.extend((0..height).map(|h| {
-            let factors = scales.group(h).map(|d| d / own);
-            closed_group(line, &currents, h, j).times(&factors)
-        }));
+        m.extend(
+            (0..height).map(|h| closed_group(line, &currents, h, j).times(scales.group(h) / own)),
+        );
     }
     let gram = HermitianLanes::gram(&m, height);
     let (square, v) = match gram.largest_above(floor * floor) {
@@ -106,7 +105,7 @@ pub(super) fn bound(
             *u = u.plus(factor, group);
         }
     }
-    let scaled: Vec<Lanes> = (0..height).map(|h| u[h].times(&scales.group(h))).collect();
+    let scaled: Vec<Lanes> = (0..height).map(|h| u[h].times(scales.group(h))).collect();
     let a = [0, 1].map(|k| Lanes::inner(&scaled, &line.drive[k]));
     let b = [0, 1].map(|k| {
         (0..columns).fold(ZERO, |sum, j| {
