@@ -119,11 +119,17 @@ impl Lanes {
         column[group].lane(lane)
     }
 
+    /// Sets one of the four.
+    #[inline]
+    pub(crate) fn set_lane(&mut self, l: usize, value: c64) {
+        self.re.as_mut_array()[l] = value.re;
+        self.im.as_mut_array()[l] = value.im;
+    }
+
     /// Sets an entry of a column.
     pub(crate) fn set(column: &mut [Self], i: usize, value: c64) {
-        let (g, l) = place(i);
-        column[g].re.as_mut_array()[l] = value.re;
-        column[g].im.as_mut_array()[l] = value.im;
+        let (group, lane) = place(i);
+        column[group].set_lane(lane, value);
     }
 
     /// x + a y.
@@ -152,6 +158,21 @@ impl Lanes {
             re: self.re.mul_sub(y.re, self.im * y.im),
             im: self.re.mul_add(y.im, self.im * y.re),
         }
+    }
+
+    /// Each entry plus the product of those of two other groups.
+    #[inline]
+    pub(crate) fn plus_product(&self, x: &Self, y: &Self) -> Self {
+        Self {
+            re: x.re.mul_add(y.re, (-x.im).mul_add(y.im, self.re)),
+            im: x.re.mul_add(y.im, x.im.mul_add(y.re, self.im)),
+        }
+    }
+
+    /// Real part of each entry times that of another group.
+    #[inline]
+    pub(crate) fn real_product(&self, y: &Self) -> Reals {
+        self.re.mul_sub(y.re, self.im * y.im)
     }
 
     /// x − y.

@@ -6,6 +6,7 @@ use super::scale::balancing;
 use super::state_space::{StateSpace, TimeBase};
 use crate::linalg::fused::fused;
 use crate::linalg::gram::dot_in_lanes;
+use crate::linalg::lanes::{Lanes, WIDTH};
 use crate::linalg::planar::add_fused;
 use crate::linalg::{Mat, c64};
 
@@ -74,24 +75,27 @@ impl<T: TimeBase> FrequencyResponder<T> {
     /// C(ζI − A)⁻¹B + D, p×m; entries are infinite or NaN on a pole.
     pub fn transfer(&self, point: c64) -> Mat<c64> {
         match self.d.ncols() {
-            0..=4 => self.transfer_in_blocks::<4>(point),
-            _ => self.transfer_in_blocks::<8>(point),
+            0..=WIDTH => self.transfer_in_blocks::<1>(point),
+            _ => self.transfer_in_blocks::<2>(point),
         }
     }
 
-    /// [`Self::transfer`] with so many columns of B in a block.
+    /// [`Self::transfer`] with so many groups of columns of B in a block.
     ///
     /// Columns of [ζI − H; C] are combined from the last one on, the larger of two at the diagonal as pivot, until the
     /// upper part is a triangle R: with x = E y, where E holds the combinations, R y = B and C x = (C E) y. A column of
     /// R is done with as soon as it is found.
     fn transfer_in_blocks<const K: usize>(&self, point: c64) -> Mat<c64> {
         let (n, p, m) = (self.n, self.d.nrows(), self.d.ncols());
-        let blocks = m.div_ceil(K);
+        let blocks = m.div_ceil(K * WIDTH);
         let mut b: Vec<Block<K>> = (0..blocks * n).map(|k| self.block(k / n, k % n)).collect();
         let mut sum: Vec<Block<K>> = vec![Block::ZERO; blocks * p];
         let mut columns = (0..n).rev();
-        let mut running = columns.next().map(|last| self.shifted(last, n, point));
-        while let Some(column) = &mut running {
+        let (mut column, mut pivot) = (Column::zeros(n, p), Column::zeros(n, p));
+        if let Some(last) = columns.next() {
+            self.shifted(&mut column, (last, n), point);
+        }
+        while n > 0 {
             let Some(next) = columns.next() else {
                 column.solve((&mut b, n), &mut sum, 0);
                 break;
@@ -105,26 +109,27 @@ impl<T: TimeBase> FrequencyResponder<T> {
                 column.add(-(beside / own), (self.column(next), self.read(next), i));
                 column.shift(next, point);
             } else {
-                let pivot = self.shifted(next, i + 1, point);
+                self.shifted(&mut pivot, (next, i + 1), point);
                 pivot.solve((&mut b, n), &mut sum, i);
                 column.subtract(own / beside, &pivot, i);
             }
         }
         Mat::from_fn(p, m, |i, j| {
-            let own = &sum[j / K * p + i];
-            c64::new(self.d[(i, j)] + own.re[j % K], own.im[j % K])
+            let own = &sum[j / (K * WIDTH) * p + i];
+            Lanes::at(&own.0, j % (K * WIDTH)) + self.d[(i, j)]
         })
     }
 
-    /// The first rows of a column of ζI − H, with that of C.
-    fn shifted(&self, j: usize, rows: usize, point: c64) -> Column {
-        let mut column = Column {
-            re: self.column(j)[..rows].iter().map(|h| -h).collect(),
-            im: vec![0.0; rows],
-            read: self.read(j).iter().map(|c| c64::from(*c)).collect(),
-        };
+    /// Makes `column` of the first rows of a column of ζI − H, with that of C.
+    fn shifted(&self, column: &mut Column, (j, rows): (usize, usize), point: c64) {
+        for (own, h) in column.re.iter_mut().zip(&self.column(j)[..rows]) {
+            *own = -h;
+        }
+        column.im[..rows].fill(0.0);
+        for (own, c) in column.read.iter_mut().zip(self.read(j)) {
+            *own = c64::from(*c);
+        }
         column.shift(j, point);
-        column
     }
 
     /// Column of H, from the top.
@@ -142,10 +147,11 @@ impl<T: TimeBase> FrequencyResponder<T> {
     fn block<const K: usize>(&self, number: usize, row: usize) -> Block<K> {
         let m = self.d.ncols();
         let own = &self.b[row * m..(row + 1) * m];
-        Block {
-            re: std::array::from_fn(|l| own.get(number * K + l).copied().unwrap_or(0.0)),
-            im: [0.0; K],
-        }
+        let entry = |k: usize| own.get(k).copied().unwrap_or(0.0).into();
+        let first = |g: usize| WIDTH * (number * K + g);
+        Block(std::array::from_fn(|g| {
+            Lanes::from_fn(|l| entry(first(g) + l))
+        }))
     }
 
     /// Continuous or sampled time.
@@ -186,18 +192,12 @@ impl<T: TimeBase> Response for FrequencyResponder<T> {
     }
 }
 
-/// Entries of a row in a few columns.
+/// Entries of a row in a few groups of columns.
 #[derive(Clone, Copy, Debug)]
-struct Block<const K: usize> {
-    re: [f64; K],
-    im: [f64; K],
-}
+struct Block<const K: usize>([Lanes; K]);
 
 impl<const K: usize> Block<K> {
-    const ZERO: Self = Self {
-        re: [0.0; K],
-        im: [0.0; K],
-    };
+    const ZERO: Self = Self([Lanes::ZERO; K]);
 
     fn times(&self, factor: c64) -> Self {
         let mut product = Self::ZERO;
@@ -208,22 +208,14 @@ impl<const K: usize> Block<K> {
     /// Adds another one times a factor.
     #[inline(always)]
     fn add(&mut self, factor: c64, other: &Self) {
-        for l in 0..K {
-            self.re[l] = fused(
-                factor.re,
-                other.re[l],
-                fused(-factor.im, other.im[l], self.re[l]),
-            );
-            self.im[l] = fused(
-                factor.re,
-                other.im[l],
-                fused(factor.im, other.re[l], self.im[l]),
-            );
+        for (own, other) in self.0.iter_mut().zip(&other.0) {
+            *own = own.plus(factor, other);
         }
     }
 }
 
-/// A column of [ζI − H; C] after some combinations, real and imaginary parts of the upper part apart.
+/// A column of [ζI − H; C] after some combinations, real and imaginary parts of the upper part apart. Rows below those
+/// that are combined are left of columns before it.
 struct Column {
     re: Vec<f64>,
     im: Vec<f64>,
@@ -231,6 +223,14 @@ struct Column {
 }
 
 impl Column {
+    fn zeros(n: usize, outputs: usize) -> Self {
+        Self {
+            re: vec![0.0; n],
+            im: vec![0.0; n],
+            read: vec![c64::new(0.0, 0.0); outputs],
+        }
+    }
+
     fn at(&self, i: usize) -> c64 {
         c64::new(self.re[i], self.im[i])
     }

@@ -1,5 +1,6 @@
 //! The loops of all rotors at a line, closed.
 
+use super::loop_state::LoopState;
 use super::matrix2::Matrix2;
 use super::packed_loops::PackedState;
 use super::phase_count::PhaseCount;
@@ -22,6 +23,8 @@ pub(super) struct LinePart {
     /// Over the lines, of each group of rotors.
     pub largest: Vec<PackedLargest>,
     pub specification: Vec<Bound>,
+    /// Loops of the specification at the line that is added.
+    pub specified: Vec<LoopState>,
 }
 
 /// A line with a controller.
@@ -122,10 +125,10 @@ fn larger(a: Reals, b: Reals) -> Reals {
 }
 
 impl ClosedLines {
-    /// So many lines, each added to its part; of `groups` of rotors with `packs` of loops.
+    /// So many lines, each added to its part; of `groups` of rotors with `packs` of loops, and `specified` loops.
     pub(super) fn collect(
         lines: usize,
-        (groups, packs): (usize, usize),
+        [groups, packs, specified]: [usize; 3],
         add: impl Fn(&mut LinePart, usize) + Sync,
     ) -> Self {
         let parts = (0..lines.div_ceil(PART)).into_par_iter();
@@ -137,7 +140,8 @@ impl ClosedLines {
                 phases: Vec::with_capacity(packs),
                 squares: Vec::with_capacity(groups * own.len()),
                 largest: vec![PackedLargest::NOTHING; groups],
-                specification: vec![],
+                specification: Vec::with_capacity(specified * own.len()),
+                specified: vec![LoopState::NOTHING; specified],
             };
             for line in own {
                 add(&mut part, line);

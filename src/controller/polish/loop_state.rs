@@ -1,6 +1,6 @@
 //! A closed loop at one line.
 
-use super::matrix2::{Matrix2, ONE, closed, product, times};
+use super::matrix2::{Matrix2, ONE, ZERO, closed, product, times};
 use super::responses::LoopResponse;
 use crate::linalg::c64;
 
@@ -16,6 +16,12 @@ pub(super) struct LoopState {
 }
 
 impl LoopState {
+    pub(super) const NOTHING: Self = Self {
+        s: [[ZERO; 2]; 2],
+        r: [[ZERO; 2]; 2],
+        compliance: ZERO,
+    };
+
     /// The loop of `g` with the controller K = `gain`.
     pub(super) fn new(g: &LoopResponse, gain: &Matrix2) -> Self {
         let (_, s) = closed(&product(&g.loops, gain));

@@ -13,13 +13,15 @@ use super::line_state::{ClosedLines, DirectionSums, LinePart};
 use super::lines::beside_peaks;
 use super::loop_state::LoopState;
 use super::matrix2::{Matrix2, adjoint, hermitian_eigen, outer, squared, times};
-use super::packed_loops::{PackedLoops, PackedNominal};
+use super::packed_loops::PackedLoops;
 use super::phase_count::turns_of;
 use super::responses::{LoopResponse, Rotor, SpecificationLine};
 use super::rotor_groups::RotorGroups;
 use super::specification_bound::{Bound, best_scales, bound};
+use super::specification_norm::{self, PackedNorms};
 use super::structure::{Fixed, Line, Structure};
 use super::values::{Group, LIMIT_GROUPS, LIMITS, Value, nan_max};
+use crate::linalg::lanes::{Lanes, WIDTH, groups, place};
 use crate::robust::structure::Structure as Blocks;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -81,7 +83,45 @@ pub(crate) struct Loss {
 pub(crate) struct Specification {
     /// Loops: flat index among rotors × directions, weighted rows and scales of the modal channels on each line.
     pub loops: Vec<SpecifiedLoop>,
+    /// Norms of all loops on each line, in groups of four.
+    norms: Vec<PackedNorms>,
     pub blocks: Blocks,
+}
+
+impl Specification {
+    /// Of loops on the same lines.
+    pub(super) fn new(loops: Vec<SpecifiedLoop>, blocks: Blocks) -> Self {
+        let lines = loops.first().map_or(0, |own| own.lines.len());
+        let norms = |k: usize| {
+            loops.chunks(WIDTH).map(move |four| {
+                let mut norms = PackedNorms::NOTHING;
+                for (l, own) in four.iter().enumerate() {
+                    norms.set(l, &own.lines[k], &own.scales[k]);
+                }
+                norms
+            })
+        };
+        Self {
+            norms: (0..lines).into_par_iter().flat_map_iter(norms).collect(),
+            loops,
+            blocks,
+        }
+    }
+
+    /// Norms of the loops on a line.
+    fn norms(&self, line: usize) -> &[PackedNorms] {
+        let each = groups(self.loops.len());
+        &self.norms[line * each..(line + 1) * each]
+    }
+
+    /// Renews the scales of a loop on a line.
+    fn set_scales(&mut self, (part, line): (usize, usize), scales: LineScales) {
+        let (group, lane) = place(part);
+        let norms = &mut self.norms[line * groups(self.loops.len()) + group];
+        let own = &mut self.loops[part];
+        norms.set(lane, &own.lines[line], &scales);
+        own.scales[line] = scales;
+    }
 }
 
 /// The specification of one loop.
@@ -201,7 +241,7 @@ impl Loss {
     /// The loops of all rotors at every line; bounds of the specification are exact above `floor`.
     fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> ClosedLines {
         let fixed = law.with(x);
-        let sizes = (self.groups.list.len(), self.packs);
+        let sizes = [self.groups.list.len(), self.packs, self.specified.len()];
         ClosedLines::collect(self.lines.len(), sizes, |part, k| {
             self.close(part, &*fixed, (k, floor));
         })
@@ -225,7 +265,6 @@ impl Loss {
         let free = law.without_integrators(&self.lines[k]);
         let (omega, band) = (self.lines[k].omega_rad_s, self.stiffness_band_rad_s());
         let loops = &self.loops[k * self.packs..(k + 1) * self.packs];
-        let mut nominal: Vec<PackedNominal> = Vec::with_capacity(self.specified.len());
         for (place, group) in self.groups.list.iter().enumerate() {
             let mut sums = DirectionSums::ZERO;
             for number in group.packs.clone() {
@@ -235,8 +274,10 @@ impl Loss {
                         let whole = pack.closed_nominal(&gain, free);
                         let share = self.share[k] / group.packs.len() as f64;
                         part.largest[place].add_noise(share, whole.currents());
-                        if !self.specified.is_empty() {
-                            nominal.push(whole);
+                        for (own, (at, lane)) in part.specified.iter_mut().zip(&self.specified) {
+                            if *at == number {
+                                *own = whole.lane(*lane);
+                            }
                         }
                         whole.state
                     }
@@ -249,14 +290,32 @@ impl Loss {
             part.largest[place].add(&squares, band.contains(&omega));
             part.squares.push(squares);
         }
-        let specification = self.specification.iter().flat_map(|s| &s.loops);
-        for (spec, (pack, lane)) in specification.zip(&self.specified) {
-            let own = nominal[*pack].lane(*lane);
-            let own = (&own, &response(&self.rotors, spec.side, k).loops);
-            let bound = bound(&spec.lines[k], &spec.scales[k], own, floor);
-            part.specification.push(bound);
+        if let Some(spec) = &self.specification {
+            self.add_bounds(part, spec, (k, floor));
         }
         part.gains.push(gain);
+    }
+
+    /// Adds the bounds of the specification at a line, of the loops there.
+    fn add_bounds(&self, part: &mut LinePart, spec: &Specification, (k, floor): (usize, f64)) {
+        let least = floor * floor;
+        let fours = part.specified.chunks(WIDTH).zip(spec.loops.chunks(WIDTH));
+        for ((states, loops), norms) in fours.zip(spec.norms(k)) {
+            let mut r = [[Lanes::ZERO; 2]; 2];
+            for (l, state) in states.iter().enumerate() {
+                specification_norm::set(&mut r, l, &state.r);
+            }
+            // σ ≤ ‖M‖_F.
+            let squares = norms.squares_at_most(&r).to_array();
+            for ((state, own), square) in states.iter().zip(loops).zip(squares) {
+                part.specification.push(if square < least {
+                    Bound::at_most(square.sqrt())
+                } else {
+                    let g = &response(&self.rotors, own.side, k).loops;
+                    bound(&own.lines[k], &own.scales[k], (state, g), floor)
+                });
+            }
+        }
     }
 
     /// Band of the tool's stiffness, with what rounding may take off its ends, rad/s.
@@ -292,7 +351,7 @@ impl Loss {
                 let part = &spec.loops[p];
                 let (line, g) = (&part.lines[k], response(rotors, part.side, k));
                 let own = LoopState::new(g, found.lines.line(k).gain);
-                let scales = LineScales::new(line, best_scales(line, &own.r, &spec.blocks));
+                let scales = LineScales::new(best_scales(line, &own.r, &spec.blocks));
                 let bound = bound(line, &scales, (&own, &g.loops), 0.0);
                 (k, p, scales, bound)
             })
@@ -301,7 +360,7 @@ impl Loss {
             // The iteration for the scales ends at a tolerance: what was there may be better by as much.
             let before = found.lines.specification_mut(k, p);
             if bound.sigma < before.sigma {
-                spec.loops[p].scales[k] = scales;
+                spec.set_scales((p, k), scales);
                 *before = bound;
             }
         }

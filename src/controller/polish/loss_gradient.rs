@@ -120,8 +120,9 @@ impl Loss {
                     // Values of one rotor are neighbours, and share its loops.
                     for same in values.chunk_by(|a, b| a.rotor == b.rotor) {
                         let loops = self.closed_loops(found, same[0].rotor, *line);
+                        let loops = loops.iter().flatten();
                         for (value, (square, (q, _))) in same.iter().zip(&mut sums) {
-                            let (own, added) = noise_derivative(&loops, value.entry.0);
+                            let (own, added) = noise_derivative(loops.clone(), value.entry.0);
                             *q = own.map(|row| row.map(|v| v * *share));
                             *square += share * added;
                         }
@@ -139,20 +140,21 @@ impl Loss {
         (0..values.len()).map(of).collect()
     }
 
-    /// The loops of a rotor at a line, each with S_u.
+    /// The loops of a rotor at a line, one for each direction of whirl, with S_u.
     fn closed_loops(
         &self,
         found: &Evaluation,
         rotor: usize,
         line: usize,
-    ) -> Vec<(LoopState, Matrix2)> {
-        let sides = self.sides(rotor).zip(&self.rotors[rotor].directions);
-        let closed = sides.map(|(side, responses)| {
-            let l = self.loop_state(found, line, side);
-            let su = l.input_sensitivity(&responses[line].loops);
-            (l, su)
-        });
-        closed.collect()
+    ) -> [Option<(LoopState, Matrix2)>; 2] {
+        let gain = found.lines.line(line).gain;
+        let directions = &self.rotors[rotor].directions;
+        [0, 1].map(|direction| {
+            let g = &directions.get(direction)?[line];
+            let l = LoopState::new(g, gain);
+            let su = l.input_sensitivity(&g.loops);
+            Some((l, su))
+        })
     }
 
     /// [`METRIC_LINES`] times the mean square change that a step makes in the loop at rest, relative: S_u δK G, and in
@@ -214,7 +216,10 @@ fn change_rows(su: &Matrix2, g: &Matrix2, relative: f64) -> [Matrix2; 4] {
 }
 
 /// Q of the square of a noise current at one line, and that square.
-fn noise_derivative(loops: &[(LoopState, Matrix2)], i: usize) -> (Matrix2, f64) {
+fn noise_derivative<'a>(
+    loops: impl Iterator<Item = &'a (LoopState, Matrix2)>,
+    i: usize,
+) -> (Matrix2, f64) {
     let (mut q, mut square) = ([[ZERO; 2]; 2], 0.0);
     for (l, su) in loops {
         for j in 0..2 {

@@ -27,6 +27,7 @@ mod problem;
 pub(crate) mod responses;
 mod rotor_groups;
 mod specification_bound;
+mod specification_norm;
 mod stage;
 pub(crate) mod structure;
 pub(crate) mod values;

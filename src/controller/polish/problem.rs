@@ -13,7 +13,6 @@ use crate::augment::weights::Weights;
 use crate::controller::verification_error::VerificationError;
 use crate::controller::{ControllerError, in_step};
 use crate::robust::structure::Structure as Blocks;
-use rayon::prelude::*;
 
 /// What a controller is polished for.
 #[derive(Clone, Copy, Debug)]
@@ -54,19 +53,16 @@ pub(super) fn loss_on(
             Some(earlier) => earlier.scales_near(&lines, side, blocks.len()),
             None => vec![vec![1.0; blocks.len()]; rows.len()],
         };
-        let both = rows.par_iter().zip(scales);
         // The machine at rest, at its top speed and beyond are the first rotors.
         SpecifiedLoop {
             side,
-            scales: both.map(|(row, d)| LineScales::new(row, d)).collect(),
+            scales: scales.into_iter().map(LineScales::new).collect(),
             lines: rows,
         }
     });
-    let specification = Specification {
-        loops: loops.collect(),
-        blocks: Blocks::new(&blocks)
-            .map_err(|_| infeasible("the specification has no channels"))?,
-    };
+    let blocks =
+        Blocks::new(&blocks).map_err(|_| infeasible("the specification has no channels"))?;
+    let specification = Specification::new(loops.collect(), blocks);
     let known = Known {
         list: &rotors,
         lines: known.lines,

@@ -58,26 +58,25 @@ pub(super) fn best_scales(
     settled(&closed(line, r), structure).d
 }
 
+impl Bound {
+    /// A norm in the place of σ, without a derivative.
+    pub(super) fn at_most(sigma: f64) -> Self {
+        Self {
+            sigma,
+            q: [[ZERO; 2]; 2],
+            slope: 0.0,
+        }
+    }
+}
+
 /// The bound at a line with these scales of the modal channels, of a loop with its G. Where a norm that is cheaper
-/// shows that σ is below `floor`, that norm stands in its place, without a derivative.
+/// shows that σ is below `floor`, that norm stands in its place.
 pub(super) fn bound(
     line: &SpecificationLine,
     scales: &LineScales,
     (state, g): (&LoopState, &Matrix2),
     floor: f64,
 ) -> Bound {
-    let below = |sigma: f64| Bound {
-        sigma,
-        q: [[ZERO; 2]; 2],
-        slope: 0.0,
-    };
-    // σ ≤ ‖M‖_F.
-    if floor > 0.0 {
-        let square = scales.square_at_most(&state.r);
-        if square < floor * floor {
-            return below(square.sqrt());
-        }
-    }
     // D M D⁻¹, column after column.
     let (columns, height) = (line.read.len(), groups(line.rows));
     let mut m = Vec::with_capacity(columns * height);
@@ -90,11 +89,11 @@ pub(super) fn bound(
     let gram = HermitianLanes::gram(&m, height);
     let (square, v) = match gram.largest_above(floor * floor) {
         Largest::Value(square, v) => (square, v),
-        Largest::Below(square) => return below(square.sqrt()),
+        Largest::Below(square) => return Bound::at_most(square.sqrt()),
     };
     // What is not a number goes on.
     if square <= 0.0 {
-        return below(0.0);
+        return Bound::at_most(0.0);
     }
     let sigma = square.sqrt();
     // u = M v/σ.
@@ -159,7 +158,7 @@ mod tests {
         let m = closed(&line, &r);
         let scaled = Mat::from_fn(7, 6, |i, j| m[(i, j)] * (d(i) / d(j)));
         let exact = max_singular_value_complex(&scaled);
-        let scales = LineScales::new(&line, scales.to_vec());
+        let scales = LineScales::new(scales.to_vec());
         let at = |floor: f64| bound(&line, &scales, (&state, &r), floor).sigma;
         // The power method ends 1e-6 off where the second singular value is close.
         assert!(
