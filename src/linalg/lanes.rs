@@ -151,6 +151,15 @@ impl Lanes {
         }
     }
 
+    /// Each entry times a number; products are rounded before they are added, as those of single numbers.
+    #[inline]
+    pub(crate) fn rounded_times(&self, a: c64) -> Self {
+        Self {
+            re: self.re * a.re - self.im * a.im,
+            im: self.re * a.im + self.im * a.re,
+        }
+    }
+
     /// Each entry times that of another group.
     #[inline]
     pub(crate) fn product(&self, y: &Self) -> Self {

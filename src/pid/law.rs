@@ -39,10 +39,6 @@ impl PidLaw {
 }
 
 impl Structure for PidLaw {
-    fn parameters(&self) -> usize {
-        self.free.len()
-    }
-
     fn natural_steps(&self, _x: &[f64]) -> Vec<f64> {
         vec![1.0; self.free.len()]
     }

@@ -160,11 +160,12 @@ fn descend_from(
     let mut steps = 0;
     let mut rows = None;
     let mut likely: Vec<Value> = vec![];
+    let mut known: Vec<Participant> = vec![];
     while steps < effort.steps {
         steps += 1;
         let participants = match rows.take() {
             Some(rows) => rows,
-            None => participants_of(loss, law, place),
+            None => participants_of(loss, law, place, &known),
         };
         let reach = next_reach(place, &participants);
         // No rotor counts whose loop is stable: there is nothing to descend on.
@@ -201,7 +202,8 @@ fn descend_from(
         }
         let (kept, same) = (trial.kept, trial.same);
         if same {
-            let change = slope_change((loss, law), &trial, &participants);
+            known = binding_after((loss, law), &trial, &participants);
+            let change = slope_change(&trial.step, &participants, &known);
             let step = &trial.step.step;
             memory.curvature.learn(step, &change, || metric.clone());
         }
@@ -279,26 +281,31 @@ fn values_at(trial: &Trial, participants: &[Participant]) -> Vec<f64> {
     participants.iter().map(value).collect()
 }
 
-/// Slope of the Lagrangian at the end of a step less that before it.
-fn slope_change(
+/// The values that bind a step with their derivatives at its end.
+fn binding_after(
     (loss, law): (&Loss, &dyn Structure),
     trial: &Trial,
     participants: &[Participant],
+) -> Vec<Participant> {
+    let binding = trial.step.binding.iter();
+    let values = binding.map(|(k, _)| participants[*k].value).collect();
+    with_slopes((loss, law), &trial.place, values)
+}
+
+/// Slope of the Lagrangian at the end of a step less that before it; `after` are the values that bind it, in their
+/// order.
+fn slope_change(
+    step: &MinimaxStep,
+    participants: &[Participant],
+    after: &[Participant],
 ) -> Vec<f64> {
-    let fixed = law.with(&trial.place.x);
-    let binding = &trial.step.binding;
-    let values: Vec<Value> = binding
-        .iter()
-        .map(|(k, _)| participants[*k].value)
-        .collect();
-    let after = loss.gradients(&*fixed, &trial.place.found, &values);
     let change = |i: usize| {
-        let parts = binding.iter().zip(&after);
+        let parts = step.binding.iter().zip(after);
         parts
-            .map(|((k, weight), after)| weight * (after[i] - participants[*k].slope[i]))
+            .map(|((k, weight), after)| weight * (after.slope[i] - participants[*k].slope[i]))
             .sum()
     };
-    (0..law.parameters()).map(change).collect()
+    (0..step.step.len()).map(change).collect()
 }
 
 /// The metric of a step: mean square relative change of the loop, and natural steps.
@@ -319,11 +326,35 @@ fn metric_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Result<Mat<f64>
     }))
 }
 
-/// Values near the largest of their group with their derivatives.
-fn participants_of(loss: &Loss, law: &dyn Structure, place: &Place) -> Vec<Participant> {
-    let fixed = law.with(&place.x);
+/// Values near the largest of their group with their derivatives, of which some are known.
+fn participants_of(
+    loss: &Loss,
+    law: &dyn Structure,
+    place: &Place,
+    known: &[Participant],
+) -> Vec<Participant> {
     let values = near_largest(place);
-    let slopes = loss.gradients(&*fixed, &place.found, &values);
+    let known_of = |value: &Value| known.iter().find(|own| own.value.is_same(value));
+    let unknown = values.iter().filter(|value| known_of(value).is_none());
+    let unknown = unknown.copied().collect();
+    let mut others = with_slopes((loss, law), place, unknown).into_iter();
+    let of = |value: Value| match known_of(&value) {
+        Some(known) => Some(Participant {
+            value,
+            slope: known.slope.clone(),
+        }),
+        None => others.next(),
+    };
+    values.into_iter().filter_map(of).collect()
+}
+
+/// Values with their derivatives at a place.
+fn with_slopes(
+    (loss, law): (&Loss, &dyn Structure),
+    place: &Place,
+    values: Vec<Value>,
+) -> Vec<Participant> {
+    let slopes = loss.gradients(&*law.with(&place.x), &place.found, &values);
     let both = values.into_iter().zip(slopes);
     both.map(|(value, slope)| Participant { value, slope })
         .collect()

@@ -3,9 +3,12 @@
 
 use crate::linalg::c64;
 use crate::linalg::fused::{self, fused_complex};
+use crate::linalg::lanes::Lanes;
 
 /// Rows of a 2×2 matrix.
 pub(crate) type Matrix2 = [[c64; 2]; 2];
+/// Four of them.
+pub(super) type PackedMatrix = [[Lanes; 2]; 2];
 
 pub(crate) const ZERO: c64 = c64::new(0.0, 0.0);
 pub(crate) const ONE: c64 = c64::new(1.0, 0.0);

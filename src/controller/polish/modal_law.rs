@@ -5,12 +5,13 @@
 //! c, D are of order one. One complex factor between c and b of a pair is free; the metric of the step takes no notice
 //! of it.
 
-use super::matrix2::{Matrix2, ZERO};
+use super::matrix2::{Matrix2, PackedMatrix, ZERO};
 use super::structure::{Fixed, Line, Structure};
 use crate::augment::assembly::SIGNAL_SCALE_M;
 use crate::controller::{ControllerError, in_step};
 use crate::linalg::dense::balance;
 use crate::linalg::dense::complex;
+use crate::linalg::lanes::{Lanes, Reals, WIDTH};
 use crate::linalg::{Mat, NumericError, c64, eigen_vectors_complex, solve_complex};
 use crate::lti::{Discrete, StateSpace};
 
@@ -118,10 +119,6 @@ impl ModalLaw {
 }
 
 impl Structure for ModalLaw {
-    fn parameters(&self) -> usize {
-        self.pairs * PAIR + self.reals * REAL + DIRECT
-    }
-
     fn natural_steps(&self, x: &[f64]) -> Vec<f64> {
         let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt().max(1e-12);
         let (pairs, rest) = x.split_at(self.pairs * PAIR);
@@ -196,18 +193,15 @@ impl Fixed for FixedModal {
         for (q, _) in parts.iter_mut() {
             *q = q.map(|row| row.map(|v| v / SIGNAL_SCALE_M));
         }
-        for (k, p) in self.pairs.iter().enumerate() {
-            let (g, h) = p.resolvents(line.z);
-            for (q, out) in parts.iter_mut() {
-                p.add_gradient((g, h), q, &mut out[k * PAIR..(k + 1) * PAIR]);
-            }
-        }
         let first = self.pairs.len() * PAIR;
-        for (k, p) in self.reals.iter().enumerate() {
-            let g = (line.z - p.pole).inv();
-            for (q, out) in parts.iter_mut() {
-                let own = first + k * REAL..first + (k + 1) * REAL;
-                p.add_gradient(g, q, &mut out[own]);
+        for four in parts.chunks_mut(WIDTH) {
+            let q = [0, 1].map(|i| [0, 1].map(|j| Lanes::of_list(four, |(q, _)| q[i][j])));
+            for (k, p) in self.pairs.iter().enumerate() {
+                add_to(four, k * PAIR, &p.gradients(p.resolvents(line.z), &q));
+            }
+            for (k, p) in self.reals.iter().enumerate() {
+                let g = (line.z - p.pole).inv();
+                add_to(four, first + k * REAL, &p.gradients(g, &q));
             }
         }
         let direct = first + self.reals.len() * REAL;
@@ -221,6 +215,15 @@ impl Fixed for FixedModal {
     }
 }
 
+/// Adds derivatives by some parameters, from one on, to those of up to four values.
+fn add_to(four: &mut [(Matrix2, Vec<f64>)], from: usize, gradients: &[Reals]) {
+    for (l, (_, out)) in four.iter_mut().enumerate() {
+        for (out, own) in out[from..].iter_mut().zip(gradients) {
+            *out += own.as_array()[l];
+        }
+    }
+}
+
 /// A real pole with its residue c bᵀ.
 struct Real {
     pole: f64,
@@ -229,21 +232,22 @@ struct Real {
 }
 
 impl Real {
-    /// Adds the derivatives by its parameters, g = (z − λ)⁻¹.
-    fn add_gradient(&self, g: c64, q: &Matrix2, out: &mut [f64]) {
-        let (mut whole, mut c, mut b) = (ZERO, [ZERO; 2], [ZERO; 2]);
+    /// Derivatives of four values by its parameters, g = (z − λ)⁻¹.
+    fn gradients(&self, g: c64, q: &PackedMatrix) -> [Reals; REAL] {
+        let zero = Lanes::ZERO;
+        let (mut whole, mut c, mut b) = (zero, [zero; 2], [zero; 2]);
+        let times = |q: &Lanes, factor: f64| q.times(Reals::splat(factor));
         for i in 0..2 {
             for j in 0..2 {
-                whole += q[j][i] * (self.c[i] * self.b[j]);
-                c[i] += q[j][i] * self.b[j];
-                b[j] += q[j][i] * self.c[i];
+                whole = whole.sum(&times(&q[j][i], self.c[i] * self.b[j]));
+                c[i] = c[i].sum(&times(&q[j][i], self.b[j]));
+                b[j] = b[j].sum(&times(&q[j][i], self.c[i]));
             }
         }
-        out[0] += (whole * g * g).re * (1.0 - self.pole * self.pole);
-        for i in 0..2 {
-            out[1 + i] += (c[i] * g).re;
-            out[3 + i] += (b[i] * g).re;
-        }
+        let by_pole = whole.rounded_times(g).rounded_times(g).reals().0;
+        let [c, b] = [c, b].map(|both| both.map(|own| own.rounded_times(g).reals().0));
+        let by_pole = by_pole * (1.0 - self.pole * self.pole);
+        [by_pole, c[0], c[1], b[0], b[1]]
     }
 
     fn read(x: &[f64]) -> Self {
@@ -267,27 +271,36 @@ struct Pair {
 }
 
 impl Pair {
-    /// Adds the derivatives by its parameters, g = (z − λ)⁻¹ and h = (z − λ̄)⁻¹.
-    fn add_gradient(&self, (g, h): (c64, c64), q: &Matrix2, out: &mut [f64]) {
-        let (b, c) = (&self.b, &self.c);
+    /// Derivatives of four values by its parameters, g = (z − λ)⁻¹ and h = (z − λ̄)⁻¹.
+    fn gradients(&self, (g, h): (c64, c64), q: &PackedMatrix) -> [Reals; PAIR] {
+        let [b, c] = [&self.b, &self.c];
+        let [bc, cc] = [b, c].map(|both| both.map(|z| z.conj()));
+        let sum = |q: [&Lanes; 2], factors: &[c64; 2]| {
+            let [first, second] = q;
+            first
+                .rounded_times(factors[0])
+                .sum(&second.rounded_times(factors[1]))
+        };
         // tr(Q c bᵀ) = bᵀ Q c.
-        let qc = [0, 1].map(|j| q[j][0] * c[0] + q[j][1] * c[1]);
-        let qcc = [0, 1].map(|j| q[j][0] * c[0].conj() + q[j][1] * c[1].conj());
-        let qb = [0, 1].map(|i| q[0][i] * b[0] + q[1][i] * b[1]);
-        let qbc = [0, 1].map(|i| q[0][i] * b[0].conj() + q[1][i] * b[1].conj());
-        let along = (b[0] * qc[0] + b[1] * qc[1]) * g * g;
-        let across = (b[0].conj() * qcc[0] + b[1].conj() * qcc[1]) * h * h;
-        out[0] += -self.decay * (along * self.pole + across * self.pole.conj()).re;
+        let rows = |by: &[c64; 2]| [0, 1].map(|j| sum([&q[j][0], &q[j][1]], by));
+        let columns = |by: &[c64; 2]| [0, 1].map(|i| sum([&q[0][i], &q[1][i]], by));
+        let (qc, qcc, qb, qbc) = (rows(c), rows(&cc), columns(b), columns(&bc));
+        let along = sum(qc.each_ref(), b).rounded_times(g).rounded_times(g);
+        let across = sum(qcc.each_ref(), &bc).rounded_times(h).rounded_times(h);
+        let along = along.rounded_times(self.pole);
+        let across = across.rounded_times(self.pole.conj());
+        let ((re, im), (re_across, im_across)) = (along.reals(), across.reals());
         // j λ along, −j λ̄ across.
-        out[1] += -(along * self.pole).im + (across * self.pole.conj()).im;
+        let mut all = [Reals::splat(0.0); PAIR];
+        (all[0], all[1]) = ((re + re_across) * -self.decay, im_across - im);
         for i in 0..2 {
-            let (one, two) = (qb[i] * g, qbc[i] * h);
-            out[2 + i] += (one + two).re;
-            out[4 + i] += -(one - two).im;
-            let (one, two) = (qc[i] * g, qcc[i] * h);
-            out[6 + i] += (one + two).re;
-            out[8 + i] += -(one - two).im;
+            for (first, one, two) in [(2, &qb[i], &qbc[i]), (6, &qc[i], &qcc[i])] {
+                let (one, two) = (one.rounded_times(g), two.rounded_times(h));
+                all[first + i] = one.sum(&two).reals().0;
+                all[first + 2 + i] = -one.minus(&two).reals().1;
+            }
         }
+        all
     }
 
     fn read(x: &[f64]) -> Self {

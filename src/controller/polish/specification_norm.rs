@@ -6,7 +6,7 @@
 //! their rows take is the way from memory.
 
 use super::line_scales::LineScales;
-use super::matrix2::{Matrix2, ZERO};
+use super::matrix2::{Matrix2, PackedMatrix, ZERO};
 use super::responses::SpecificationLine;
 use crate::linalg::lanes::{Lanes, Reals, groups};
 
@@ -22,9 +22,6 @@ pub(super) struct PackedNorms {
     /// C Cᴴ.
     read: PackedMatrix,
 }
-
-/// Four 2×2 matrices.
-pub(super) type PackedMatrix = [[Lanes; 2]; 2];
 
 /// Rounding of the three terms relative to the squares of the norms of what they are products of: a few dozen sums of
 /// double precision, with a factor of ten.

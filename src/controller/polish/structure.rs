@@ -28,8 +28,6 @@ impl Line {
 
 /// K(z; x), two signals (m) to two currents (A), u = K y.
 pub(crate) trait Structure: Sync {
-    /// Number of parameters.
-    fn parameters(&self) -> usize;
     /// Change of each parameter that changes its part of the controller by about its own size.
     fn natural_steps(&self, x: &[f64]) -> Vec<f64>;
     /// The controller with parameters x, for many lines.
