@@ -90,17 +90,12 @@ impl<T: TimeBase> FrequencyResponder<T> {
         let blocks = m.div_ceil(K * WIDTH);
         let mut b: Vec<Block<K>> = (0..blocks * n).map(|k| self.block(k / n, k % n)).collect();
         let mut sum: Vec<Block<K>> = vec![Block::ZERO; blocks * p];
-        let mut columns = (0..n).rev();
         let (mut column, mut pivot) = (Column::zeros(n, p), Column::zeros(n, p));
-        if let Some(last) = columns.next() {
-            self.shifted(&mut column, (last, n), point);
+        if n > 0 {
+            self.shifted(&mut column, (n - 1, n), point);
         }
-        while n > 0 {
-            let Some(next) = columns.next() else {
-                column.solve((&mut b, n), &mut sum, 0);
-                break;
-            };
-            let i = next + 1;
+        for i in (1..n).rev() {
+            let next = i - 1;
             let own = column.at(i);
             // Of the column before it the entry in this row.
             let beside = -self.column(next)[i];
@@ -113,6 +108,9 @@ impl<T: TimeBase> FrequencyResponder<T> {
                 pivot.solve((&mut b, n), &mut sum, i);
                 column.subtract(own / beside, &pivot, i);
             }
+        }
+        if n > 0 {
+            column.solve((&mut b, n), &mut sum, 0);
         }
         Mat::from_fn(p, m, |i, j| {
             let own = &sum[j / (K * WIDTH) * p + i];
