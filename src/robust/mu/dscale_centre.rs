@@ -76,12 +76,13 @@ fn centres_in<M: Columns>(m: &Planar, blocks: &[BlockRange], until: End) -> Cent
     if !work.factor(&end.x, level) {
         return end;
     }
+    let (mut step, mut moved) = (Step::of(n), vec![0.0; n]);
     while end.steps < MAX_STEPS {
         end.steps += 1;
         work.differentiate(&end.x, level);
-        let Some(step) = Step::new(&work, &end.x, level) else {
+        if !step.renew(&work, &end.x, level) {
             break;
-        };
+        }
         end.at_least = end.at_least.max(step.at_least);
         let settled = step.decrement < NEAR && step.distance <= SETTLED * level;
         end.ended = match until {
@@ -95,13 +96,14 @@ fn centres_in<M: Columns>(m: &Planar, blocks: &[BlockRange], until: End) -> Cent
         let far = step.decrement >= NEAR;
         let here = if far { work.barrier() } else { 0.0 };
         let mut try_step = |length: f64, fall: f64| {
-            let moved = (0..n).map(|k| end.x[k] + length * step.own[k] + fall * step.tangent[k]);
-            let x: Vec<f64> = moved.collect();
-            let inside = x.iter().all(|v| *v > 0.0);
-            let inside = inside && work.factor(&x, level - fall);
+            for (k, x) in moved.iter_mut().enumerate() {
+                *x = end.x[k] + length * step.own[k] + fall * step.tangent[k];
+            }
+            let inside = moved.iter().all(|v| *v > 0.0);
+            let inside = inside && work.factor(&moved, level - fall);
             let promised = length * step.decrement * step.decrement;
             let lowered = !far || work.barrier() <= here - LOWERED * promised;
-            (inside && lowered).then_some((x, level - fall))
+            (inside && lowered).then_some(level - fall)
         };
         let mut next = None;
         if step.decrement < NEAR {
@@ -126,9 +128,10 @@ fn centres_in<M: Columns>(m: &Planar, blocks: &[BlockRange], until: End) -> Cent
             length *= 0.5;
         }
         match next {
-            Some((x, lower)) => (end.x, level) = (x, lower),
+            Some(lower) => level = lower,
             None => break,
         }
+        std::mem::swap(&mut end.x, &mut moved);
     }
     end
 }
@@ -317,52 +320,77 @@ struct Step {
     distance: f64,
     /// No scale has a squared bound below this.
     at_least: f64,
+    /// Hessian made definite, then its factor.
+    factor: Vec<f64>,
+    ones: Vec<f64>,
+    /// What the Hessian makes of ones, the gradient and its derivative by the level.
+    solutions: [Vec<f64>; 3],
 }
 
 impl Step {
-    /// `None` when the Hessian is not definite to rounding.
-    fn new<M: Columns>(work: &Work<M>, x: &[f64], level: f64) -> Option<Self> {
+    /// Storage for `n` blocks.
+    fn of(n: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        Self {
+            own: zeros(),
+            tangent: zeros(),
+            decrement: 0.0,
+            distance: 0.0,
+            at_least: 0.0,
+            factor: vec![0.0; n * n],
+            ones: vec![1.0; n],
+            solutions: [zeros(), zeros(), zeros()],
+        }
+    }
+
+    /// The step of what was differentiated; false when the Hessian is not definite to rounding.
+    fn renew<M: Columns>(&mut self, work: &Work<M>, x: &[f64], level: f64) -> bool {
         let (n, q) = (x.len(), work.cols);
         // The scale of x is free: cᵀδ = 0 with c = 1 fixes it. There a multiple of ccᵀ changes nothing, and the Hessian
         // is nearly singular in the direction of x without it.
         let weight = (0..n).map(|k| work.hessian[k * n + k]).sum::<f64>() / n as f64;
-        let stiff: Vec<f64> = work.hessian.iter().map(|h| h + weight).collect();
-        let ones = vec![1.0; n];
-        let [hc, hg, drift] = solve_definite(stiff, [&ones, &work.gradient, &work.by_level])?;
+        for (own, h) in self.factor.iter_mut().zip(&work.hessian) {
+            *own = h + weight;
+        }
+        let rhs = [&self.ones, &work.gradient, &work.by_level];
+        if !solve_definite(&mut self.factor, rhs, &mut self.solutions) {
+            return false;
+        }
+        let [hc, hg, drift] = &self.solutions;
         let sum = |v: &[f64]| v.iter().sum::<f64>();
-        let (pull, slope) = (sum(&hg) / sum(&hc), sum(&drift) / sum(&hc));
-        let own: Vec<f64> = (0..n).map(|k| pull * hc[k] - hg[k]).collect();
-        let tangent: Vec<f64> = (0..n).map(|k| drift[k] - slope * hc[k]).collect();
-        let squared = (-dot(&own, &work.gradient)).max(0.0);
+        let (pull, slope) = (sum(hg) / sum(hc), sum(drift) / sum(hc));
+        let (own, tangent) = (&mut self.own, &mut self.tangent);
+        for k in 0..n {
+            own[k] = pull * hc[k] - hg[k];
+            tangent[k] = drift[k] - slope * hc[k];
+        }
+        let squared = (-dot(own, &work.gradient)).max(0.0);
         // tr ZS = q − decrement² at this step.
         let mu = (q as f64 - squared) / sum(x);
-        let traces =
-            (0..n).map(|k| work.trace[k] - dot(&work.trace_fall[k * n..(k + 1) * n], &own));
+        let traces = (0..n).map(|k| work.trace[k] - dot(&work.trace_fall[k * n..(k + 1) * n], own));
         let at_least = if squared < 1.0 {
             traces.map(|t| level - mu / t).fold(f64::INFINITY, f64::min)
         } else {
             0.0
         };
         // Along the tangent S falls linearly; if its small eigenvalues vanish together they do so at tr GS' / tr(GS')².
-        let first = dot(&work.trace, x) + dot(&tangent, &work.gradient);
+        let first = dot(&work.trace, x) + dot(tangent, &work.gradient);
         let mut second = work.curvature;
         for k in 0..n {
-            let row = dot(&work.hessian[k * n..(k + 1) * n], &tangent);
+            let row = dot(&work.hessian[k * n..(k + 1) * n], tangent);
             second += tangent[k] * (row - 2.0 * (work.by_level[k] + work.trace[k]));
         }
-        let all_finite = own.iter().chain(&tangent).all(|v| v.is_finite());
-        (all_finite && first > 0.0 && second > 0.0).then_some(Self {
-            own,
-            tangent,
-            decrement: squared.sqrt(),
-            distance: first / second,
-            at_least: if at_least.is_finite() { at_least } else { 0.0 },
-        })
+        let all_finite = own.iter().chain(&*tangent).all(|v| v.is_finite());
+        self.decrement = squared.sqrt();
+        self.distance = first / second;
+        self.at_least = if at_least.is_finite() { at_least } else { 0.0 };
+        all_finite && first > 0.0 && second > 0.0
     }
 }
 
-/// Solutions of a real symmetric definite system, row after row, by Cholesky; `None` when it is not definite.
-fn solve_definite(mut l: Vec<f64>, rhs: [&[f64]; 3]) -> Option<[Vec<f64>; 3]> {
+/// Solutions of a real symmetric definite system, row after row, whose lower triangle becomes its Cholesky factor; false
+/// when it is not definite.
+fn solve_definite(l: &mut [f64], rhs: [&Vec<f64>; 3], solutions: &mut [Vec<f64>; 3]) -> bool {
     let n = rhs[0].len();
     // Row i of L, with the reciprocal of its diagonal entry.
     for i in 0..n {
@@ -372,12 +400,12 @@ fn solve_definite(mut l: Vec<f64>, rhs: [&[f64]; 3]) -> Option<[Vec<f64>; 3]> {
         }
         let pivot = own[i] - dot(&own[..i], &own[..i]);
         if !(pivot > 0.0 && pivot.is_finite()) {
-            return None;
+            return false;
         }
         own[i] = pivot.sqrt().recip();
     }
-    Some(rhs.map(|b| {
-        let mut y = b.to_vec();
+    for (b, y) in rhs.into_iter().zip(solutions) {
+        y.copy_from_slice(b);
         for (i, row) in l.chunks_exact(n).enumerate() {
             y[i] = (y[i] - dot(&row[..i], &y[..i])) * row[i];
         }
@@ -388,6 +416,6 @@ fn solve_definite(mut l: Vec<f64>, rhs: [&[f64]; 3]) -> Option<[Vec<f64>; 3]> {
                 *y -= l * own[0];
             }
         }
-        y
-    }))
+    }
+    true
 }
