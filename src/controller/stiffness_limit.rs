@@ -81,11 +81,13 @@ pub fn stiffness_limit(
         return Err(infeasible("the machine has no response").into());
     };
     let (law, x) = ModalLaw::of(controller)?;
-    let fixed = law.with(&x);
+    let mut gains = vec![];
+    law.with(&x).add_gains(&lines, &mut gains);
     let base: Vec<BaseLine> = lines
         .iter()
         .zip(responses)
-        .map(|(line, response)| BaseLine::new(line, response, &fixed.gain(line)))
+        .zip(&gains)
+        .map(|((line, response), gain)| BaseLine::new(line, response, gain))
         .collect();
     let nyquist = PI / plants.period_s();
     let solve = |taps: usize| problem(&base, limits, nyquist, taps);

@@ -50,15 +50,17 @@ pub(crate) fn sum_of(four: Reals) -> f64 {
 }
 
 impl Lanes {
-    pub(crate) const ZERO: Self = Self {
-        re: Reals::splat(0.0),
-        im: Reals::splat(0.0),
-    };
+    pub(crate) const ZERO: Self = Self::splat(c64::new(0.0, 0.0));
 
-    pub(crate) const ONE: Self = Self {
-        re: Reals::splat(1.0),
-        im: Reals::splat(0.0),
-    };
+    pub(crate) const ONE: Self = Self::splat(c64::new(1.0, 0.0));
+
+    /// The same number four times.
+    pub(crate) const fn splat(value: c64) -> Self {
+        Self {
+            re: Reals::splat(value.re),
+            im: Reals::splat(value.im),
+        }
+    }
 
     /// Columns of `n` entries each, one after the other.
     pub(crate) fn columns(n: usize, count: usize, at: impl Fn(usize, usize) -> c64) -> Vec<Self> {

@@ -1,7 +1,7 @@
 //! The PID of one plane as a structure with derivatives: K = −diag(C_front, C_rear), parameters the 26 logarithms of
 //! [`PidParameters`]. Each factor of C gives ∂ ln C/∂ ln p in closed form, so ∂C = C · ∂ ln C.
 
-use super::parameters::{AxisParameters, LOWPASS_DAMPING, PER_AXIS, PidParameters};
+use super::parameters::{AxisParameters, LOWPASS_DAMPING, PER_AXIS, PidParameters, each_gain};
 use crate::controller::polish::matrix2::{Matrix2, ONE, ZERO};
 use crate::controller::polish::structure::{Fixed, Line, Structure};
 use crate::linalg::c64;
@@ -83,21 +83,23 @@ impl Fixed for FixedPid<'_> {
         free(front) * free(rear)
     }
 
-    fn gain(&self, line: &Line) -> Matrix2 {
-        let [front, rear] = [0, 1].map(|axis: usize| {
-            let own = self.axes[axis].as_ref();
-            own.map_or(c64::new(f64::NAN, 0.0), |a| -a.response_on_axis(line.s.im))
-        });
-        [[front, ZERO], [ZERO, rear]]
+    fn add_gains(&self, lines: &[Line], to: &mut Vec<Matrix2>) {
+        each_gain(
+            self.axes.each_ref().map(Option::as_ref),
+            lines,
+            |[front, rear]| {
+                to.push([[front, ZERO], [ZERO, rear]]);
+            },
+        );
     }
 
-    fn add_gradients(&self, line: &Line, parts: &mut [(Matrix2, Vec<f64>)]) {
+    fn add_gradients(&self, (line, k): (&Line, &Matrix2), parts: &mut [(Matrix2, Vec<f64>)]) {
         // ∂K_jj/∂ ln p.
         let slopes = [0, 1].map(|axis: usize| {
             let Some(p) = &self.axes[axis] else {
                 return [ZERO; PER_AXIS];
             };
-            let gain = -p.response_on_axis(line.s.im);
+            let gain = k[axis][axis];
             let mut slopes = log_slopes(p, line.s.im);
             for (slope, moves) in slopes.iter_mut().zip(self.moves[axis]) {
                 *slope = if moves { *slope * gain } else { ZERO };

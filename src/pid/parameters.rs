@@ -5,8 +5,9 @@
 //! Stiffness and damping: K = k_i kp − k_s, c = k_i kp T_d net of lags; textbook choice K = k_s, ζ 0.5–0.7,
 //! T_d = 2ζ√(K m_e)/(k_i kp) with m_e the mass that a rigid rotor shows at the actuator.
 
+use crate::controller::polish::structure::Line;
 use crate::controller::{ControlLaw, Controller, ControllerError, in_step};
-use crate::linalg::lanes::{Lanes, Reals};
+use crate::linalg::lanes::{Lanes, Reals, WIDTH, reals};
 use crate::linalg::{Mat, c64};
 use crate::lti::connect::{append, series};
 use crate::lti::sample::tustin;
@@ -79,14 +80,9 @@ impl AxisParameters {
         above / below * self.gain_a_per_m
     }
 
-    /// C(jv), as [`Self::response`], with fewer operations.
-    pub(super) fn response_on_axis(&self, v: f64) -> c64 {
-        self.responses_on_axis(Reals::splat(v)).lane(0)
-    }
-
-    /// That at four frequencies.
+    /// C(jv) at four v, as [`Self::response`], with fewer operations.
     #[inline]
-    pub(super) fn responses_on_axis(&self, v: Reals) -> Lanes {
+    fn responses_on_axis(&self, v: Reals) -> Lanes {
         let one = Reals::splat(1.0);
         let second = |w: f64, zeta: f64| {
             let p = v * (1.0 / w);
@@ -218,6 +214,22 @@ impl PidParameters {
     }
 }
 
+/// Hands over −C of both axes at each of some lines; what is not a number of parameters that are none.
+pub(super) fn each_gain(
+    axes: [Option<&AxisParameters>; 2],
+    lines: &[Line],
+    mut add: impl FnMut([c64; 2]),
+) {
+    const NONE: Lanes = Lanes::splat(c64::new(f64::NAN, 0.0));
+    for four in lines.chunks(WIDTH) {
+        let v = reals(|l| four[l.min(four.len() - 1)].s.im);
+        let responses = axes.map(|own| own.map_or(NONE, |a| a.responses_on_axis(v)));
+        for l in 0..four.len() {
+            add(responses.map(|c| -c.lane(l)));
+        }
+    }
+}
+
 /// The PID as a continuous controller, u = K y, order 32.
 ///
 /// # Errors
@@ -311,7 +323,8 @@ mod tests {
             }),
         };
         for v in [1e-3, 0.3, 9.0, 700.0, 8.9e3, 1.1e4, 2e5, 5e7] {
-            let (found, exact) = (axis.response_on_axis(v), axis.response(c64::new(0.0, v)));
+            let found = axis.responses_on_axis(Reals::splat(v)).lane(0);
+            let exact = axis.response(c64::new(0.0, v));
             assert!(
                 (found - exact).norm() < 1e-13 * exact.norm(),
                 "{v}: {found} for {exact}"

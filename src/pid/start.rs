@@ -5,12 +5,12 @@
 //! zero to the Nyquist frequency, with Z the unstable poles of the loop: a start is stable where it increases by πP, at
 //! rest and at top speed.
 
-use super::parameters::{AxisParameters, Biquad, PidParameters};
+use super::parameters::{AxisParameters, Biquad, PidParameters, each_gain};
 use crate::controller::polish::phase_count::{PhaseCount, turns_of};
 use crate::controller::polish::responses::{LoopResponse, Rotor};
 use crate::controller::polish::structure::Line;
 use crate::linalg::c64;
-use crate::linalg::lanes::{Lanes, Reals, WIDTH, reals};
+use crate::linalg::lanes::{Lanes, Reals, WIDTH};
 use crate::spindle::{Machine, Side, SpindleError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -187,12 +187,8 @@ impl<'a> Screen<'a> {
     /// Of both axes −C at each line.
     fn gains(&self, parameters: &PidParameters) -> Vec<[c64; 2]> {
         let mut gains = Vec::with_capacity(self.lines.len());
-        for four in self.lines.chunks(WIDTH) {
-            let v = reals(|l| four[l.min(four.len() - 1)].s.im);
-            let axes = [&parameters.front, &parameters.rear].map(|a| a.responses_on_axis(v));
-            let gain = |l: usize| axes.map(|axis| -axis.lane(l));
-            gains.extend((0..four.len()).map(gain));
-        }
+        let axes = [&parameters.front, &parameters.rear].map(Some);
+        each_gain(axes, self.lines, |both| gains.push(both));
         gains
     }
 

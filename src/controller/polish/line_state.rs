@@ -7,6 +7,7 @@ use super::phase_count::PhaseCount;
 use super::specification_bound::Bound;
 use crate::linalg::lanes::{Lanes, Reals, WIDTH};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// All lines with a controller, a part of them after the other.
 pub(super) struct ClosedLines(Vec<LinePart>);
@@ -125,10 +126,12 @@ fn larger(a: Reals, b: Reals) -> Reals {
 }
 
 impl ClosedLines {
-    /// So many lines, each added to its part; of `groups` of rotors with `packs` of loops, and `specified` loops.
+    /// So many lines, each added to its part behind its gains; of `groups` of rotors with `packs` of loops, and
+    /// `specified` loops.
     pub(super) fn collect(
         lines: usize,
         [groups, packs, specified]: [usize; 3],
+        add_gains: impl Fn(Range<usize>, &mut Vec<Matrix2>) + Sync,
         add: impl Fn(&mut LinePart, usize) + Sync,
     ) -> Self {
         let parts = (0..lines.div_ceil(PART)).into_par_iter();
@@ -143,6 +146,7 @@ impl ClosedLines {
                 specification: Vec::with_capacity(specified * own.len()),
                 specified: vec![LoopState::NOTHING; specified],
             };
+            add_gains(own.clone(), &mut part.gains);
             for line in own {
                 add(&mut part, line);
             }

@@ -242,9 +242,12 @@ impl Loss {
     fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> ClosedLines {
         let fixed = law.with(x);
         let sizes = [self.groups.list.len(), self.packs, self.specified.len()];
-        ClosedLines::collect(self.lines.len(), sizes, |part, k| {
-            self.close(part, &*fixed, (k, floor));
-        })
+        ClosedLines::collect(
+            self.lines.len(),
+            sizes,
+            |lines, gains| fixed.add_gains(&self.lines[lines], gains),
+            |part, k| self.close(part, &*fixed, (k, floor)),
+        )
     }
 
     /// Turns of det(I − G K) per rotor.
@@ -261,7 +264,7 @@ impl Loss {
 
     /// Adds a line to its part.
     fn close(&self, part: &mut LinePart, law: &dyn Fixed, (k, floor): (usize, f64)) {
-        let gain = law.gain(&self.lines[k]);
+        let gain = part.gains[k - part.first];
         let free = law.without_integrators(&self.lines[k]);
         let (omega, band) = (self.lines[k].omega_rad_s, self.stiffness_band_rad_s());
         let loops = &self.loops[k * self.packs..(k + 1) * self.packs];
@@ -293,7 +296,6 @@ impl Loss {
         if let Some(spec) = &self.specification {
             self.add_bounds(part, spec, (k, floor));
         }
-        part.gains.push(gain);
     }
 
     /// Adds the bounds of the specification at a line, of the loops there.

@@ -5,7 +5,7 @@ use super::loss::{Evaluation, Loss, largest_singular};
 use super::matrix2::{
     Matrix2, ZERO, adjoint, hermitian_eigen, outer, product, row_times, squared, times,
 };
-use super::structure::Fixed;
+use super::structure::{Fixed, Line};
 use super::values::{Group, Value};
 use crate::linalg::gram::{add_gram, mirrored};
 use crate::linalg::{Mat, c64};
@@ -39,7 +39,7 @@ impl Loss {
                 };
                 let mut parts: Vec<(Matrix2, Vec<f64>)> = numbers.iter().map(part).collect();
                 if let Some(first) = numbers.first() {
-                    law.add_gradients(&self.lines[values[*first].line], &mut parts);
+                    law.add_gradients(self.at(found, values[*first].line), &mut parts);
                 }
                 parts
             })
@@ -53,6 +53,11 @@ impl Loss {
             *gradient = of_noise.next().unwrap_or_default();
         }
         gradients
+    }
+
+    /// A line with its K.
+    fn at<'a>(&'a self, found: &'a Evaluation, line: usize) -> (&'a Line, &'a Matrix2) {
+        (&self.lines[line], found.lines.line(line).gain)
     }
 
     /// Q of a value that belongs to one line.
@@ -127,7 +132,7 @@ impl Loss {
                             *square += share * added;
                         }
                     }
-                    law.add_gradients(&self.lines[*line], &mut slopes);
+                    law.add_gradients(self.at(found, *line), &mut slopes);
                 }
                 (squares, slopes)
             })
@@ -181,7 +186,7 @@ impl Loss {
                     rows.push((q, vec![0.0; n]));
                 }
             }
-            law.add_gradients(&self.lines[k], &mut rows);
+            law.add_gradients(self.at(found, k), &mut rows);
             rows
         };
         let parts: Vec<Mat<f64>> = lines

@@ -162,6 +162,38 @@ impl Fixed for FixedModal {
         self.pairs.len() * PAIR + self.reals.len() * REAL + DIRECT
     }
 
+    fn add_gains(&self, lines: &[Line], to: &mut Vec<Matrix2>) {
+        to.extend(lines.iter().map(|line| self.gain(line)));
+    }
+
+    fn add_gradients(&self, (line, _): (&Line, &Matrix2), parts: &mut [(Matrix2, Vec<f64>)]) {
+        for (q, _) in parts.iter_mut() {
+            *q = q.map(|row| row.map(|v| v / SIGNAL_SCALE_M));
+        }
+        let first = self.pairs.len() * PAIR;
+        for four in parts.chunks_mut(WIDTH) {
+            let q = [0, 1].map(|i| [0, 1].map(|j| Lanes::of_list(four, |(q, _)| q[i][j])));
+            for (k, p) in self.pairs.iter().enumerate() {
+                add_to(four, k * PAIR, &p.gradients(p.resolvents(line.z), &q));
+            }
+            for (k, p) in self.reals.iter().enumerate() {
+                let g = (line.z - p.pole).inv();
+                add_to(four, first + k * REAL, &p.gradients(g, &q));
+            }
+        }
+        let direct = first + self.reals.len() * REAL;
+        for (q, out) in parts {
+            for i in 0..2 {
+                for j in 0..2 {
+                    out[direct + 2 * i + j] += q[j][i].re;
+                }
+            }
+        }
+    }
+}
+
+impl FixedModal {
+    /// K at a line, A/m.
     fn gain(&self, line: &Line) -> Matrix2 {
         let mut k = [[ZERO; 2]; 2];
         for p in &self.pairs {
@@ -187,31 +219,6 @@ impl Fixed for FixedModal {
             }
         }
         k
-    }
-
-    fn add_gradients(&self, line: &Line, parts: &mut [(Matrix2, Vec<f64>)]) {
-        for (q, _) in parts.iter_mut() {
-            *q = q.map(|row| row.map(|v| v / SIGNAL_SCALE_M));
-        }
-        let first = self.pairs.len() * PAIR;
-        for four in parts.chunks_mut(WIDTH) {
-            let q = [0, 1].map(|i| [0, 1].map(|j| Lanes::of_list(four, |(q, _)| q[i][j])));
-            for (k, p) in self.pairs.iter().enumerate() {
-                add_to(four, k * PAIR, &p.gradients(p.resolvents(line.z), &q));
-            }
-            for (k, p) in self.reals.iter().enumerate() {
-                let g = (line.z - p.pole).inv();
-                add_to(four, first + k * REAL, &p.gradients(g, &q));
-            }
-        }
-        let direct = first + self.reals.len() * REAL;
-        for (q, out) in parts {
-            for i in 0..2 {
-                for j in 0..2 {
-                    out[direct + 2 * i + j] += q[j][i].re;
-                }
-            }
-        }
     }
 }
 

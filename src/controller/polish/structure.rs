@@ -43,8 +43,8 @@ pub(crate) trait Fixed: Sync {
     fn without_integrators(&self, _line: &Line) -> c64 {
         c64::new(1.0, 0.0)
     }
-    /// K at a line, A/m.
-    fn gain(&self, line: &Line) -> Matrix2;
-    /// Adds Re tr(Q ∂K/∂xₚ) at a line, for every parameter p, to the derivatives beside each Q.
-    fn add_gradients(&self, line: &Line, parts: &mut [(Matrix2, Vec<f64>)]);
+    /// Adds K at some lines, A/m.
+    fn add_gains(&self, lines: &[Line], to: &mut Vec<Matrix2>);
+    /// Adds Re tr(Q ∂K/∂xₚ) at a line with its K, for every parameter p, to the derivatives beside each Q.
+    fn add_gradients(&self, at: (&Line, &Matrix2), parts: &mut [(Matrix2, Vec<f64>)]);
 }
