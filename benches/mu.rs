@@ -11,6 +11,10 @@ use rand::{Rng, SeedableRng};
 use serde_json::Value;
 use std::hint::black_box;
 
+/// That of the program.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn random(n: usize) -> Mat<c64> {
     let mut source = rand_chacha::ChaCha8Rng::seed_from_u64(n as u64);
     let mut draw = || 2.0 * source.random::<f64>() - 1.0;

@@ -3,6 +3,7 @@
 
 use super::balance::evening_factor;
 use super::error::NumericError;
+use super::largest_singular::largest_singular_value;
 use super::planar::Planar;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, Side, c64};
@@ -211,7 +212,7 @@ pub fn max_singular_value_complex(a: &Mat<c64>) -> f64 {
     }
     if a.nrows().min(a.ncols()) <= SMALL {
         let entry = |i: usize, j: usize| (a[(i, j)].re, a[(i, j)].im);
-        return Planar::from_fn(a.nrows(), a.ncols(), entry).largest_singular_value();
+        return largest_singular_value(&Planar::from_fn(a.nrows(), a.ncols(), entry));
     }
     a.singular_values().map_or(f64::NAN, |s| s[0])
 }

@@ -16,6 +16,8 @@ pub(crate) trait Columns {
     fn set(&mut self, i: usize, j: usize, value: (f64, f64));
     /// Sets every entry to zero.
     fn clear(&mut self);
+    /// Column `j` ← column `j` + a · column of another matrix in some rows; the others may be changed as well.
+    fn add(&mut self, rows: Range<usize>, j: usize, a: (f64, f64), x: (&Self, usize));
     /// Column `j` ← column `j` + a · conj(column of another matrix) in some rows; the others may be changed as well.
     fn add_conj(&mut self, rows: Range<usize>, j: usize, a: (f64, f64), x: (&Self, usize));
     /// Column `j` ← column `j` + a · column `k` before it, in some rows; the others may be changed as well.
@@ -94,6 +96,12 @@ impl Columns for Planar {
     }
 
     #[inline]
+    fn add(&mut self, rows: Range<usize>, j: usize, a: (f64, f64), x: (&Self, usize)) {
+        let (from, to) = (rows.start, rows.end);
+        add_scaled(self.part_mut(from, to, j), a, x.0.part(from, to, x.1));
+    }
+
+    #[inline]
     fn add_conj(&mut self, rows: Range<usize>, j: usize, a: (f64, f64), x: (&Self, usize)) {
         let (from, to) = (rows.start, rows.end);
         add_scaled_conj(self.part_mut(from, to, j), a, x.0.part(from, to, x.1));
@@ -144,6 +152,12 @@ impl<const N: usize> Columns for Fixed<N> {
     #[inline]
     fn clear(&mut self) {
         (self.re, self.im) = ([[0.0; N]; N], [[0.0; N]; N]);
+    }
+
+    #[inline]
+    fn add(&mut self, _rows: Range<usize>, j: usize, a: (f64, f64), x: (&Self, usize)) {
+        let own = (&mut self.re[j][..], &mut self.im[j][..]);
+        add_scaled(own, a, (&x.0.re[x.1], &x.0.im[x.1]));
     }
 
     #[inline]

@@ -19,6 +19,7 @@ pub mod hermitian;
 pub(crate) mod hessenberg;
 pub(crate) mod lanes;
 pub(crate) mod lapack;
+pub(crate) mod largest_singular;
 pub mod lyapunov;
 pub(crate) mod pade;
 pub(crate) mod planar;

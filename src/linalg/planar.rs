@@ -133,131 +133,17 @@ impl Planar {
         self.im.fill(0.0);
     }
 
-    /// Largest singular value, through the smaller Gram matrix: exact to rounding relative to itself. NaN for entries
-    /// that are not finite.
-    pub(crate) fn largest_singular_value(&self) -> f64 {
+    /// Largest absolute value of a real or imaginary part; NaN where one is.
+    pub(crate) fn largest_part(&self) -> f64 {
         let entries = self.re.iter().chain(&self.im);
         // max() would drop a NaN.
-        let size = entries.fold(0.0f64, |m, v| if v.abs() <= m { m } else { v.abs() });
-        if size == 0.0 {
-            return 0.0;
-        }
-        // Entries of size one: squares neither overflow nor vanish.
-        let scale = size.recip();
-        if !scale.is_finite() || scale == 0.0 {
-            return if size.is_finite() { size } else { f64::NAN };
-        }
-        let (n, wide) = (self.rows.min(self.cols), self.rows < self.cols);
-        let source = Self::from_fn(n, self.rows.max(self.cols), |i, j| {
-            let (re, im) = if wide { self.at(i, j) } else { self.at(j, i) };
-            (re * scale, im * scale)
-        });
-        let mut gram = Self::zeros(n, n);
-        for k in 0..source.cols {
-            let x = source.part(0, n, k);
-            for j in 0..n {
-                add_scaled(gram.part_mut(0, n, j), (x.0[j], -x.1[j]), x);
+        let larger = |m: f64, v: &f64| {
+            if v.is_nan() || v.abs() > m {
+                v.abs()
+            } else {
+                m
             }
-        }
-        gram.largest_hermitian_value().max(0.0).sqrt() * size
-    }
-
-    /// Largest eigenvalue of a Hermitian matrix (both triangles), which it destroys: Householder's tridiagonal form,
-    /// then QL.
-    pub(crate) fn largest_hermitian_value(&mut self) -> f64 {
-        let n = self.rows;
-        let (mut d, mut e) = (vec![0.0; n], vec![0.0; n]);
-        let (mut v, mut p) = (Self::zeros(n, 1), Self::zeros(n, 1));
-        for k in 0..n {
-            d[k] = self.re[k + k * n];
-            if k + 1 < n {
-                e[k] = self.reflect(k, &mut v, &mut p);
-            }
-        }
-        tridiagonal_values(&mut d, &mut e);
-        d.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v))
-    }
-
-    /// Annihilates column k below the subdiagonal by a reflection I − τvvᴴ on both sides; returns |subdiagonal entry|.
-    fn reflect(&mut self, k: usize, v: &mut Self, p: &mut Self) -> f64 {
-        let (n, first) = (self.rows, k + 1);
-        let x = self.part(first, n, k);
-        let tail: f64 = x.0[1..].iter().chain(&x.1[1..]).map(|v| v * v).sum();
-        let (re, im) = (x.0[0], x.1[0]);
-        let head = (re * re + im * im).sqrt();
-        if tail == 0.0 {
-            return head;
-        }
-        let norm = (head * head + tail).sqrt();
-        // v = x + e^{iθ}‖x‖e₁ with the phase of x₁; vᴴv = 2‖x‖(‖x‖ + |x₁|).
-        v.re[first..].copy_from_slice(x.0);
-        v.im[first..].copy_from_slice(x.1);
-        let turn = if head > 0.0 {
-            (re / head, im / head)
-        } else {
-            (1.0, 0.0)
         };
-        v.re[first] += turn.0 * norm;
-        v.im[first] += turn.1 * norm;
-        let tau = (norm * (norm + head)).recip();
-        p.re[first..].fill(0.0);
-        p.im[first..].fill(0.0);
-        for j in first..n {
-            let a = (tau * v.re[j], tau * v.im[j]);
-            add_scaled(p.part_mut(first, n, 0), a, self.part(first, n, j));
-        }
-        let product = |i: usize| v.re[i] * p.re[i] + v.im[i] * p.im[i];
-        let dot: f64 = (first..n).map(product).sum();
-        let half = (-0.5 * tau * dot, 0.0);
-        add_scaled(p.part_mut(first, n, 0), half, v.part(first, n, 0));
-        for j in first..n {
-            let (a, b) = ((-p.re[j], p.im[j]), (-v.re[j], v.im[j]));
-            add_scaled(self.part_mut(first, n, j), a, v.part(first, n, 0));
-            add_scaled(self.part_mut(first, n, j), b, p.part(first, n, 0));
-        }
-        norm
+        entries.fold(0.0, larger)
     }
-}
-
-/// Eigenvalues of the symmetric tridiagonal matrix with diagonal d and subdiagonal e (its last entry unused), into d:
-/// implicit QL without vectors (Bowdler, Martin, Reinsch and Wilkinson 1968).
-fn tridiagonal_values(d: &mut [f64], e: &mut [f64]) {
-    let n = d.len();
-    for l in 0..n {
-        // Two or three sweeps a value are usual; what is left after 60 is rounding of a matrix that is not finite.
-        for _ in 0..60 {
-            let small = |m: &usize| e[*m].abs() <= f64::EPSILON * (d[*m].abs() + d[*m + 1].abs());
-            let m = (l..n - 1).find(small).unwrap_or(n - 1);
-            if m == l {
-                break;
-            }
-            sweep(d, e, l, m);
-        }
-    }
-}
-
-/// One QL sweep on rows l..=m.
-fn sweep(d: &mut [f64], e: &mut [f64], l: usize, m: usize) {
-    let shift = (d[l + 1] - d[l]) / (2.0 * e[l]);
-    let mut g = d[m] - d[l] + e[l] / (shift + (shift * shift + 1.0).sqrt().copysign(shift));
-    let (mut s, mut c, mut p) = (1.0, 1.0, 0.0);
-    for i in (l..m).rev() {
-        let (f, b) = (s * e[i], c * e[i]);
-        let r = (f * f + g * g).sqrt();
-        e[i + 1] = r;
-        if r == 0.0 {
-            d[i + 1] -= p;
-            e[m] = 0.0;
-            return;
-        }
-        (s, c) = (f / r, g / r);
-        g = d[i + 1] - p;
-        let t = (d[i] - g) * s + 2.0 * c * b;
-        p = s * t;
-        d[i + 1] = g + p;
-        g = c * t - b;
-    }
-    d[l] -= p;
-    e[l] = g;
-    e[m] = 0.0;
 }

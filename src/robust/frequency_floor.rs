@@ -7,6 +7,7 @@
 //! equations, which take longest where they have no solution.
 
 use crate::augment::GeneralizedPlant;
+use crate::linalg::largest_singular::largest_singular_value;
 use crate::linalg::planar::{Planar, add_scaled, add_scaled_conj};
 use crate::linalg::{Mat, NumericError, c64};
 use crate::lti::FrequencyResponder;
@@ -75,7 +76,7 @@ impl FrequencyFloor {
             .into_iter()
             .any(|(of, control)| {
                 let rest = without_range(of, control);
-                rest.sum_of_squares() > level * level && rest.largest_singular_value() > level
+                rest.sum_of_squares() > level * level && largest_singular_value(&rest) > level
             })
     }
 }

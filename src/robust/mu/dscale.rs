@@ -7,6 +7,7 @@
 //! than the same bound as a matrix inequality (`mixed` with clarabel), against which the tests check it.
 
 use super::dscale_centre::{BlockRange, End, centres};
+use crate::linalg::largest_singular::largest_singular_value;
 use crate::linalg::planar::Planar;
 use crate::linalg::{Mat, c64, max_singular_value_complex};
 use crate::robust::structure::Structure;
@@ -71,7 +72,7 @@ fn scaled(m: &Mat<c64>, structure: &Structure, d: &[f64], size: f64) -> Planar {
 
 /// σ_max(D_L M D_R⁻¹): the bound that a diagonal scale proves.
 pub fn bound(m: &Mat<c64>, structure: &Structure, d: &[f64]) -> f64 {
-    scaled(m, structure, d, 1.0).largest_singular_value()
+    largest_singular_value(&scaled(m, structure, d, 1.0))
 }
 
 /// Optimal diagonal scale of M for a structure whose blocks all have a single scale, with its proof. M should be

@@ -388,8 +388,8 @@ impl Step {
     }
 }
 
-/// Solutions of a real symmetric definite system, row after row, whose lower triangle becomes its Cholesky factor; false
-/// when it is not definite.
+/// Solutions of a real symmetric definite system, row after row, whose lower triangle becomes its Cholesky factor;
+/// false when it is not definite.
 fn solve_definite(l: &mut [f64], rhs: [&Vec<f64>; 3], solutions: &mut [Vec<f64>; 3]) -> bool {
     let n = rhs[0].len();
     // Row i of L, with the reciprocal of its diagonal entry.
