@@ -10,10 +10,6 @@ use muspin::lti::{Continuous, StateSpace};
 use muspin::robust::{HinfSettings, synthesise};
 use std::hint::black_box;
 
-/// That of the program.
-#[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
-
 /// Modes from 30 to 9000 rad/s of damping 1e-3; the first pair is made unstable by the magnets.
 fn rotor(n: usize, unstable: bool) -> Mat<f64> {
     let modes = n / 2;

@@ -27,12 +27,13 @@ const ORDER: [&str; 20] = [
 ];
 
 /// Package as it is named in paths, and where it may be named.
-const HOMES: [(&str, &[&str]); 10] = [
+const HOMES: [(&str, &[&str]); 11] = [
     ("faer", &["linalg/"]),
     (
         "nalgebra",
         &["linalg/", "rotor/element.rs", "rotor/tilt.rs"],
     ),
+    ("wide", &["linalg/lanes.rs"]),
     ("clarabel", &["robust/mu/lmi.rs"]),
     ("plotters", &["report/plot/"]),
     ("serde_yaml", &["input/", "report/"]),
