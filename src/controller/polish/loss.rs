@@ -67,8 +67,6 @@ pub(crate) struct Loss {
     pub(super) groups: RotorGroups,
     /// All loops in packs, those of a line after those of the line before.
     loops: Vec<PackedLoops>,
-    /// Packs of a line.
-    packs: usize,
     specification: Option<Specification>,
     /// Pack and place in it of each loop of the specification.
     specified: Vec<(usize, usize)>,
@@ -164,11 +162,12 @@ impl Loss {
             &rotors,
             sides.iter().map(|side| side + 1).max().unwrap_or(0),
         );
-        let loops = (0..lines.len()).into_par_iter();
-        let loops: Vec<Vec<PackedLoops>> = loops.map(|k| groups.pack(&rotors, k)).collect();
+        let pack = |k: usize| groups.pack(&rotors, k);
         Self {
-            loops: loops.concat(),
-            packs: groups.packs(),
+            loops: (0..lines.len())
+                .into_par_iter()
+                .flat_map_iter(pack)
+                .collect(),
             specified: sides
                 .iter()
                 .filter_map(|side| groups.place(*side))
@@ -241,7 +240,8 @@ impl Loss {
     /// The loops of all rotors at every line; bounds of the specification are exact above `floor`.
     fn closed(&self, law: &dyn Structure, x: &[f64], floor: f64) -> ClosedLines {
         let fixed = law.with(x);
-        let sizes = [self.groups.list.len(), self.packs, self.specified.len()];
+        let groups = &self.groups;
+        let sizes = [groups.list.len(), groups.packs(), self.specified.len()];
         ClosedLines::collect(
             self.lines.len(),
             sizes,
@@ -267,7 +267,8 @@ impl Loss {
         let gain = part.gains[k - part.first];
         let free = law.without_integrators(&self.lines[k]);
         let (omega, band) = (self.lines[k].omega_rad_s, self.stiffness_band_rad_s());
-        let loops = &self.loops[k * self.packs..(k + 1) * self.packs];
+        let packs = self.groups.packs();
+        let loops = &self.loops[k * packs..(k + 1) * packs];
         for (place, group) in self.groups.list.iter().enumerate() {
             let mut sums = DirectionSums::ZERO;
             for number in group.packs.clone() {

@@ -126,15 +126,17 @@ pub(super) fn bound(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::matrix2::ONE;
     use super::*;
     use crate::linalg::max_singular_value_complex;
 
-    fn line(rows: usize, columns: usize) -> SpecificationLine {
-        let entry = |i: usize, j: usize| {
-            c64::from_polar(1.0 / (1.0 + (i * j) as f64), (3 * i + 7 * j) as f64)
-        };
+    pub(in super::super) fn entry(i: usize, j: usize) -> c64 {
+        c64::from_polar(1.0 / (1.0 + (i * j) as f64), (3 * i + 7 * j) as f64)
+    }
+
+    /// E₁₁ of entries (i, j), E₁₂ of (i + 1, k + 5), E₂₁ of (k + 2, j).
+    pub(in super::super) fn line(rows: usize, columns: usize) -> SpecificationLine {
         SpecificationLine {
             rows,
             direct: Lanes::columns(rows, columns, entry),

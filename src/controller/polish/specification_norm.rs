@@ -103,26 +103,16 @@ fn product(a: &PackedMatrix, b: &PackedMatrix) -> PackedMatrix {
 
 #[cfg(test)]
 mod tests {
+    use super::super::specification_bound::tests::{entry, line};
     use super::*;
-    use crate::linalg::c64;
     use crate::linalg::lanes::WIDTH;
 
     #[test]
     fn the_norm_of_three_small_matrices_is_that_of_all_entries() {
-        let entry = |i: usize, j: usize| {
-            c64::from_polar(1.0 / (1.0 + (i * j) as f64), (3 * i + 7 * j) as f64)
-        };
         let sizes = [0.0, 1e-3, 1.0, 1e3];
         let r = [[entry(1, 1), entry(2, 3)], [entry(0, 4), entry(5, 2)]];
         for (rows, columns) in [(7, 6), (4, 9), (3, 2)] {
-            let line = SpecificationLine {
-                rows,
-                direct: Lanes::columns(rows, columns, entry),
-                drive: [0, 1].map(|k| Lanes::columns(rows, 1, |i, _| entry(i + 1, k + 5))),
-                read: (0..columns)
-                    .map(|j| [0, 1].map(|k| entry(k + 2, j)))
-                    .collect(),
-            };
+            let line = line(rows, columns);
             let scales = [0.5, 3.0, 1.0, 8.0].map(|d| LineScales::new(vec![d, 2.0, 1.0]));
             let (mut norms, mut loops) = (PackedNorms::NOTHING, [[Lanes::ZERO; 2]; 2]);
             for (l, size) in sizes.into_iter().enumerate() {
